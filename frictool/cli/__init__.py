@@ -1,0 +1,1 @@
+"""The command line: one thin file per command that parses, loads, calls one stage and saves."""

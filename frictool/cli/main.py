@@ -1,0 +1,110 @@
+"""`frictool`: registers the commands and turns errors into one line and an exit code.
+
+Commands are imported when they are used: `frictool --help` costs little more than importing click.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from typing import Any
+
+import click
+
+from frictool.errors import EXIT_INPUT, FrictoolError
+
+# command -> (module, one line for --help), in the order of the pipeline
+COMMANDS: dict[str, tuple[str, str]] = {
+    "init": ("frictool.cli.init", "Commented documents to start a rig's folder from."),
+    "ingest": ("frictool.cli.ingest", "Bench files to the canonical log (MCAP)."),
+    "identify": ("frictool.cli.identify", "Logs to parameters with intervals (model.yaml)."),
+    "synth": ("frictool.cli.synth", "Model and specification to a verified controller (controller.yaml)."),
+    "simulate": ("frictool.cli.simulate", "Step tests of model and controller, as a log."),
+    "report": ("frictool.cli.report", "Metrics and verdict of logs against the specification."),
+    "export": ("frictool.cli.export", "Controller to C99 with golden vectors."),
+    "schema": ("frictool.cli.schema", "JSON Schema of a document, for editors."),
+}
+
+EXAMPLE = """\b
+Example, the whole chain:
+  frictool ingest sines.csv --bench bench.yaml -o sines.mcap
+  frictool identify sines.mcap ramp.mcap --bench bench.yaml -o model.yaml
+  frictool synth model.yaml --spec spec.yaml --design design.yaml -o controller.yaml
+  frictool simulate model.yaml --controller controller.yaml --scenario steps.yaml -o run.mcap
+  frictool report run.mcap --spec spec.yaml --controller controller.yaml -o report.html
+  frictool export controller.yaml --lang c -o c/
+
+From the bench logs of an actuator with dry friction to identified parameters, a verified robust controller, C code and a verdict.
+
+Exit codes: 0 done; 1 done, and the answer is no; 2 wrong command line; 3 an input file is wrong; 4 no solution or not verified.
+"""
+
+
+class LazyGroup(click.Group):
+    """Knows its commands by name and imports one only when it is called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in COMMANDS:
+            return None
+        command: click.Command = importlib.import_module(COMMANDS[cmd_name][0]).command
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, text) for name, (_, text) in COMMANDS.items()])
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        try:
+            return super().resolve_command(ctx, args)
+        except click.UsageError as error:
+            import difflib
+
+            near = difflib.get_close_matches(args[0], COMMANDS, n=1)
+            if near:
+                raise click.UsageError(f"{error.message} Did you mean {near[0]!r}?", ctx) from None
+            raise
+
+
+@click.group(cls=LazyGroup, help=EXAMPLE, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.option("--debug", is_flag=True, help="Show the traceback of an error.")
+@click.version_option(package_name="frictool", prog_name="frictool")
+def group(debug: bool) -> None:
+    """Replaced by EXAMPLE."""
+
+
+def main() -> None:
+    """The entry point: runs the group; every failure that is foreseen is one line on stderr and its exit code."""
+    debug = "--debug" in sys.argv[1:]
+    try:
+        group(standalone_mode=True)
+    except FrictoolError as error:
+        if debug:
+            raise
+        _complain(str(error))
+        sys.exit(error.exit_code)
+    except BrokenPipeError:
+        sys.stderr.close()
+        sys.exit(EXIT_INPUT)
+    except MemoryError:
+        if debug:
+            raise
+        _complain("out of memory; cut the log or use a machine with more")
+        sys.exit(EXIT_INPUT)
+
+
+def _complain(message: str) -> None:
+    printable = "".join(c if c.isprintable() else "?" for c in message)
+    click.echo(click.style("error: ", fg="red", bold=True) + printable, err=True, color=_colours())
+
+
+def _colours() -> bool | None:
+    import os
+
+    return False if os.environ.get("NO_COLOR") else None
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,116 @@
+"""What every command shares at its edge: options, files written whole or not at all, progress on stderr, one JSON object."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, BinaryIO, TypeVar
+
+import click
+
+from frictool.errors import OutputError
+
+F = TypeVar("F", bound=Callable[..., Any])
+STDOUT = Path("-")
+
+
+def output_option(required: bool = True, help: str = "Where to write; - is stdout.") -> Callable[[F], F]:
+    """`-o/--output PATH`."""
+    return click.option("-o", "--output", type=click.Path(path_type=Path, allow_dash=True), required=required, help=help)
+
+
+json_option = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout instead of text.")
+
+
+def command_line(name: str, arguments: dict[str, Any]) -> str:
+    """The command for the provenance: no output path, base names only, in the order given here."""
+    words = ["frictool", name]
+    for key, value in arguments.items():
+        values = value if isinstance(value, list | tuple) else [value]
+        for item in values:
+            if item is None or item is False:
+                continue
+            shown = Path(item).name if isinstance(item, Path) else str(item)
+            words += [shown] if not key.startswith("--") else [key] if item is True else [key, shown]
+    return " ".join(words)
+
+
+@contextmanager
+def replacing(target: Path, inputs: list[Path]) -> Iterator[BinaryIO]:
+    """A binary stream that becomes `target` when the block ends well, and leaves nothing behind when it does not.
+
+    `-` is stdout. Raises OutputError where the target is an input, is a directory, or cannot be written.
+    """
+    if target == STDOUT:
+        yield sys.stdout.buffer
+        sys.stdout.buffer.flush()
+        return
+    refuse_inputs(target, inputs)
+    if target.is_dir():
+        raise OutputError(f"{target}: is a directory; name a file")
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.", suffix=".part")
+    except OSError as error:
+        raise OutputError(f"{target}: cannot be written: {error.strerror}") from None
+    temporary = Path(name)
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            yield stream
+        umask = os.umask(0)
+        os.umask(umask)
+        temporary.chmod(0o666 & ~umask)
+        temporary.replace(target)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        raise OutputError(f"{target}: cannot be written: {error.strerror or error}") from None
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+
+
+def refuse_inputs(target: Path, inputs: list[Path]) -> None:
+    """Raises OutputError where writing `target` would overwrite one of `inputs`."""
+    for path in inputs:
+        if target.exists() and path.exists() and target.samefile(path):
+            raise OutputError(f"{target}: is an input of this command and would be overwritten; choose another output")
+
+
+def save_text(target: Path, text: str, inputs: list[Path]) -> None:
+    """Writes `text` as UTF-8 to `target`, whole or not at all."""
+    with replacing(target, inputs) as stream:
+        stream.write(text.encode())
+
+
+def say(text: str, output: Path | None = None) -> None:
+    """Text for people: on stdout, or on stderr where stdout carries the output itself."""
+    click.echo(text, err=output == STDOUT)
+
+
+def note(text: str) -> None:
+    """Progress and warnings: on stderr."""
+    click.echo(text, err=True)
+
+
+def print_json(value: dict[str, Any], output: Path | None = None) -> None:
+    """One JSON object on stdout (on stderr where stdout carries the output itself); what is not finite is null."""
+    click.echo(json.dumps(_finite(value), indent=2, ensure_ascii=False), err=output == STDOUT)
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+existing = click.Path(path_type=Path)  # whether it exists is checked on reading, so that it is exit 3 and not click's 2

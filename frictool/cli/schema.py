@@ -1,0 +1,26 @@
+"""`frictool schema`: the JSON Schema of a document."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from frictool.cli.output import STDOUT, output_option, save_text
+from frictool.documents.registry import DOCUMENTS, json_schema
+
+HELP = """\b
+Example:
+  frictool schema bench -o bench.schema.json
+
+Print the JSON Schema of a document, for the YAML support of an editor.
+"""
+
+
+@click.command("schema", help=HELP)
+@click.argument("name", type=click.Choice(list(DOCUMENTS)))
+@output_option(required=False)
+def command(name: str, output: Path | None) -> None:
+    text = json.dumps(json_schema(name), indent=2) + "\n"
+    save_text(output or STDOUT, text, [])

@@ -1,0 +1,96 @@
+"""`bench.yaml`: the rig as it stands, what is known of it before any measurement, and how its log columns map to channels."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+import msgspec
+
+from frictool.documents.quantity import (
+    Axis,
+    DriveConstant,
+    DriveLimit,
+    Effort,
+    Inertia,
+    NonNegativeEffort,
+    NonNegativeLength,
+    PositionSpan,
+    PositiveLength,
+    PositiveVelocity,
+    Viscous,
+)
+
+PositiveNumber = Annotated[float, msgspec.Meta(gt=0)]
+Name = Annotated[str, msgspec.Meta(min_length=1, max_length=80)]
+
+
+class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """The position sensor: either counts per revolution (rotary) or the step, and the counter's wrap where it has one."""
+
+    counts_per_revolution: PositiveNumber | None = None
+    step: PositiveLength | None = None
+    direction: Literal[1, -1] = 1
+    wrap_bits: Annotated[int, msgspec.Meta(ge=8, le=32)] | None = None
+
+    def __post_init__(self) -> None:
+        if (self.counts_per_revolution is None) == (self.step is None):
+            raise ValueError("give exactly one of counts_per_revolution and step")
+
+    @property
+    def resolution(self) -> float:
+        """Position of one count, rad or m."""
+        if self.step is not None:
+            return self.step.value
+        assert self.counts_per_revolution is not None
+        return 2.0 * math.pi / self.counts_per_revolution
+
+
+class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """What drives the axis: a current or a voltage, the effort that one unit of it gives, its limit and its lag."""
+
+    drive: Literal["current", "voltage"]
+    constant: DriveConstant
+    limit: DriveLimit
+    loop_time_constant_s: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+
+
+class Mechanics(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """What is known a priori, each with the range that the product may show over its life (the controller must stand it)."""
+
+    inertia: Inertia
+    viscous: Viscous
+    coulomb: NonNegativeEffort
+    breakaway: NonNegativeEffort | None = None
+    offset: Effort | None = None
+    backlash: NonNegativeLength | None = None
+    backlash_coulomb: NonNegativeEffort | None = None
+    travel: PositionSpan | None = None
+    top_speed: PositiveVelocity | None = None
+
+
+class Column(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """One channel's source: a column's (variable's) name or its number from 1, the unit it is in, a factor and an offset."""
+
+    column: str | int
+    unit: str
+    scale: float = 1.0
+    offset: float = 0.0
+
+
+class Bench(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """`bench.yaml`."""
+
+    format: Literal["bench/1"]
+    name: Name
+    axis: Axis
+    sample_period_s: PositiveNumber
+    encoder: Encoder
+    actuator: Actuator
+    mechanics: Mechanics
+    columns: dict[str, Column]
+    delay_samples: Annotated[int, msgspec.Meta(ge=0, le=2)] = 1
+
+    def __post_init__(self) -> None:
+        if self.axis == "linear" and self.encoder.counts_per_revolution is not None:
+            raise ValueError("encoder.counts_per_revolution belongs to a rotary axis; write encoder.step")

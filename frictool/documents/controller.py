@@ -1,0 +1,119 @@
+"""`controller.yaml`: the coefficients that run on the target, and what was verified of the loop that they close."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import msgspec
+
+from frictool.documents.bench import Bench, Name, PositiveNumber
+from frictool.documents.provenance import Provenance
+from frictool.documents.quantity import Axis
+
+Row = tuple[float, ...]
+
+
+class StateSpace(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Matrices in rows; one input, one output: a is n x n, b is n x 1, c is 1 x n, d is 1 x 1."""
+
+    a: tuple[Row, ...]
+    b: tuple[Row, ...]
+    c: tuple[Row, ...]
+    d: tuple[Row, ...]
+
+    def __post_init__(self) -> None:
+        n = len(self.a)
+        shapes = (
+            all(len(row) == n for row in self.a),
+            len(self.b) == n and all(len(row) == 1 for row in self.b),
+            len(self.c) == 1 and len(self.c[0]) == n,
+            len(self.d) == 1 and len(self.d[0]) == 1,
+        )
+        if not all(shapes):
+            raise ValueError(f"matrices do not fit together; allowed: a {n}x{n}, b {n}x1, c 1x{n}, d 1x1")
+
+
+class SpeedController(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """From eta = integral(speed reference) - position [rad or m] to the drive [A or V].
+
+    discrete: x[k+1] = a x[k] + b eta[k], drive[k] = c x[k] + d eta[k], at the sample period. continuous: its inverse Tustin image.
+    sos: the same as second-order sections b0 b1 b2 a0 a1 a2, a0 = 1, H = (b0 + b1/z + b2/z^2)/(1 + a1/z + a2/z^2).
+    anti_windup: l in x[k+1] = a x + b eta + l (limited drive - drive).
+    """
+
+    discrete: StateSpace
+    continuous: StateSpace
+    sos: tuple[Row, ...]
+    anti_windup: tuple[float, ...]
+
+
+class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """speed reference = gain sqrt(|e|) sign(e) outside the band, 0 inside (5.19). Units: position^(1/2)/s, positions, speeds."""
+
+    gain: PositiveNumber
+    formula: Literal["sqrt(2F/J)", "sqrt(F/J)"]
+    band: PositiveNumber
+    action: Literal["cut", "brake"]
+    settled_speed: PositiveNumber
+    rest_speed: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+    speed_filter_rad_s: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+
+
+class Prefilter(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Second-order low-pass of the reference (5.69)."""
+
+    natural_frequency_rad_s: PositiveNumber
+    damping: PositiveNumber
+
+
+class DelayCheck(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The sampled loop at one vertex with `delay_samples` samples of computational delay."""
+
+    delay_samples: int
+    spectral_radius: float
+    modulus_margin: float
+
+
+class Vertex(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """One vertex of the polytope: its parameters in SI, and the sampled closed loop there."""
+
+    name: str
+    inertia: float
+    viscous: float
+    coulomb: float
+    constant: float
+    norm: float
+    modulus_margin: float
+    stable: bool
+    checks: tuple[DelayCheck, ...]
+
+
+class Verified(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """gamma_asked: bound of the matrix inequalities. gamma_verified: worst norm of the rebuilt sampled loop over the vertices."""
+
+    gamma_asked: float
+    gamma_verified: float
+    modulus_margin_specified: float
+    vertices: tuple[Vertex, ...]
+
+
+class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """`controller.yaml`."""
+
+    format: Literal["controller/1"]
+    name: Name
+    axis: Axis
+    structure: Literal["speed_cascade"]
+    method: Literal["lpv"]
+    domain: Literal["discrete"]
+    sample_period_s: PositiveNumber
+    delay_samples: Annotated[int, msgspec.Meta(ge=0, le=2)]
+    drive: Literal["current", "voltage"]
+    drive_limit: PositiveNumber
+    sign_convention: str
+    speed_controller: SpeedController
+    position_law: PositionLaw
+    verified: Verified
+    bench: Bench
+    provenance: Provenance
+    prefilter: Prefilter | None = None

@@ -1,0 +1,52 @@
+"""`model.yaml`: identified parameters with intervals, what could not be identified and why, and the bench verbatim."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import msgspec
+
+from frictool.documents.bench import Bench, Name
+from frictool.documents.provenance import Provenance
+from frictool.documents.quantity import (
+    Axis,
+    EffortEstimate,
+    InertiaEstimate,
+    NonNegativeEffortEstimate,
+    ViscousEstimate,
+)
+
+
+class Parameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """The friction model J dv/dt = u - offset - viscous v - coulomb sign(v), with breakaway at rest (4.17), (4.43)."""
+
+    inertia: InertiaEstimate
+    viscous: ViscousEstimate
+    coulomb: NonNegativeEffortEstimate
+    breakaway: NonNegativeEffortEstimate
+    offset: EffortEstimate
+
+
+class Fit(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """How well the model explains the data it was found from."""
+
+    force_error: float
+    condition: float
+    samples: int
+    held_out_force_error: float | None = None
+
+
+class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """`model.yaml`. `not_identified` names each parameter that the logs could not give, with the reason."""
+
+    format: Literal["model/1"]
+    name: Name
+    axis: Axis
+    law: Literal["coulomb"]
+    method: str
+    confidence: Annotated[float, msgspec.Meta(gt=0, lt=1)]
+    bench: Bench
+    parameters: Parameters
+    provenance: Provenance
+    not_identified: dict[str, str] = {}
+    fit: Fit | None = None

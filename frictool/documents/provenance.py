@@ -1,0 +1,36 @@
+"""Where an artefact comes from: the command, the version, and the digest of each input. No clock, no absolute path."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import msgspec
+
+from frictool import __version__
+
+
+class Input(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """An input file: its base name and its SHA-256."""
+
+    name: str
+    sha256: str
+
+
+class Provenance(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The command line (without `-o`, base names only), the frictool version and each input's digest."""
+
+    command: str
+    frictool: str
+    inputs: tuple[Input, ...] = ()
+
+
+def digest(path: Path) -> str:
+    """SHA-256 of a file, read in blocks."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def record(command: str, inputs: list[Path]) -> Provenance:
+    """The provenance of an artefact made by `command` from `inputs`."""
+    return Provenance(command, __version__, tuple(Input(path.name, digest(path)) for path in inputs))

@@ -1,0 +1,149 @@
+"""Physical quantities at the edge of the program.
+
+A quantity is written `{value: 50, unit: A}`, or with an interval `{value: 13.4, low: 12.8, high: 14.0, unit: mN m/A}`.
+Its unit is converted here, once: every `Quantity` in memory is in SI. Which unit is SI depends on the dimension, and for
+mechanical dimensions on whether the axis is rotary (N m, rad) or linear (N, m).
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import msgspec
+
+if TYPE_CHECKING:
+    import pint
+
+Axis = Literal["rotary", "linear"]
+
+# dimension -> SI unit of a rotary axis, SI unit of a linear axis
+SI_UNITS: dict[str, tuple[str, str]] = {
+    "position": ("rad", "m"),
+    "velocity": ("rad/s", "m/s"),
+    "inertia": ("kg m^2", "kg"),
+    "effort": ("N m", "N"),
+    "viscous": ("N m s/rad", "N s/m"),
+    "effort per ampere": ("N m/A", "N/A"),
+    "effort per volt": ("N m/V", "N/V"),
+    "current": ("A", "A"),
+    "voltage": ("V", "V"),
+    "time": ("s", "s"),
+}
+
+# log channels and the dimension of each
+CHANNEL_DIMENSIONS: dict[str, str] = {
+    "position": "position",
+    "reference": "position",
+    "velocity": "velocity",
+    "current": "current",
+    "voltage": "voltage",
+    "effort": "effort",
+}
+
+
+class Quantity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """A value in SI with an optional interval that holds it; `unit` names the SI unit."""
+
+    value: float
+    low: float | None = None
+    high: float | None = None
+    unit: str = ""
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """(low, high), both equal to the value where no interval is known."""
+        return (self.value if self.low is None else self.low, self.value if self.high is None else self.high)
+
+
+class Estimate(Quantity, frozen=True, forbid_unknown_fields=True, omit_defaults=True, kw_only=True):
+    """A parameter: `source` says whether a log gave it, or the bench's a-priori interval stands in for what no log gave."""
+
+    source: Literal["identified", "bench"]
+
+
+class Span(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A range in SI, low < high."""
+
+    low: float
+    high: float
+    unit: str
+
+
+def _of(dimension: str, minimum: float | None = None, exclusive: bool = False) -> msgspec.Meta:
+    return msgspec.Meta(extra={"dimension": dimension, "minimum": minimum, "exclusive": exclusive})
+
+
+# the quantities that documents are made of: dimension and admissible range
+Position = Annotated[Quantity, _of("position")]
+PositiveLength = Annotated[Quantity, _of("position", 0.0, exclusive=True)]
+NonNegativeLength = Annotated[Quantity, _of("position", 0.0)]
+PositionSpan = Annotated[Span, _of("position")]
+PositiveVelocity = Annotated[Quantity, _of("velocity", 0.0, exclusive=True)]
+Inertia = Annotated[Quantity, _of("inertia", 0.0, exclusive=True)]
+Effort = Annotated[Quantity, _of("effort")]
+NonNegativeEffort = Annotated[Quantity, _of("effort", 0.0)]
+Viscous = Annotated[Quantity, _of("viscous", 0.0)]
+DriveConstant = Annotated[Quantity, _of("effort per drive", 0.0, exclusive=True)]
+DriveLimit = Annotated[Quantity, _of("drive", 0.0, exclusive=True)]
+InertiaEstimate = Annotated[Estimate, _of("inertia", 0.0, exclusive=True)]
+ViscousEstimate = Annotated[Estimate, _of("viscous", 0.0)]
+EffortEstimate = Annotated[Estimate, _of("effort")]
+NonNegativeEffortEstimate = Annotated[Estimate, _of("effort", 0.0)]
+AnyQuantity = Annotated[Quantity, _of("any")]
+
+
+@lru_cache(maxsize=1)
+def registry() -> pint.UnitRegistry[float]:
+    """The unit registry, built on first use: it takes about 0.1 s."""
+    import pint
+
+    return pint.UnitRegistry()
+
+
+def si_unit(dimension: str, axis: Axis) -> str:
+    """The SI unit of a dimension for this kind of axis.
+
+    >>> si_unit("effort", "linear")
+    'N'
+    """
+    return SI_UNITS[dimension][0 if axis == "rotary" else 1]
+
+
+def drive_dimension(drive: Literal["current", "voltage"], *, constant: bool) -> str:
+    """The dimension of what drives the actuator, or of the effort it gives per unit of it."""
+    if constant:
+        return "effort per ampere" if drive == "current" else "effort per volt"
+    return drive
+
+
+def factor_to_si(unit: str, dimension: str, axis: Axis) -> float:
+    """What a number in `unit` is multiplied by to be in SI.
+
+    Raises ValueError with a message for people where the unit is unknown, has an offset, or is of another dimension.
+    """
+    import pint
+
+    target = si_unit(dimension, axis)
+    if unit == target:
+        return 1.0
+    units = registry()
+    try:
+        factor = float(units.Quantity(1.0, _spelling(unit)).to(_spelling(target)).magnitude)
+    except pint.DimensionalityError:
+        raise ValueError(f"unit {unit!r} does not measure {dimension} of a {axis} axis; allowed: {target} and its multiples") from None
+    except Exception:
+        raise ValueError(f"unknown unit {unit!r}; for {dimension} of a {axis} axis write {target} or a multiple of it") from None
+    if not math.isfinite(factor) or factor <= 0.0:
+        raise ValueError(f"unit {unit!r} cannot be used as a scale; write {target}")
+    return factor
+
+
+def _spelling(unit: str) -> str:
+    """A unit as people write it, `N m s/rad` or `kg.m^2`, as the registry reads it."""
+    out: list[str] = []
+    for part in unit.replace("·", " ").replace("²", "^2").split("/"):
+        words = part.replace("*", " ").split()
+        out.append("*".join(words) if words else "1")
+    return "/".join(f"({word})" if index else word for index, word in enumerate(out))

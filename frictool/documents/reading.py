@@ -1,0 +1,272 @@
+"""Strict reading of a YAML document into its type.
+
+The text is composed to nodes, so that every complaint names the line; the nodes are walked along the type, so that
+every complaint names the key, what was found, what is allowed, and for a misspelt key the nearest known name.
+"""
+
+from __future__ import annotations
+
+import difflib
+import itertools
+import math
+import types
+import typing
+from pathlib import Path
+from typing import Any, Literal, Union, get_args, get_origin
+
+import msgspec
+import yaml
+
+from frictool.documents.quantity import Axis, Quantity, Span, drive_dimension, factor_to_si, si_unit
+from frictool.documents.scalars import Loader
+from frictool.errors import DocumentError, InputFileError
+
+MAX_BYTES = 50_000_000
+Pairs = dict[str, tuple[yaml.Node, yaml.Node]]  # key -> (its node, the value's node)
+
+
+def read_text(path: Path) -> str:
+    """The text of a document file. Raises InputFileError where it cannot be read as text."""
+    try:
+        if path.is_dir():
+            raise InputFileError(path, "is a directory; a YAML document is expected")
+        if not path.is_file() and path.exists():
+            raise InputFileError(path, "is not a regular file; a YAML document is expected")
+        if path.stat().st_size > MAX_BYTES:
+            raise InputFileError(path, f"is larger than {MAX_BYTES // 1_000_000} MB; a YAML document is expected")
+        data = path.read_bytes()
+    except FileNotFoundError:
+        raise InputFileError(path, "no such file") from None
+    except OSError as error:
+        raise InputFileError(path, f"cannot be read: {error.strerror}") from None
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputFileError(path, f"is not text (byte {error.start} is not UTF-8); a YAML document is expected") from None
+    if not text.strip():
+        raise InputFileError(path, "is empty; a YAML document is expected")
+    return text
+
+
+def compose(text: str, path: Path) -> yaml.Node:
+    """The node tree of the document. Raises InputFileError with the line of the first syntax error."""
+    try:
+        node = yaml.compose(text, Loader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        raise InputFileError(
+            path, f"not valid YAML: {error.problem or error.context}", line=None if mark is None else mark.line + 1
+        ) from None
+    except (yaml.YAMLError, ValueError) as error:
+        raise InputFileError(path, f"not valid YAML: {str(error).splitlines()[0]}") from None
+    except RecursionError:
+        raise InputFileError(path, "not valid YAML: nested too deeply") from None
+    if node is None:
+        raise InputFileError(path, "is empty; a YAML document is expected")
+    return node
+
+
+class Reader:
+    """Walks nodes along a type; holds what the document has said so far about its axis and drive."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.axis: Axis = "rotary"
+        self.drive: Literal["current", "voltage"] = "current"
+
+    def fail(self, node: yaml.Node, key: str, message: str) -> typing.NoReturn:
+        raise DocumentError(self.path, message, line=node.start_mark.line + 1, key=key)
+
+    def read(self, node: yaml.Node, kind: Any, key: str) -> Any:
+        """The value of `node` as `kind`, a type as the documents use them."""
+        meta: list[msgspec.Meta] = []
+        origin = get_origin(kind)
+        if origin is typing.Annotated:
+            kind, *extra = get_args(kind)
+            meta = [m for m in extra if isinstance(m, msgspec.Meta)]
+            origin = get_origin(kind)
+        if origin in (Union, types.UnionType):
+            return self._optional(node, kind, meta, key)
+        if isinstance(kind, type) and issubclass(kind, Quantity | Span):
+            return self._quantity(node, kind, meta, key)
+        if isinstance(kind, type) and issubclass(kind, msgspec.Struct):
+            return self._struct(node, kind, key)
+        if origin is tuple:
+            return self._sequence(node, get_args(kind)[0], key)
+        if origin is dict:
+            return self._mapping(node, get_args(kind)[1], key)
+        return self._scalar(node, kind, meta, key)
+
+    def _optional(self, node: yaml.Node, kind: Any, meta: list[msgspec.Meta], key: str) -> Any:
+        members = [member for member in get_args(kind) if member is not type(None)]
+        if type(None) in get_args(kind) and isinstance(node, yaml.ScalarNode) and node.tag == "tag:yaml.org,2002:null":
+            return None
+        if len(members) == 1:
+            member = typing.Annotated[members[0], *meta] if meta else members[0]
+            return self.read(node, member, key)
+        scalar_members = [member for member in members if member in (str, int, float, bool)]
+        found = self._plain(node, key) if isinstance(node, yaml.ScalarNode) else None
+        if type(found) in scalar_members:
+            return found
+        self.fail(node, key, f"found {_shown(node)}; allowed: {' or '.join(_type_name(m) for m in members)}")
+
+    def _struct(self, node: yaml.Node, kind: type[msgspec.Struct], key: str) -> Any:
+        fields = {field.encode_name: field for field in msgspec.structs.fields(kind)}
+        hints = typing.get_type_hints(kind, include_extras=True)
+        given = self._pairs(node, key)
+        self._known(given, list(fields), key)
+        values: dict[str, Any] = {}
+        # the axis and what drives it decide which units the rest is in: read them first
+        for name in sorted(given, key=lambda n: n not in ("axis", "actuator", "bench", "drive")):
+            value = self.read(given[name][1], hints[fields[name].name], _join(key, name))
+            if name == "axis":
+                self.axis = value
+            if name == "drive":
+                self.drive = value
+            values[fields[name].name] = value
+        for name, field in fields.items():
+            if field.required and name not in given:
+                example = f"; write {name}: ..." if not key else ""
+                self.fail(
+                    node, _join(key, name), f"missing{example}; required here: {', '.join(n for n, f in fields.items() if f.required)}"
+                )
+        try:
+            return kind(**values)
+        except ValueError as error:
+            self.fail(node, key or kind.__name__.lower(), str(error))
+
+    def _known(self, pairs: Pairs, names: list[str], key: str) -> None:
+        for name, (name_node, _) in pairs.items():
+            if name not in names:
+                self.fail(name_node, _join(key, name), f"unknown key{_suggest(name, names)}; allowed: {', '.join(names)}")
+
+    def _pairs(self, node: yaml.Node, key: str) -> Pairs:
+        if not isinstance(node, yaml.MappingNode):
+            self.fail(node, key, f"found {_shown(node)}; allowed: a mapping of keys")
+        pairs: Pairs = {}
+        for name_node, value_node in node.value:
+            if not isinstance(name_node, yaml.ScalarNode):
+                self.fail(name_node, key, "found a key that is not text; allowed: plain names")
+            name = name_node.value
+            if name in pairs:
+                self.fail(name_node, _join(key, name), f"given twice, first in line {pairs[name][0].start_mark.line + 1}; keep one")
+            pairs[name] = (name_node, value_node)
+        return pairs
+
+    def _mapping(self, node: yaml.Node, kind: Any, key: str) -> dict[str, Any]:
+        return {name: self.read(value, kind, _join(key, name)) for name, (_, value) in self._pairs(node, key).items()}
+
+    def _sequence(self, node: yaml.Node, kind: Any, key: str) -> tuple[Any, ...]:
+        if not isinstance(node, yaml.SequenceNode):
+            self.fail(node, key, f"found {_shown(node)}; allowed: a list")
+        return tuple(self.read(item, kind, f"{key}[{index}]") for index, item in enumerate(node.value))
+
+    def _quantity(self, node: yaml.Node, kind: type[Quantity | Span], meta: list[msgspec.Meta], key: str) -> Any:
+        extra = next((m.extra for m in meta if m.extra), {"dimension": "any"})
+        pairs = self._pairs(node, key)
+        fields = {field.name: field for field in msgspec.structs.fields(kind)}
+        self._known(pairs, list(fields), key)
+        required = ["unit", *(name for name, field in fields.items() if field.required)]
+        for name in required:
+            if name not in pairs:
+                self.fail(node, _join(key, name), f"missing; allowed: {{{', '.join(f'{n}: ..' for n in required)}}}")
+        unit = self.read(pairs["unit"][1], str, _join(key, "unit"))
+        factor, si = self._factor(pairs["unit"][1], unit, str(extra["dimension"]), _join(key, "unit"))
+        numbers: dict[str, float] = {
+            name: self.read(pairs[name][1], float, _join(key, name)) * factor for name in ("value", "low", "high") if name in pairs
+        }
+        self._in_range(pairs, numbers, unit, extra, key)
+        others = {name: self.read(pairs[name][1], fields[name].type, _join(key, name)) for name in pairs if name not in (*numbers, "unit")}
+        return kind(**numbers, **others, unit=si)
+
+    def _in_range(self, pairs: Pairs, numbers: dict[str, float], unit: str, extra: dict[str, Any], key: str) -> None:
+        minimum, exclusive = extra.get("minimum"), bool(extra.get("exclusive"))
+        for name, number in numbers.items():
+            if minimum is not None and (number < minimum or (exclusive and number == minimum)):
+                found = f"found {_shown(pairs[name][1])} {unit}"
+                self.fail(pairs[name][1], _join(key, name), f"{found}; allowed: {'>' if exclusive else '>='} {minimum:g}")
+        order = [name for name in ("low", "value", "high") if name in numbers]
+        for below, above in itertools.pairwise(order):
+            if numbers[below] > numbers[above]:
+                low, high = pairs[below][1], pairs[above][1]
+                self.fail(low, _join(key, below), f"found {_shown(low)} above {above} {_shown(high)}; allowed: low <= value <= high")
+
+    def _factor(self, node: yaml.Node, unit: str, dimension: str, key: str) -> tuple[float, str]:
+        if dimension == "any":
+            return 1.0, unit
+        if dimension in ("drive", "effort per drive"):
+            dimension = drive_dimension(self.drive, constant=dimension != "drive")
+        try:
+            return factor_to_si(unit, dimension, self.axis), si_unit(dimension, self.axis)
+        except ValueError as error:
+            self.fail(node, key, str(error))
+
+    def _plain(self, node: yaml.Node, key: str) -> Any:
+        if not isinstance(node, yaml.ScalarNode):
+            self.fail(node, key, f"found {_shown(node)}; allowed: a single value")
+        tag = node.tag.rpartition(":")[2]
+        if tag == "float":
+            lowered = node.value.lower()
+            return math.nan if "nan" in lowered else float(lowered.replace(".inf", "inf"))
+        if tag == "int":
+            return int(node.value) if len(node.value) < 400 else math.inf
+        if tag == "bool":
+            return node.value == "true"
+        return None if tag == "null" else node.value
+
+    def _scalar(self, node: yaml.Node, kind: Any, meta: list[msgspec.Meta], key: str) -> Any:
+        found = self._plain(node, key)
+        if kind is str and found is not None and not isinstance(found, str) and isinstance(node, yaml.ScalarNode):
+            found = node.value  # a name such as 12 or true
+        if kind is float and isinstance(found, float | int) and not isinstance(found, bool):
+            try:
+                finite = math.isfinite(found)
+            except OverflowError:
+                finite = False
+            if not finite:
+                self.fail(node, key, f"found {_shown(node)}; allowed: a finite number")
+        whole = typing.Annotated[kind, *meta] if meta else kind
+        try:
+            return msgspec.convert(found, whole, strict=True)
+        except msgspec.ValidationError:
+            self.fail(node, key, f"found {_shown(node)}; allowed: {_allowed(kind, meta)}{_nearest_choice(kind, found)}")
+
+
+def _join(key: str, name: str) -> str:
+    return f"{key}.{name}" if key else name
+
+
+def _shown(node: yaml.Node) -> str:
+    if isinstance(node, yaml.ScalarNode):
+        text = node.value if len(node.value) <= 60 else node.value[:57] + "..."
+        return repr(text) if node.tag.endswith(":str") else (text or "nothing")
+    return "a mapping" if isinstance(node, yaml.MappingNode) else "a list"
+
+
+def _suggest(name: str, known: list[str]) -> str:
+    near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+    return f", did you mean {near[0]!r}?" if near else ""
+
+
+def _nearest_choice(kind: Any, found: Any) -> str:
+    if get_origin(kind) is Literal and isinstance(found, str):
+        return _suggest(found, [str(choice) for choice in get_args(kind)])
+    return ""
+
+
+def _type_name(kind: Any) -> str:
+    if get_origin(kind) is Literal:
+        return " | ".join(str(choice) for choice in get_args(kind))
+    if isinstance(kind, type) and issubclass(kind, msgspec.Struct):
+        return "a mapping"
+    return {float: "a number", int: "a whole number", str: "text", bool: "true or false"}.get(kind, str(kind))
+
+
+def _allowed(kind: Any, meta: list[msgspec.Meta]) -> str:
+    text = _type_name(kind)
+    for item in meta:
+        limits = (("> ", item.gt), (">= ", item.ge), ("< ", item.lt), ("<= ", item.le))
+        for relation, limit in limits:
+            if limit is not None:
+                text += f" {relation}{limit:g}"
+    return text

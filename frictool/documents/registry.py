@@ -1,0 +1,41 @@
+"""The documents by name: loading, saving, and the JSON Schema of each for editors."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import msgspec
+
+from frictool.documents.bench import Bench
+from frictool.documents.controller import Controller
+from frictool.documents.design import Design
+from frictool.documents.model import Model
+from frictool.documents.reading import Reader, compose, read_text
+from frictool.documents.scenario import Scenario
+from frictool.documents.spec import Spec
+
+DOCUMENTS: dict[str, type[msgspec.Struct]] = {
+    "bench": Bench,
+    "model": Model,
+    "spec": Spec,
+    "design": Design,
+    "controller": Controller,
+    "scenario": Scenario,
+}
+
+T = TypeVar("T", bound=msgspec.Struct)
+
+
+def load(path: Path, kind: type[T]) -> T:
+    """The document at `path`, every quantity in SI.
+
+    Raises DocumentError with file, line and key, what was found and what is allowed; InputFileError where it is no YAML text.
+    """
+    return cast(T, Reader(path).read(compose(read_text(path), path), kind, ""))
+
+
+def json_schema(name: str) -> dict[str, Any]:
+    """The JSON Schema of the document called `name`. Raises KeyError for an unknown name."""
+    schema = msgspec.json.schema(DOCUMENTS[name])
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": f"{name}.yaml", **schema}

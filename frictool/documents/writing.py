@@ -1,0 +1,58 @@
+"""Writing a document as YAML: the same document gives the same bytes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+import yaml
+
+from frictool.documents.scalars import Dumper
+
+FLOW_WIDTH = 110
+
+
+class _Dumper(Dumper):
+    """Short lists and quantity maps on one line, everything else as blocks; floats with as few digits as give them back."""
+
+
+def _float(dumper: yaml.SafeDumper, value: float) -> yaml.Node:
+    return dumper.represent_scalar("tag:yaml.org,2002:float", repr(value))
+
+
+def _mapping(dumper: yaml.SafeDumper, value: dict[str, Any]) -> yaml.Node:
+    node = dumper.represent_mapping("tag:yaml.org,2002:map", value.items())
+    node.flow_style = _is_short(value)
+    return node
+
+
+def _sequence(dumper: yaml.SafeDumper, value: list[Any]) -> yaml.Node:
+    node = dumper.represent_sequence("tag:yaml.org,2002:seq", value)
+    node.flow_style = all(not isinstance(item, list | dict) for item in value)
+    return node
+
+
+def _is_short(value: dict[str, Any]) -> bool:
+    if not value or any(isinstance(item, list | dict) for item in value.values()):
+        return not value
+    return sum(len(key) + len(str(item)) + 4 for key, item in value.items()) <= FLOW_WIDTH
+
+
+_Dumper.add_representer(float, _float)
+_Dumper.add_representer(dict, _mapping)
+_Dumper.add_representer(list, _sequence)
+_Dumper.ignore_aliases = lambda self, data: True  # type: ignore[method-assign]  # no anchors in documents meant for people
+
+
+def to_yaml(document: msgspec.Struct) -> str:
+    """The YAML text of a document, keys in the order of the type, unset optional keys left out."""
+    return yaml.dump(without_unset(msgspec.to_builtins(document)), Dumper=_Dumper, sort_keys=False, width=10_000, allow_unicode=True)
+
+
+def without_unset(value: Any) -> Any:
+    """The same tree without keys whose value is None."""
+    if isinstance(value, dict):
+        return {key: without_unset(item) for key, item in value.items() if item is not None}
+    if isinstance(value, list | tuple):
+        return [without_unset(item) for item in value]
+    return value

@@ -1,0 +1,65 @@
+"""Every failure that frictool reports, each with its exit code.
+
+====  =========================================================================
+code  meaning
+====  =========================================================================
+0     done
+1     done, and the answer is no: specification not met, parameter not identifiable
+2     the command line is wrong (click raises it)
+3     an input file is wrong, or was read with data lost
+4     no solution: infeasible, not converged, not verified
+====  =========================================================================
+
+A message is one line: what was found, what is allowed, what to try.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+EXIT_DONE = 0
+EXIT_NO = 1
+EXIT_USAGE = 2
+EXIT_INPUT = 3
+EXIT_NO_SOLUTION = 4
+
+
+class FrictoolError(Exception):
+    """Root of every error that a user is meant to read. `exit_code` is the process's exit code."""
+
+    exit_code = EXIT_INPUT
+
+    def __init__(self, message: str) -> None:
+        super().__init__(" ".join(message.split()))
+
+
+class InputFileError(FrictoolError):
+    """An input file cannot be used: it is missing, damaged, or not of the form that is asked for."""
+
+    def __init__(self, path: Path | str, message: str, *, line: int | None = None) -> None:
+        self.path = str(path)
+        self.line = line
+        where = self.path if line is None else f"{self.path}:{line}"
+        super().__init__(f"{where}: {message}")
+
+
+class DocumentError(InputFileError):
+    """A YAML document breaks its type: unknown key, wrong unit, out of range, missing (with file, line and key)."""
+
+    def __init__(self, path: Path | str, message: str, *, line: int | None, key: str) -> None:
+        self.key = key
+        super().__init__(path, f"{key}: {message}" if key else message, line=line)
+
+
+class LogError(InputFileError):
+    """A log cannot be read, or its channels do not give what a stage needs."""
+
+
+class OutputError(FrictoolError):
+    """The output cannot be written, or would overwrite an input."""
+
+
+class NoSolutionError(FrictoolError):
+    """Infeasible, not converged, or found and then not verified."""
+
+    exit_code = EXIT_NO_SOLUTION

@@ -1,0 +1,1 @@
+"""A controller as source code with golden vectors."""

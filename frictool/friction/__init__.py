@@ -1,0 +1,1 @@
+"""One friction law per file: kernels on SI floats."""

@@ -1,0 +1,1 @@
+"""Logs to parameters with intervals, one method per file."""

@@ -1,0 +1,1 @@
+"""Matrix inequalities: assembled for the solver, balanced, solved."""

@@ -1,0 +1,1 @@
+"""A log in memory, its formats (one file each), and the mapping of raw columns to channels."""

@@ -1,0 +1,1 @@
+"""Metrics of a step test: response time, overshoot, reversals, energy, one per file."""

@@ -1,0 +1,1 @@
+"""Metrics against the specification: the verdict, as a page and for machines."""

@@ -1,0 +1,1 @@
+"""Step tests of a model under its controller, as a log."""

@@ -1,0 +1,1 @@
+"""Model, specification and design to a controller that was verified."""

@@ -1,0 +1,1 @@
+"""The closed loop rebuilt from coefficients: stability, norms, margins, sampled. Knows no solver."""
