@@ -14,6 +14,7 @@ from frictool.documents.model import Model
 from frictool.documents.reading import Reader, compose, read_text
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
+from frictool.errors import InputFileError
 
 DOCUMENTS: dict[str, type[msgspec.Struct]] = {
     "bench": Bench,
@@ -33,6 +34,16 @@ def load(path: Path, kind: type[T]) -> T:
     Raises DocumentError with file, line and key, what was found and what is allowed; InputFileError where it is no YAML text.
     """
     return cast(T, Reader(path).read(compose(read_text(path), path), kind, ""))
+
+
+def same_axis(documents: dict[Path, Any]) -> None:
+    """Raises InputFileError where the documents do not all describe one kind of axis, or not one kind of drive."""
+    for name in ("axis", "drive"):
+        found = {path: getattr(document, name) for path, document in documents.items() if hasattr(document, name)}
+        first = next(iter(found.items()), None)
+        for path, value in found.items():
+            if first is not None and value != first[1]:
+                raise InputFileError(path, f"{name}: found {value}, but {first[0]} says {first[1]}; the documents of one rig agree")
 
 
 def json_schema(name: str) -> dict[str, Any]:

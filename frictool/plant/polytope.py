@@ -1,0 +1,57 @@
+"""The polytope of plants (5.51), (5.68): the corners of the parameters' intervals, exact at each vertex.
+
+p0 = (J, viscous, coulomb, K)      centre: the middle of each interval
+vertices: 2^4 corners in the order of itertools.product, J slowest; equal corners (an interval of no width) are listed once
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+from frictool.documents.model import Model
+from frictool.documents.quantity import Quantity
+
+
+@dataclass(frozen=True)
+class PlantPoint:
+    """One constant plant: inertia [kg m^2 or kg], viscous [N m s/rad or N s/m], coulomb [N m or N], constant [N m or N per A or V]."""
+
+    name: str
+    inertia: float
+    viscous: float
+    coulomb: float
+    constant: float
+
+
+@dataclass(frozen=True)
+class Polytope:
+    """The centre and the vertices."""
+
+    centre: PlantPoint
+    vertices: tuple[PlantPoint, ...]
+
+
+def intervals(model: Model) -> dict[str, tuple[float, float]]:
+    """For each parameter the hull of the model's interval and of the bench's range over the product's life.
+
+    The hull and not the intersection: the log tells what the parameter is on this bench today, the bench tells what it may become.
+    """
+    known, today = model.bench.mechanics, model.parameters
+    pairs: dict[str, tuple[Quantity, ...]] = {
+        "inertia": (today.inertia, known.inertia),
+        "viscous": (today.viscous, known.viscous),
+        "coulomb": (today.coulomb, known.coulomb),
+        "constant": (model.bench.actuator.constant,),
+    }
+    return {name: (min(q.interval[0] for q in both), max(q.interval[1] for q in both)) for name, both in pairs.items()}
+
+
+def polytope(model: Model) -> Polytope:
+    """The polytope spanned by `intervals(model)`. An inertia or constant that may be zero is refused by the documents."""
+    box = intervals(model)
+    centre = PlantPoint("centre", *(0.5 * (low + high) for low, high in box.values()))
+    corners = dict.fromkeys(itertools.product(*box.values()))
+    width = len(str(len(corners)))
+    vertices = tuple(PlantPoint(f"v{index:0{width}d}", *corner) for index, corner in enumerate(corners, start=1))
+    return Polytope(centre, vertices)

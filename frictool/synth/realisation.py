@@ -1,0 +1,89 @@
+"""The controller's stored forms: a balanced realisation, its inverse Tustin image, second-order sections, anti-windup gains."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg, signal
+
+from frictool.documents.controller import SpeedController, StateSpace
+from frictool.errors import NoSolutionError
+
+Matrix = NDArray[np.float64]
+Quadruple = tuple[Matrix, Matrix, Matrix, Matrix]
+NEGLIGIBLE = 1e-8
+
+
+def speed_controller(k: Quadruple, period: float) -> SpeedController:
+    """Every stored form of the discrete controller `k` = (a, b, c, d) at `period` [s].
+
+    Raises NoSolutionError where the sections do not reproduce the state space (checked on the unit circle to 1e-6 of the peak).
+    """
+    a, b, c, d = _balanced(k)
+    sections = signal.zpk2sos(*signal.ss2zpk(a, b, c, d))
+    angles = np.geomspace(1e-3, np.pi, 200)
+    _, from_sections = signal.sosfreqz(sections, worN=angles)
+    z = np.exp(1j * angles)
+    direct = np.array([(c @ np.linalg.solve(zi * np.eye(len(a)) - a, b) + d)[0, 0] for zi in z])
+    if np.max(np.abs(from_sections - direct)) > 1e-6 * np.max(np.abs(direct)):
+        raise NoSolutionError(
+            "the second-order sections of the controller do not reproduce it; its poles are too ill-conditioned, relax the weights"
+        )
+    return SpeedController(
+        discrete=_document((a, b, c, d)),
+        continuous=_document(inverse_tustin((a, b, c, d), period)),
+        sos=tuple(tuple(float(value) for value in row) for row in sections),
+        anti_windup=tuple(float(value) for value in _anti_windup(a, b, c, d)),
+    )
+
+
+def inverse_tustin(k: Quadruple, period: float) -> Quadruple:
+    """The continuous system whose Tustin discretisation at `period` is `k`: z = (1 + s T/2)/(1 - s T/2)."""
+    a, b, c, d = k
+    inverse = np.linalg.inv(a + np.eye(a.shape[0]))
+    return (
+        2.0 / period * (a - np.eye(a.shape[0])) @ inverse,
+        2.0 / np.sqrt(period) * inverse @ b,
+        2.0 / np.sqrt(period) * c @ inverse,
+        d - c @ inverse @ b,
+    )
+
+
+def _balanced(k: Quadruple) -> Quadruple:
+    """The realisation with equal diagonal Gramians, so that rounding its coefficients hurts least.
+
+    States that the synthesis leaves unreachable or unobservable (the delayed command is known exactly) are dropped: Hankel singular value
+    below 1e-8 of the largest, which is below what the solver resolves. An unstable controller is only scaled.
+    """
+    a, b, c, d = k
+    if np.max(np.abs(np.linalg.eigvals(a))) >= 1.0:
+        _, t = linalg.matrix_balance(a)
+        return np.linalg.solve(t, a @ t), np.linalg.solve(t, b), c @ t, d
+    reach, see = (_root(linalg.solve_discrete_lyapunov(*pair)) for pair in ((a, b @ b.T), (a.T, c.T @ c)))
+    u, hankel, v = np.linalg.svd(see.T @ reach)
+    kept = hankel > NEGLIGIBLE * hankel[0]
+    t = reach @ v[kept].T * hankel[kept] ** -0.5
+    inverse = (see @ u[:, kept] * hankel[kept] ** -0.5).T
+    return inverse @ a @ t, inverse @ b, c @ t, d
+
+
+def _root(gramian: Matrix) -> Matrix:
+    """A square root of a positive semidefinite matrix that may be singular to working precision."""
+    values, vectors = np.linalg.eigh(0.5 * (gramian + gramian.T))
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+
+
+def _anti_windup(a: Matrix, b: Matrix, c: Matrix, d: Matrix) -> NDArray[np.float64]:
+    """l in x+ = a x + b eta + l (limited drive - drive): the observer gain that makes a - l c stable and fast.
+
+    While limited, the controller's state follows what the limited drive says it should be (conditioned form). The weights b b' and
+    d^2 + (c b)^2 are the drive's response to one unit of eta, so that no further tuning enters.
+    """
+    noise = np.array([[float(d[0, 0] ** 2 + (c @ b)[0, 0] ** 2)]])
+    p = linalg.solve_discrete_are(a.T, c.T, b @ b.T + 1e-12 * np.trace(b @ b.T) * np.eye(len(a)), noise)
+    return np.asarray(a @ p @ c.T / (c @ p @ c.T + noise))[:, 0]
+
+
+def _document(k: Quadruple) -> StateSpace:
+    a, b, c, d = (tuple(tuple(float(value) for value in row) for row in matrix) for matrix in k)
+    return StateSpace(a, b, c, d)
