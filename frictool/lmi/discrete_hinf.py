@@ -120,7 +120,7 @@ class _Problem:
         optimum = float(found.x[-1])
         if not np.isfinite(optimum) or optimum <= 0.0 or found.status in INFEASIBLE:
             raise NoSolutionError(f"no controller satisfies the matrix inequalities (solver: {found.status}); relax the weights")
-        bounded = self._bounded_real(recentring * optimum)
+        bounded = self._bounded_real(np.sqrt(recentring) * optimum)  # inside, so that the inequalities are strict at the gamma asked
         identity = np.eye(self.n)[upper_triangle(self.n)]
         trace = np.concatenate([identity, identity, [0.0]])
         smallest = solve(trace, [*bounded, lambda x: self._coupling(x, 1.0)])

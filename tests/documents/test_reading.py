@@ -1,0 +1,160 @@
+"""Strict reading: each complaint names the file, the line, the key, what was found and what is allowed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from frictool.documents.bench import Bench
+from frictool.documents.registry import DOCUMENTS, json_schema, load, same_axis
+from frictool.documents.writing import to_yaml
+from frictool.errors import DocumentError, InputFileError
+
+ROOT = Path(__file__).parents[2]
+CLUTCH = ROOT / "configs/clutch/bench.yaml"
+EVERY = sorted(
+    (kind, path)
+    for rig in (ROOT / "configs").iterdir()
+    for kind, pattern in (("bench", "bench.yaml"), ("spec", "spec.yaml"), ("design", "designs/*.yaml"), ("scenario", "scenarios/*.yaml"))
+    for path in rig.glob(pattern)
+)
+
+
+def _line_of(text: str, part: str) -> int:
+    return next(number for number, line in enumerate(text.splitlines(), start=1) if part in line)
+
+
+@pytest.mark.parametrize(("kind", "path"), EVERY, ids=lambda item: str(item).rpartition("configs/")[2])
+def test_shipped_documents_load_and_round_trip(kind: str, path: Path, tmp_path: Path) -> None:
+    document = load(path, DOCUMENTS[kind])
+    copy = tmp_path / "copy.yaml"
+    copy.write_text(to_yaml(document))
+    assert load(copy, DOCUMENTS[kind]) == document
+    assert to_yaml(load(copy, DOCUMENTS[kind])) == to_yaml(document)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "words"),
+    [
+        ("value: 50, unit: A", "value: 50, unit: V", "actuator.limit.unit", ["'V'", "current", "allowed: A"]),
+        ("value: 50, unit: A", "value: 50, unit: amps_", "actuator.limit.unit", ["unknown unit", "A"]),
+        ("  inertia:", "  inertai:", "mechanics.inertai", ["unknown key", "did you mean 'inertia'?"]),
+        ("drive: current", "drive: curent", "actuator.drive", ["'curent'", "current | voltage", "did you mean 'current'?"]),
+        ("  limit: {value: 50, unit: A}\n", "", "actuator.limit", ["missing", "required"]),
+        ("0.003", "-1", "actuator.loop_time_constant_s", ["-1", ">= 0"]),
+        ("counts_per_revolution: 56", "counts_per_revolution: many", "encoder.counts_per_revolution", ["'many'", "a number > 0"]),
+        ("low: 0, high: 7.62e-4", "low: 5, high: 7.62e-4", "mechanics.viscous.low", ["5", "3.81e-4", "low <= value <= high"]),
+        ("value: 1.32e-5", "value: 0", "mechanics.inertia.value", ["found 0", "> 0"]),
+        ("value: 1.32e-5", "value: .nan", "mechanics.inertia.value", [".nan", "finite"]),
+        ("value: 1.32e-5", "value: 1e999", "mechanics.inertia.value", ["1e999", "finite"]),
+        ("name: clutch", "name: clutch\nname: again", "name", ["twice"]),
+        ("delay_samples: 1", "delay_samples: 1.5", "delay_samples", ["1.5", "a whole number"]),
+        ("encoder:\n  counts_per_revolution: 56 ", "encoder: [56] ", "encoder", ["a list", "mapping"]),
+    ],
+)
+def test_a_wrong_line_is_named(old: str, new: str, key: str, words: list[str], tmp_path: Path) -> None:
+    text = CLUTCH.read_text()
+    assert old in text
+    path = tmp_path / "bench.yaml"
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(DocumentError) as caught:
+        load(path, Bench)
+    message = str(caught.value)
+    assert caught.value.exit_code == 3
+    assert caught.value.key == key
+    assert message.startswith(f"{path}:{caught.value.line}: {key}")
+    assert all(word in message for word in words), message
+    assert "\n" not in message
+    if new and "\n" not in new:
+        assert caught.value.line == _line_of(path.read_text(), new.strip())
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"   \n", b"\x00\xff\xfe\x01", b"a: [1, 2", b"- 1\n- 2\n", b"just text", b"a: &a [*a]\n", b"{" * 5000]
+)
+def test_what_is_no_document_is_one_line(content: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "bench.yaml"
+    path.write_bytes(content)
+    with pytest.raises(InputFileError) as caught:
+        load(path, Bench)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_missing_file_and_directory(tmp_path: Path) -> None:
+    with pytest.raises(InputFileError, match="no such file"):
+        load(tmp_path / "none.yaml", Bench)
+    with pytest.raises(InputFileError, match="directory"):
+        load(tmp_path, Bench)
+
+
+def test_units_are_converted_once(tmp_path: Path) -> None:
+    path = tmp_path / "bench.yaml"
+    path.write_text(CLUTCH.read_text().replace("{value: 400, unit: rad/s}", "{value: 3819.718634205488, unit: rpm}"))
+    top_speed = load(path, Bench).mechanics.top_speed
+    assert top_speed is not None
+    assert top_speed.value == pytest.approx(400.0, rel=1e-12)
+    assert top_speed.unit == "rad/s"
+
+
+def test_a_linear_axis_wants_linear_units(tmp_path: Path) -> None:
+    path = tmp_path / "bench.yaml"
+    path.write_text(CLUTCH.read_text().replace("axis: rotary", "axis: linear"))
+    with pytest.raises(DocumentError, match="linear axis"):
+        load(path, Bench)
+
+
+def test_documents_of_two_kinds_of_axis_do_not_mix() -> None:
+    clutch, emps = ROOT / "configs/clutch", ROOT / "configs/emps"
+    documents = {path: load(path, DOCUMENTS["spec"]) for path in (clutch / "spec.yaml", emps / "spec.yaml")}
+    with pytest.raises(InputFileError, match="axis: found linear"):
+        same_axis(documents)
+
+
+def _refusal(path: Path) -> str | None:
+    """What the reader says against the document; None where it takes it. Any other exception is a failure."""
+    try:
+        load(path, Bench)
+    except InputFileError as error:
+        return str(error)
+    return None
+
+
+@settings(max_examples=150, deadline=None)
+@given(data=st.data())
+def test_a_mutated_document_loads_or_is_refused_in_one_line(data: st.DataObject, tmp_path_factory: pytest.TempPathFactory) -> None:
+    text = CLUTCH.read_bytes()
+    start = data.draw(st.integers(0, len(text) - 1))
+    length = data.draw(st.integers(0, 12))
+    path = tmp_path_factory.mktemp("fuzz") / "bench.yaml"
+    path.write_bytes(text[:start] + data.draw(st.binary(max_size=12)) + text[start + length :])
+    message = _refusal(path)
+    assert message is None or "\n" not in message
+
+
+@settings(max_examples=100, deadline=None)
+@given(value=st.floats(1e-12, 1e12), text=st.text(min_size=1, max_size=20).filter(str.strip))
+def test_numbers_and_names_survive_writing(value: float, text: str, tmp_path_factory: pytest.TempPathFactory) -> None:
+    bench = load(CLUTCH, Bench)
+    import msgspec
+
+    changed = msgspec.structs.replace(bench, sample_period_s=value, name=text)
+    path = tmp_path_factory.mktemp("write") / "bench.yaml"
+    path.write_text(to_yaml(changed), encoding="utf-8")
+    again = load(path, Bench)
+    assert again.sample_period_s == value
+    assert again.name == text
+
+
+@pytest.mark.parametrize("name", list(DOCUMENTS))
+def test_every_document_has_a_schema_that_names_its_keys(name: str) -> None:
+    import msgspec
+
+    schema = json_schema(name)
+    keys = {field.encode_name for field in msgspec.structs.fields(DOCUMENTS[name])}
+    definition = schema["$defs"][schema["$ref"].rpartition("/")[2]]
+    assert set(definition["properties"]) == keys
+    assert definition["additionalProperties"] is False
