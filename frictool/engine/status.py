@@ -1,0 +1,21 @@
+"""What a kernel of the engine returns.
+
+====  ==============  ===================================================================================================
+code  name            meaning
+====  ==============  ===================================================================================================
+0     OK              done
+1     TOO_MANY_EVENTS more than MAX_EVENTS stops, breakaways and contacts in one call: the state is that of the last event
+2     NOT_FINITE      the state, the command or the duration is not a finite number: the state is as it was
+====  ==============  ===================================================================================================
+"""
+
+from __future__ import annotations
+
+OK = 0
+TOO_MANY_EVENTS = 1
+NOT_FINITE = 2
+
+MESSAGES = {
+    TOO_MANY_EVENTS: "the axis stops and starts more often within one sample than the engine resolves",
+    NOT_FINITE: "the simulation left the range of floating-point numbers",
+}

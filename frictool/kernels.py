@@ -1,0 +1,64 @@
+"""How kernels are compiled: numba, once per installation, kept on disk.
+
+numba's own cache looks at the file of the outer function only, so that a kernel goes on calling the old form of one that was
+changed in another file. The cache here is a folder named after the digest of every kernel source: another source, another folder.
+It lies beside the package, or in the user's cache folder where the installation is read-only; with neither, nothing is kept.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+
+ROOMS = ("friction", "control", "plant", "engine")
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def _source_digest(package: Path) -> str:
+    """Digest of the sources of all rooms that hold kernels."""
+    seen = hashlib.sha256()
+    for room in ROOMS:
+        for source in sorted((package / room).glob("*.py")):
+            seen.update(source.name.encode() + b"\0" + source.read_bytes() + b"\0")
+    return seen.hexdigest()[:16]
+
+
+def _usable(folder: Path) -> bool:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError:
+        return False
+    return True
+
+
+def _cache_folder() -> Path | None:
+    """Where compiled kernels are kept, or None where no folder can be written."""
+    package = Path(__file__).parent
+    if numba.config.CACHE_DIR:
+        return Path(numba.config.CACHE_DIR)
+    name = f"kernels-{_source_digest(package)}"
+    user = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "frictool"
+    return next((folder / name for folder in (package / "__pycache__", user) if _usable(folder / name)), None)
+
+
+FOLDER = _cache_folder()
+if FOLDER is not None:
+    numba.config.CACHE_DIR = str(FOLDER)
+
+
+def kernel(function: F) -> F:
+    """Compiles a function of floats and arrays on its first call: no Python objects, IEEE arithmetic in the order written."""
+    compiled: F = numba.njit(cache=FOLDER is not None)(function)
+    return compiled
+
+
+def is_compiled(module: str, name: str) -> bool:
+    """Whether the kernel `name` of a module (the last word of its path) lies compiled on disk."""
+    return FOLDER is not None and any(FOLDER.rglob(f"{module}.{name}-*.nbi"))
