@@ -105,9 +105,9 @@ class _Problem:
         self.null_r = null_space(np.hstack([first.b2.T, first.d12.T]))
         self.null_s = null_space(np.hstack([first.c2, first.d21]))
 
-    def blocks(self, x: Vector) -> tuple[Matrix, Matrix]:
-        """R and S of a decision vector."""
-        return symmetric(x[: self.half], self.n), symmetric(x[self.half : 2 * self.half], self.n)
+    def blocks(self, x: Matrix) -> tuple[Matrix, Matrix]:
+        """R and S of decision vectors."""
+        return symmetric(x[..., : self.half], self.n), symmetric(x[..., self.half : 2 * self.half], self.n)
 
     def recentred(self, recentring: float) -> tuple[float, Matrix, Matrix, bool]:
         """The optimum gamma; R, S at `recentring` times it; and whether they satisfy the inequalities by our own check.
@@ -116,23 +116,24 @@ class _Problem:
         """
         objective = np.zeros(2 * self.half + 1)
         objective[-1] = 1.0
-        found = solve(objective, [*self._bounded_real(None), lambda x: self._coupling(x, 1.0)])
+        found = solve(objective, [*self._bounded_real(None), lambda x: self._coupling(x, np.ones(len(x)))])
         optimum = float(found.x[-1])
         if not np.isfinite(optimum) or optimum <= 0.0 or found.status in INFEASIBLE:
             raise NoSolutionError(f"no controller satisfies the matrix inequalities (solver: {found.status}); relax the weights")
         bounded = self._bounded_real(np.sqrt(recentring) * optimum)  # inside, so that the inequalities are strict at the gamma asked
         identity = np.eye(self.n)[upper_triangle(self.n)]
         trace = np.concatenate([identity, identity, [0.0]])
-        smallest = solve(trace, [*bounded, lambda x: self._coupling(x, 1.0)])
+        smallest = solve(trace, [*bounded, lambda x: self._coupling(x, np.ones(len(x)))])
         limit = TRACE_SLACK * float(trace @ smallest.x)
         push = -np.eye(trace.shape[0])[-1]
-        widest = solve(push, [*bounded, lambda x: self._coupling(x, float(x[-1])), lambda x: np.array([[limit - float(trace @ x)]])])
+        widest = solve(push, [*bounded, lambda x: self._coupling(x, x[:, -1]), lambda x: (limit - x @ trace)[:, None, None]])
         best = widest if widest.holds and widest.x[-1] > 1.0 else smallest
         return optimum, *self.blocks(best.x), best.holds
 
-    def _coupling(self, x: Vector, b: float) -> Matrix:
+    def _coupling(self, x: Matrix, b: Vector) -> Matrix:
         r, s = self.blocks(x)
-        return np.block([[r, b * np.eye(self.n)], [b * np.eye(self.n), s]])
+        side = b[:, None, None] * np.eye(self.n)
+        return np.block([[r, side], [side, s]])
 
     def _bounded_real(self, gamma: float | None) -> list[Affine]:
         """The two inequalities of every plant, as matrices that must be positive; `gamma` None takes it from the decision vector."""
@@ -143,15 +144,18 @@ class _Problem:
         return constraints
 
     def _one(self, a: Matrix, b: Matrix, c: Matrix, d: Matrix, null: Matrix, block: int, gamma: float | None) -> Affine:
+        stacked, inner = np.vstack([a, c]), a.shape[0] + c.shape[0]
         outer = block_diag(null, np.eye(b.shape[1]))
-        stacked = np.vstack([a, c])
+        fixed = np.zeros((inner + b.shape[1],) * 2)
+        fixed[:inner, inner:] = np.vstack([b, d])
+        fixed += fixed.T
+        level = np.diag(np.concatenate([np.zeros(a.shape[0]), np.ones(c.shape[0] + b.shape[1])]))
 
-        def positive(x: Vector) -> Matrix:
-            x_block = self.blocks(x)[block]
-            bound = float(x[-1]) if gamma is None else gamma
-            top = stacked @ x_block @ stacked.T - block_diag(x_block, bound * np.eye(c.shape[0]))
-            side = np.vstack([b, d])
-            whole = np.block([[top, side], [side.T, -bound * np.eye(b.shape[1])]])
+        def positive(x: Matrix) -> Matrix:
+            variable = self.blocks(x)[block]
+            whole = fixed - (x[:, -1] if gamma is None else np.full(len(x), gamma))[:, None, None] * level
+            whole[:, :inner, :inner] += stacked @ variable @ stacked.T
+            whole[:, : a.shape[0], : a.shape[0]] -= variable
             return np.asarray(-outer.T @ whole @ outer)
 
         return positive

@@ -1,7 +1,7 @@
 """Linear matrix inequalities handed to Clarabel directly: minimise c'x subject to F_j(x) = F_j0 + sum x_k F_jk >= 0.
 
-The constraints are given as functions of the matrix variables; being affine, each is assembled exactly from its values at zero and
-at the unit vectors. Nothing here knows what the inequalities mean.
+The constraints are given as functions of the decision vector, for many vectors at once; being affine, each is assembled exactly from
+its values at zero and at the unit vectors. Nothing here knows what the inequalities mean.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from scipy import sparse
 
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
-Affine = Callable[[Vector], Matrix]  # decision vector -> symmetric matrix
+Affine = Callable[[Matrix], Matrix]  # decision vectors (k, count) -> symmetric matrices (k, m, m)
 
 TOLERANCE = 1e-7  # of a constraint's own scale
 
@@ -29,12 +29,12 @@ class Solution:
     holds: bool
 
 
-def symmetric(x: Vector, size: int) -> Matrix:
-    """The symmetric matrix whose upper triangle, column by column, is `x`, of length size (size + 1)/2."""
-    out = np.zeros((size, size))
+def symmetric(x: Matrix, size: int) -> Matrix:
+    """The symmetric matrices (..., size, size) whose upper triangles, column by column, are `x` (..., size (size + 1)/2)."""
+    out = np.zeros((*x.shape[:-1], size, size))
     rows, columns = upper_triangle(size)
-    out[rows, columns] = x
-    out[columns, rows] = x
+    out[..., rows, columns] = x
+    out[..., columns, rows] = x
     return out
 
 
@@ -52,13 +52,11 @@ def solve(objective: Vector, constraints: Sequence[Affine], *, iterations: int =
     count = objective.shape[0]
     rows, offsets, cones = [], [], []
     for constraint in constraints:
-        base = constraint(np.zeros(count))
+        base, *columns = constraint(np.vstack([np.zeros(count), np.eye(count)]))
         size = base.shape[0]
-        upper, weight = upper_triangle(size), _svec_weight(size)
-        columns = np.empty((weight.shape[0], count))
-        for k, unit in enumerate(np.eye(count)):
-            columns[:, k] = (constraint(unit) - base)[upper] * weight
-        rows.append(-columns)
+        upper = upper_triangle(size)
+        weight = np.where(upper[0] == upper[1], 1.0, np.sqrt(2.0))
+        rows.append((base - np.array(columns))[:, upper[0], upper[1]].T * weight[:, None])
         offsets.append(base[upper] * weight)
         cones.append(clarabel.PSDTriangleConeT(size))
     settings = clarabel.DefaultSettings()
@@ -69,14 +67,11 @@ def solve(objective: Vector, constraints: Sequence[Affine], *, iterations: int =
     solver = clarabel.DefaultSolver(quadratic, objective, sparse.csc_matrix(np.vstack(rows)), np.concatenate(offsets), cones, settings)
     found = solver.solve()
     x = np.asarray(found.x, dtype=np.float64)
-    return Solution(x, str(found.status), bool(np.all(np.isfinite(x))) and all(_positive(constraint(x)) for constraint in constraints))
+    return Solution(
+        x, str(found.status), bool(np.all(np.isfinite(x))) and all(_positive(constraint(x[None])[0]) for constraint in constraints)
+    )
 
 
 def _positive(matrix: Matrix) -> bool:
     values = np.linalg.eigvalsh(matrix)
     return bool(values[0] >= -TOLERANCE * max(1.0, values[-1]))
-
-
-def _svec_weight(size: int) -> Vector:
-    rows, columns = upper_triangle(size)
-    return np.where(rows == columns, 1.0, np.sqrt(2.0))

@@ -1,0 +1,100 @@
+"""The synthesised controller of the clutch: verified at every vertex, equal in all its stored forms, refused when it must be."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import msgspec
+import numpy as np
+import pytest
+from scipy import signal
+
+from frictool.documents.controller import Controller
+from frictool.documents.design import Design
+from frictool.documents.provenance import Provenance
+from frictool.documents.registry import load
+from frictool.documents.spec import Spec
+from frictool.errors import NoSolutionError
+from frictool.plant.polytope import PlantPoint
+from frictool.synth.speed_cascade import design_controller
+from frictool.verify.speed_loop import check_loop, matrices
+from tests.synth.example import ROOT, clutch_model
+
+RIG = ROOT / "configs/clutch"
+HERE = Provenance("a test", "0")
+
+
+def _spec() -> Spec:
+    return load(RIG / "spec.yaml", Spec)
+
+
+def _design() -> Design:
+    return load(RIG / "designs/speed.yaml", Design)
+
+
+@cache
+def clutch_controller() -> Controller:
+    return design_controller(clutch_model(), _spec(), _design(), HERE)
+
+
+def test_margin_and_stability_at_all_sixteen_vertices_with_either_delay() -> None:
+    controller = clutch_controller()
+    assert len(controller.verified.vertices) == 16
+    for vertex in controller.verified.vertices:
+        point = PlantPoint(vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant)
+        for stored in vertex.checks:
+            check = check_loop(controller.speed_controller.discrete, point, 0.003, 1e-3, stored.delay_samples)
+            assert check.stable
+            assert check.modulus_margin == stored.modulus_margin
+        assert {check.delay_samples for check in vertex.checks} >= {0, 1}
+        assert vertex.modulus_margin >= 0.5
+
+
+def test_gamma_is_near_the_optimum_of_the_recipe() -> None:
+    # numbers of the recipe: optimum 2.27, recentred at 1.1 times it
+    assert clutch_controller().verified.gamma_asked / 1.1 == pytest.approx(2.27, rel=0.01)
+
+
+def test_every_stored_form_is_the_same_controller() -> None:
+    stored = clutch_controller().speed_controller
+    a, b, c, d = matrices(stored.discrete)
+    angles = np.geomspace(1e-3, 3.1, 50)
+    direct = np.array([(c @ np.linalg.solve(np.exp(1j * w) * np.eye(len(a)) - a, b) + d)[0, 0] for w in angles])
+    _, sections = signal.sosfreqz(np.array(stored.sos), worN=angles)
+    assert sections == pytest.approx(direct, rel=1e-6)
+    ac, bc, cc, dc = matrices(stored.continuous)
+    warped = 2.0 / 1e-3 * np.tan(0.5 * angles)  # Tustin maps the unit circle to this part of the imaginary axis
+    image = np.array([(cc @ np.linalg.solve(1j * w * np.eye(len(ac)) - ac, bc) + dc)[0, 0] for w in warped])
+    assert image == pytest.approx(direct, rel=1e-6)
+
+
+def test_the_anti_windup_observer_is_stable() -> None:
+    stored = clutch_controller().speed_controller
+    a, _, c, _ = matrices(stored.discrete)
+    assert np.max(np.abs(np.linalg.eigvals(a - np.outer(stored.anti_windup, c[0])))) < 1.0
+
+
+@pytest.mark.parametrize(("formula", "factor"), [("sqrt(F/J)", 1.0), ("sqrt(2F/J)", np.sqrt(2.0))])
+def test_the_gain_is_that_of_the_named_formula(formula: str, factor: float) -> None:
+    law = msgspec.structs.replace(_design().position_law, formula=formula)
+    controller = design_controller(clutch_model(), _spec(), msgspec.structs.replace(_design(), position_law=law), HERE)
+    assert controller.position_law.gain == pytest.approx(factor * np.sqrt(0.099 / 1.32e-5))
+    assert controller.position_law.formula == formula
+
+
+def test_a_margin_that_is_not_reached_is_refused_and_the_vertex_named() -> None:
+    spec = msgspec.structs.replace(_spec(), modulus_margin=0.9)
+    weights = msgspec.structs.replace(_design().weights, modulus_margin=0.5)
+    with pytest.raises(NoSolutionError, match=r"modulus margin 0\.\d+ < 0.9 at vertex v\d+ .*inertia") as caught:
+        design_controller(clutch_model(), spec, msgspec.structs.replace(_design(), weights=weights), HERE)
+    assert caught.value.exit_code == 4
+
+
+def test_the_same_inputs_give_the_same_controller() -> None:
+    assert design_controller(clutch_model(), _spec(), _design(), HERE) == clutch_controller()
+
+
+def test_a_wide_polytope_has_no_controller() -> None:
+    model = clutch_model(constant=(1e-4, 13.4e-3, 1.0))
+    with pytest.raises(NoSolutionError):
+        design_controller(model, _spec(), _design(), HERE)
