@@ -12,12 +12,13 @@ import os
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numba
 
 ROOMS = ("friction", "control", "plant", "engine")
 F = TypeVar("F", bound=Callable[..., Any])
+settings: Any = numba.config
 
 
 def _source_digest(package: Path) -> str:
@@ -41,8 +42,8 @@ def _usable(folder: Path) -> bool:
 def _cache_folder() -> Path | None:
     """Where compiled kernels are kept, or None where no folder can be written."""
     package = Path(__file__).parent
-    if numba.config.CACHE_DIR:
-        return Path(numba.config.CACHE_DIR)
+    if settings.CACHE_DIR:
+        return Path(settings.CACHE_DIR)
     name = f"kernels-{_source_digest(package)}"
     user = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "frictool"
     return next((folder / name for folder in (package / "__pycache__", user) if _usable(folder / name)), None)
@@ -50,13 +51,12 @@ def _cache_folder() -> Path | None:
 
 FOLDER = _cache_folder()
 if FOLDER is not None:
-    numba.config.CACHE_DIR = str(FOLDER)
+    settings.CACHE_DIR = str(FOLDER)
 
 
 def kernel(function: F) -> F:
     """Compiles a function of floats and arrays on its first call: no Python objects, IEEE arithmetic in the order written."""
-    compiled: F = numba.njit(cache=FOLDER is not None)(function)
-    return compiled
+    return cast(F, numba.njit(cache=FOLDER is not None)(function))
 
 
 def is_compiled(module: str, name: str) -> bool:

@@ -1,0 +1,103 @@
+"""Two slow ways to move an axis, neither in closed form, against which the engine is held.
+
+`time_stepping`: many small implicit steps in which friction is a projection (Moreau): no modes, no events. First order in the step.
+`event_integration`: scipy's Dormand-Prince of order 8 through each phase with its event functions. Accurate to about 1e-10.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from frictool.plant.axis import AxisParameters
+
+Vector = NDArray[np.float64]
+
+
+def limited(p: AxisParameters, command: float) -> float:
+    return min(max(command, -p.drive_limit), p.drive_limit)
+
+
+def time_stepping(p: AxisParameters, state: Vector, command: float, duration: float, step: float) -> tuple[float, float, float]:
+    """(position, velocity, gap) after `duration`; breakaway must equal Coulomb friction, so that the projection is the whole law."""
+    assert p.breakaway == p.coulomb
+    assert p.backlash_breakaway == p.backlash_coulomb
+    x, v, drive, gap = (float(value) for value in state[:4])
+    u, half, count = limited(p, command), 0.5 * p.backlash, max(1, round(duration / step))
+    h = duration / count
+    decay = math.exp(-h / p.lag) if p.lag > 0 else 0.0
+    for _ in range(count):
+        drive = u + (drive - u) * decay
+        effort = p.constant * drive - p.offset
+        towards = v if v != 0.0 else effort
+        engaged = gap >= half if towards > 0 else gap <= -half
+        coulomb, viscous = (p.coulomb, p.viscous) if engaged else (p.backlash_coulomb, 0.0)
+        free = v + h * effort / p.inertia
+        v = math.copysign(max(0.0, abs(free) - h * coulomb / p.inertia), free) / (1.0 + h * viscous / p.inertia)
+        x += h * v
+        gap = min(max(gap + h * v, -half), half)
+    return x, v, gap
+
+
+def event_integration(p: AxisParameters, state: Vector, command: float, duration: float) -> tuple[float, float, float, float]:
+    """(position, velocity, drive, gap) after `duration`, phase by phase."""
+    x, v, drive, gap = (float(value) for value in state[:4])
+    u, half, t = limited(p, command), 0.5 * p.backlash, 0.0
+    if p.lag == 0.0:
+        drive = u
+    direction = float(np.sign(v))
+    while t < duration:
+        if direction == 0.0:
+            t, drive, direction = _wait(p, drive, u, gap, half, t, duration)
+            continue
+        engaged = direction * gap >= half
+        coulomb, viscous = (p.coulomb, p.viscous) if engaged else (p.backlash_coulomb, 0.0)
+
+        def field(_: float, y: Vector, d: float = direction, c: float = coulomb, s: float = viscous) -> list[float]:
+            effort = p.constant * y[2] - p.offset
+            return [y[1], (effort - d * c - s * y[1]) / p.inertia, (u - y[2]) / p.lag if p.lag > 0 else 0.0]
+
+        def stop(_: float, y: Vector, d: float = direction) -> float:
+            return d * float(y[1])
+
+        def contact(_: float, y: Vector, d: float = direction, x0: float = x, g: float = gap, e: bool = engaged) -> float:
+            return 1.0 if e else half - d * (g + float(y[0]) - x0)
+
+        for event in (stop, contact):
+            event.terminal, event.direction = True, -1  # type: ignore[attr-defined]
+        scale = np.array([1e-3, max(abs(v), 1.0), max(abs(u), 1.0)])
+        run = solve_ivp(field, (t, duration), [x, v, drive], "DOP853", events=(stop, contact), rtol=1e-12, atol=1e-13 * scale, max_step=1e-4)
+        t, moved = float(run.t[-1]), float(run.y[0, -1]) - x
+        x, v, drive = (float(value) for value in run.y[:, -1])
+        gap = gap if engaged else gap + moved
+        if run.t_events[0].size:
+            v, direction = 0.0, 0.0
+        elif run.t_events[1].size:
+            gap = direction * half
+    return x, v, drive, gap
+
+
+def _wait(
+    p: AxisParameters, drive: float, u: float, gap: float, half: float, t: float, end: float
+) -> tuple[float, float, float]:
+    """From rest at t to breakaway or to the end: bisection on the drive's exponential."""
+    forward = p.breakaway if gap >= half else p.backlash_breakaway
+    backward = p.breakaway if gap <= -half else p.backlash_breakaway
+
+    def drive_at(s: float) -> float:
+        return u + (drive - u) * math.exp(-(s - t) / p.lag) if p.lag > 0 else u
+
+    def direction_at(s: float) -> float:
+        effort = p.constant * drive_at(s) - p.offset
+        return 1.0 if effort > forward else -1.0 if effort < -backward else 0.0
+
+    if direction_at(t) or not direction_at(end):
+        direction = direction_at(t)
+        return (t if direction else end), drive_at(t if direction else end), direction
+    low, high = t, end
+    while high - low > 1e-15 * end:
+        low, high = (low, 0.5 * (low + high)) if direction_at(0.5 * (low + high)) else (0.5 * (low + high), high)
+    return high, drive_at(high), direction_at(high)
