@@ -48,13 +48,13 @@ def minimise(plants: Sequence[GeneralisedPlant], recentring: float) -> Lyapunov:
     Raises NoSolutionError where the inequalities are infeasible or the solver gives nothing usable.
     """
     t = _first_scaling(plants)
-    for _ in range(BALANCING_PASSES):
+    for balancing in range(2 * BALANCING_PASSES + 1):
         problem = _Problem([plant.transformed(t) for plant in plants])
-        optimum, r, s, _ = problem.recentred(recentring)
+        optimum, r, s, holds = problem.recentred(recentring)
+        if holds and balancing >= BALANCING_PASSES:
+            break
         t = t @ _balancing(r, s)
-    problem = _Problem([plant.transformed(t) for plant in plants])
-    optimum, r, s, holds = problem.recentred(recentring)
-    if not holds:
+    else:
         raise NoSolutionError(
             f"the matrix inequalities do not hold where the solver stopped (gamma {recentring * optimum:.4g}); "
             "raise `recentring` or relax the weights"
