@@ -1,0 +1,68 @@
+"""The sampled controller around the axis: what the target sees and does at every sample, and the axis in between.
+
+    sample k:  position --[encoder: floor(x/step) step]--> y[k] --[controller]--> u[k] --[delay_samples]--> held until k+1
+
+The counter of an incremental encoder changes at its edges: it reports the edge below, hence floor. The command of sample k acts
+from sample k + delay_samples on; before the first one arrives the command is zero. Both controller and axis limit the drive.
+A drive without lag jumps at the sample: the record holds the value that it has until the next one.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.control.cascade import control_step
+from frictool.engine.axis import advance
+from frictool.engine.status import OK
+from frictool.kernels import kernel
+from frictool.plant.axis import DRIVE, DRIVE_LIMIT, ENCODER_STEP, LAG, LOAD_POSITION, MODE, POSITION, VELOCITY
+
+Vector = NDArray[np.float64]
+
+# columns of the record, one row a sample, as things are at that sample
+MEASURED, TRUE_POSITION, TRUE_VELOCITY, LOAD, COMMAND, TRUE_DRIVE, TRUE_MODE = 0, 1, 2, 3, 4, 5, 6
+RECORD_SIZE = 7
+
+
+@kernel
+def measure(position: float, step: float) -> float:
+    """What an encoder of this step reports [rad | m]; the position itself where the step is 0."""
+    return math.floor(position / step) * step if step > 0.0 else position
+
+
+@kernel
+def run(
+    axis: Vector,
+    state: Vector,
+    controller: Vector,
+    controller_state: Vector,
+    reference: Vector,
+    period: float,
+    delay_samples: int,
+    record: Vector,
+) -> int:
+    """Runs the loop over `reference` (n,), one value a `period` [s]; fills `record` (n, 7). Returns engine/status.py.
+
+    axis (12,) and state (6,): plant/axis.py, the state in place; controller and controller_state: control/cascade.py, the state in
+    place. Where the status is not OK the record is filled up to the failing sample.
+    """
+    waiting = np.zeros(delay_samples + 1)
+    for k in range(reference.shape[0]):
+        measured = measure(state[POSITION], axis[ENCODER_STEP])
+        command = control_step(controller, controller_state, reference[k], measured)
+        waiting[k % (delay_samples + 1)] = command
+        acting = waiting[(k + 1) % (delay_samples + 1)]
+        record[k, MEASURED] = measured
+        record[k, TRUE_POSITION] = state[POSITION]
+        record[k, TRUE_VELOCITY] = state[VELOCITY]
+        record[k, LOAD] = state[LOAD_POSITION]
+        record[k, COMMAND] = command
+        record[k, TRUE_DRIVE] = state[DRIVE] if axis[LAG] > 0.0 else min(max(acting, -axis[DRIVE_LIMIT]), axis[DRIVE_LIMIT])
+        record[k, TRUE_MODE] = state[MODE]
+        status = advance(state, acting, axis, period)
+        if status != OK:
+            return status
+    return OK
