@@ -1,0 +1,67 @@
+"""Controller documents for tests that need one without synthesising it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from scipy import signal
+
+from frictool.documents.bench import Bench
+from frictool.documents.controller import Controller, DelayCheck, PositionLaw, Prefilter, SpeedController, StateSpace, Verified, Vertex
+from frictool.documents.provenance import Provenance
+from frictool.documents.registry import load
+
+ROOT = Path(__file__).parents[2]
+CONSTANT = 13.4e-3
+# K_p (s + 1/T_i) on eta with two poles, N m per rad: a PI speed controller with a lag and a roll-off
+GAIN, ZERO, POLES = 1.6e-3, 1 / 0.047, (1793.0, 3000.0)
+CUT_LAW = PositionLaw(gain=81.1, formula="sqrt(F/J)", band=2.0, action="cut", settled_speed=5.0)
+BRAKE_LAW = PositionLaw(
+    gain=160.0, formula="sqrt(2F/J)", band=1.1, action="brake", settled_speed=5.0, rest_speed=40.0, speed_filter_rad_s=150.0
+)
+
+
+def speed_controller(period: float = 1e-3) -> SpeedController:
+    """Order 2, stable; its direct term asks for some 30 A per encoder count."""
+    gain = GAIN / CONSTANT * POLES[0] * POLES[1]
+    continuous = signal.zpk2ss([-ZERO], [-p for p in POLES], gain)
+    discrete = signal.cont2discrete(continuous, period, "bilinear")[:4]
+    sections = signal.tf2sos(*signal.ss2tf(*discrete))
+    return SpeedController(
+        discrete=state_space(*discrete),
+        continuous=state_space(*continuous),
+        sos=tuple(tuple(float(v) for v in row) for row in sections),
+        anti_windup=(1e-3, -2e-3),
+    )
+
+
+def state_space(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> StateSpace:
+    """The document's form of four matrices."""
+    return StateSpace(*(tuple(tuple(float(v) for v in row) for row in np.atleast_2d(m)) for m in (a, b, c, d)))
+
+
+def clutch_controller(
+    law: PositionLaw = CUT_LAW, *, prefilter: bool = True, speed: SpeedController | None = None, limit: float = 50.0
+) -> Controller:
+    """A controller of the clutch: encoder of 56 points, 1 ms, 50 A."""
+    vertex = Vertex("nominal", 1.32e-5, 3.81e-4, 0.099, CONSTANT, 1.0, 0.6, True, (DelayCheck(0, 0.98, 0.6), DelayCheck(1, 0.98, 0.5)))
+    return Controller(
+        format="controller/1",
+        name="speed",
+        axis="rotary",
+        structure="speed_cascade",
+        method="lpv",
+        domain="discrete",
+        sample_period_s=1e-3,
+        delay_samples=1,
+        drive="current",
+        drive_limit=limit,
+        sign_convention="eta = integral(speed reference) - position; drive = K eta; a positive drive moves the axis forward",
+        speed_controller=speed or speed_controller(),
+        position_law=law,
+        verified=Verified(1.0, 1.0, 0.5, (vertex,)),
+        bench=load(ROOT / "configs/clutch/bench.yaml", Bench),
+        provenance=Provenance("frictool synth model.yaml", "0"),
+        prefilter=Prefilter(natural_frequency_rad_s=30.0, damping=0.8) if prefilter else None,
+    )
