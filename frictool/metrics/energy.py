@@ -1,0 +1,18 @@
+"""Energy as table 5.3 counts it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def energy(time: NDArray[np.float64], drive: NDArray[np.float64], window: float) -> float | None:
+    """(T_e / t_int) sum i^2 over the first `window` = t_int [s] of a step: the mean square of the drive (n,), A^2 or V^2.
+
+    Each sample holds until the next, so that an uneven rate does not weigh. None where the hold is shorter than the window.
+    """
+    period = float(np.median(np.diff(time)))
+    if float(time[-1] - time[0]) + 1.5 * period < window:
+        return None
+    edges = np.minimum(np.append(time, time[-1] + period) - time[0], window)
+    return float(np.sum(drive**2 * np.diff(edges)) / edges[-1])

@@ -1,0 +1,16 @@
+"""Overshoot beyond the reference."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def overshoot_percent(position: NDArray[np.float64], origin: float, target: float, resolution: float = 0.0) -> float:
+    """How far `position` (n,) passes the reference in the step's direction, in % of the step's amplitude; 0 where it does not.
+
+    An excess of at most one sensor step counts as none: the sensor rounds to one side by as much.
+    """
+    amplitude = target - origin
+    excess = float(np.max((position - target) * np.sign(amplitude)))
+    return 100.0 * excess / abs(amplitude) if excess > resolution else 0.0
