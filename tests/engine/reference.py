@@ -69,7 +69,9 @@ def event_integration(p: AxisParameters, state: Vector, command: float, duration
         for event in (stop, contact):
             event.terminal, event.direction = True, -1  # type: ignore[attr-defined]
         scale = np.array([1e-3, max(abs(v), 1.0), max(abs(u), 1.0)])
-        run = solve_ivp(field, (t, duration), [x, v, drive], "DOP853", events=(stop, contact), rtol=1e-12, atol=1e-13 * scale, max_step=1e-4)
+        run = solve_ivp(
+            field, (t, duration), [x, v, drive], "DOP853", events=(stop, contact), rtol=1e-12, atol=1e-13 * scale, max_step=1e-4
+        )
         t, moved = float(run.t[-1]), float(run.y[0, -1]) - x
         x, v, drive = (float(value) for value in run.y[:, -1])
         gap = gap if engaged else gap + moved
@@ -80,9 +82,7 @@ def event_integration(p: AxisParameters, state: Vector, command: float, duration
     return x, v, drive, gap
 
 
-def _wait(
-    p: AxisParameters, drive: float, u: float, gap: float, half: float, t: float, end: float
-) -> tuple[float, float, float]:
+def _wait(p: AxisParameters, drive: float, u: float, gap: float, half: float, t: float, end: float) -> tuple[float, float, float]:
     """From rest at t to breakaway or to the end: bisection on the drive's exponential."""
     forward = p.breakaway if gap >= half else p.backlash_breakaway
     backward = p.breakaway if gap <= -half else p.backlash_breakaway

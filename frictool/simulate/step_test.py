@@ -1,0 +1,132 @@
+"""Plays a scenario to a model under its controller, once for each variant, and returns what a bench would have logged.
+
+    scenario --> reference[k] --> engine.closed_loop.run(axis of the variant, controller) --> record --> sensors --> stream
+
+Position is what the encoder reports; the drive is measured with noise of standard deviation `drive_noise`, independent from sample
+to sample and drawn for each variant from PCG64 seeded with (seed, the variant's index). What only a simulation knows is there too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.control.cascade import initial_state
+from frictool.control.packing import pack
+from frictool.documents.controller import Controller
+from frictool.documents.model import Model
+from frictool.documents.provenance import Provenance
+from frictool.documents.quantity import CHANNEL_DIMENSIONS, drive_dimension, si_unit
+from frictool.documents.scenario import Scenario
+from frictool.engine import closed_loop
+from frictool.engine.status import MESSAGES, OK
+from frictool.errors import NoSolutionError
+from frictool.logs.log import Log, Stream
+from frictool.plant.axis import rest
+from frictool.simulate.agreement import Names, check_agreement
+from frictool.simulate.variants import Variant, variants_of
+
+Vector = NDArray[np.float64]
+DOCUMENTS = Names()
+
+
+@dataclass(frozen=True)
+class StepTest:
+    """The log, one stream a variant, and warnings for people."""
+
+    log: Log
+    warnings: tuple[str, ...]
+
+
+def step_test(
+    model: Model,
+    controller: Controller,
+    scenario: Scenario,
+    provenance: Provenance,
+    names: Names = DOCUMENTS,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> StepTest:
+    """Runs the scenario; `progress(done, total)` is called before the first variant and after each; `names` are for messages.
+
+    Raises InputFileError where the documents do not fit together, NoSolutionError where a variant cannot be simulated.
+    """
+    check_agreement(model, controller, scenario, names)
+    variants = variants_of(model, controller, scenario)
+    reference = _reference(scenario, controller.sample_period_s)
+    streams, warnings = [], []
+    progress(0, len(variants))
+    for index, variant in enumerate(variants):
+        record = _run(variant, controller, scenario.start.value, reference)
+        noise = np.random.Generator(np.random.PCG64([scenario.seed, index])).normal(0.0, scenario.drive_noise, reference.size)
+        streams.append(_stream(model, controller, variant, reference, record, noise))
+        warnings += _outside(model, variant, record)
+        progress(index + 1, len(variants))
+    metadata = {
+        "log": {"kind": "simulated", "scenario": scenario.name, "model": model.name, "controller": controller.name},
+        "provenance": {
+            "command": provenance.command,
+            "frictool": provenance.frictool,
+            **{f"sha256 {item.name}": item.sha256 for item in provenance.inputs},
+        },
+    }
+    return StepTest(Log(tuple(streams), metadata, scenario.name), tuple(warnings))
+
+
+def _reference(scenario: Scenario, period: float) -> Vector:
+    """The reference at each sample; a step's duration is rounded to whole samples."""
+    return np.concatenate([np.full(round(step.duration_s / period), step.reference.value) for step in scenario.steps])
+
+
+def _run(variant: Variant, controller: Controller, start: float, reference: Vector) -> Vector:
+    """The record (n, 7) of one variant, from rest at `start`, the backlash in its middle, the prefilter settled at what is measured."""
+    axis, packed = variant.axis.as_array(), pack(controller)
+    measured = closed_loop.measure(start, variant.axis.encoder_step)
+    record = np.zeros((reference.size, closed_loop.RECORD_SIZE))
+    status = closed_loop.run(
+        axis,
+        rest(start),
+        packed,
+        initial_state(packed, measured),
+        reference,
+        controller.sample_period_s,
+        controller.delay_samples,
+        record,
+    )
+    if status != OK:
+        raise NoSolutionError(f"{variant.topic}: {MESSAGES[status]}; check the model's parameters")
+    return record
+
+
+def _stream(model: Model, controller: Controller, variant: Variant, reference: Vector, record: Vector, noise: Vector) -> Stream:
+    drive = controller.drive
+    measured_drive: Vector = record[:, closed_loop.TRUE_DRIVE] + noise
+    time: Vector = np.arange(reference.size, dtype=np.float64) * controller.sample_period_s
+    columns = {
+        "position": (record[:, closed_loop.MEASURED], "position"),
+        "reference": (reference, "position"),
+        drive: (measured_drive, CHANNEL_DIMENSIONS[drive]),
+        "effort": (model.bench.actuator.constant.value * measured_drive, "effort"),  # as a bench computes it, whatever the variant
+        "command": (record[:, closed_loop.COMMAND], drive_dimension(drive, constant=False)),
+        "velocity": (record[:, closed_loop.TRUE_VELOCITY], "velocity"),
+        "position_true": (record[:, closed_loop.TRUE_POSITION], "position"),
+        "load_position": (record[:, closed_loop.LOAD], "position"),
+    }
+    signals = {name: np.ascontiguousarray(values, dtype=np.float64) for name, (values, _) in columns.items()}
+    units = {name: si_unit(dimension, model.axis) for name, (_, dimension) in columns.items()}
+    return Stream(variant.topic, time, signals, units)
+
+
+def _outside(model: Model, variant: Variant, record: Vector) -> list[str]:
+    """A warning where the axis leaves its travel: the engine knows no end stops, so that what follows is not what the rig would do."""
+    travel = model.bench.mechanics.travel
+    if travel is None:
+        return []
+    position = record[:, closed_loop.TRUE_POSITION]
+    low, high = float(position.min()), float(position.max())
+    if travel.low <= low and high <= travel.high:
+        return []
+    span = f"{low:g} to {high:g} of {travel.low:g} to {travel.high:g} {travel.unit}"
+    return [f"{variant.topic} leaves the travel ({span}); no end stop is simulated"]

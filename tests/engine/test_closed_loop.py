@@ -1,0 +1,89 @@
+"""The compiled closed loop against the same loop written out in Python; encoder, delay and drive as documented."""
+
+from __future__ import annotations
+
+import math
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from frictool.control.cascade import control_step, initial_state
+from frictool.control.packing import pack
+from frictool.engine.axis import advance
+from frictool.engine.closed_loop import COMMAND, LOAD, MEASURED, RECORD_SIZE, TRUE_DRIVE, TRUE_POSITION, TRUE_VELOCITY, measure, run
+from frictool.engine.status import NOT_FINITE, OK
+from frictool.plant.axis import DRIVE, LOAD_POSITION, POSITION, VELOCITY, AxisParameters, rest
+from tests.control.example import BRAKE_LAW, clutch_controller, speed_controller
+from tests.engine.test_axis import CLUTCH
+
+ENCODED = CLUTCH._replace(encoder_step=2 * math.pi / 56)
+PERIOD = 1e-3
+CONTROLLER = pack(clutch_controller(BRAKE_LAW, speed=msgspec.structs.replace(speed_controller(), anti_windup=(0.0, 0.0))))
+
+
+def loop(axis: AxisParameters, reference: NDArray[np.float64], delay: int, start: float = 5.0) -> NDArray[np.float64]:
+    """The kernel's record (n, 7) for the example controller with the braking law."""
+    record = np.zeros((reference.size, RECORD_SIZE))
+    own = initial_state(CONTROLLER, measure(start, axis.encoder_step))
+    assert run(axis.as_array(), rest(start), CONTROLLER, own, reference, PERIOD, delay, record) == OK
+    return record
+
+
+@settings(derandomize=True, deadline=None, max_examples=15)
+@given(
+    targets=st.lists(st.floats(0.0, 63.0), min_size=1, max_size=3),
+    delay=st.integers(0, 2),
+    lag=st.sampled_from([0.0, 3e-3]),
+    step=st.sampled_from([0.0, ENCODED.encoder_step]),
+)
+def test_equals_the_loop_in_python(targets: list[float], delay: int, lag: float, step: float) -> None:
+    axis = CLUTCH._replace(lag=lag, encoder_step=step)
+    reference = np.repeat(targets, 200)
+    record = loop(axis, reference, delay)
+    state, array = rest(5.0), axis.as_array()
+    own, commands = initial_state(CONTROLLER, math.floor(5.0 / step) * step if step else 5.0), [0.0] * delay
+    for k, target in enumerate(reference):
+        y = math.floor(state[POSITION] / step) * step if step else state[POSITION]
+        commands.append(control_step(CONTROLLER, own, target, y))
+        expected = [y, state[POSITION], state[VELOCITY], state[LOAD_POSITION], commands[-1]]
+        assert advance(state, commands[k], array, PERIOD) == OK
+        np.testing.assert_array_equal(record[k, [MEASURED, TRUE_POSITION, TRUE_VELOCITY, LOAD, COMMAND]], expected)
+        if lag == 0.0:
+            assert record[k, TRUE_DRIVE] == commands[k]
+        elif k + 1 < reference.size:
+            assert record[k + 1, TRUE_DRIVE] == state[DRIVE]
+
+
+@settings(derandomize=True, deadline=None)
+@given(position=st.floats(-1e3, 1e3), step=st.floats(1e-6, 1.0))
+def test_encoder_reports_the_edge_below(position: float, step: float) -> None:
+    reported = measure(position, step)
+    assert -1e-9 * abs(position) <= position - reported <= step * (1 + 1e-9) + 1e-9 * abs(position)
+    assert reported / step == pytest.approx(round(reported / step), abs=1e-6)
+
+
+@pytest.mark.parametrize("delay", [0, 1, 2])
+def test_nothing_acts_before_the_delay(delay: int) -> None:
+    record = loop(ENCODED._replace(lag=0.0), np.full(20, 55.0), delay)
+    first = int(np.flatnonzero(record[:, COMMAND])[0])
+    np.testing.assert_array_equal(record[: first + delay, TRUE_DRIVE], 0.0)
+    np.testing.assert_array_equal(record[first + delay :, TRUE_DRIVE], record[first : 20 - delay, COMMAND])
+
+
+def test_a_failing_sample_is_reported_and_what_came_before_is_kept() -> None:
+    record, state = np.zeros((3, RECORD_SIZE)), rest(5.0)
+    reference = np.array([5.0, math.nan, 5.0])
+    assert run(ENCODED.as_array(), state, CONTROLLER, initial_state(CONTROLLER, 5.0), reference, PERIOD, 0, record) == NOT_FINITE
+    assert record[0, TRUE_POSITION] == 5.0
+    assert record[2, TRUE_POSITION] == 0.0
+
+
+def test_reaches_the_target_within_the_band_and_stays_without_drive() -> None:
+    record = loop(ENCODED, np.full(16_000, 55.0), 1)
+    assert abs(record[-1, MEASURED] - 55.0) <= BRAKE_LAW.band + ENCODED.encoder_step
+    np.testing.assert_array_equal(record[-1000:, COMMAND], 0.0)
+    assert np.ptp(record[-10_000:, TRUE_POSITION]) == 0.0
