@@ -22,7 +22,7 @@ def equation_output(parameters: Vector, system: int, state: Vector, x: int, n: i
     The system lies in `parameters` from place `system` on, the state in `state` from place `x` on: n numbers, and n more of scratch.
     """
     c = system + n * n + n
-    drive = parameters[c + n] * eta
+    drive: float = parameters[c + n] * eta
     for i in range(n):
         drive += parameters[c + i] * state[x + i]
     return drive

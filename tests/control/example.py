@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 from scipy import signal
 
 from frictool.documents.bench import Bench
-from frictool.documents.controller import Controller, DelayCheck, PositionLaw, Prefilter, SpeedController, StateSpace, Verified, Vertex
+from frictool.documents.controller import Controller, DelayCheck, PositionLaw, Prefilter, SpeedController, Verified, Vertex
 from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
+from frictool.synth.realisation import speed_controller as stored_forms
 
 ROOT = Path(__file__).parents[2]
 CONSTANT = 13.4e-3
@@ -23,22 +23,10 @@ BRAKE_LAW = PositionLaw(
 
 
 def speed_controller(period: float = 1e-3) -> SpeedController:
-    """Order 2, stable; its direct term asks for some 30 A per encoder count."""
+    """Order 2, stable; its direct term asks for some 8 A per encoder count."""
     gain = GAIN / CONSTANT * POLES[0] * POLES[1]
     continuous = signal.zpk2ss([-ZERO], [-p for p in POLES], gain)
-    discrete = signal.cont2discrete(continuous, period, "bilinear")[:4]
-    sections = signal.tf2sos(*signal.ss2tf(*discrete))
-    return SpeedController(
-        discrete=state_space(*discrete),
-        continuous=state_space(*continuous),
-        sos=tuple(tuple(float(v) for v in row) for row in sections),
-        anti_windup=(1e-3, -2e-3),
-    )
-
-
-def state_space(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> StateSpace:
-    """The document's form of four matrices."""
-    return StateSpace(*(tuple(tuple(float(v) for v in row) for row in np.atleast_2d(m)) for m in (a, b, c, d)))
+    return stored_forms(signal.cont2discrete(continuous, period, "bilinear")[:4], period)
 
 
 def clutch_controller(

@@ -1,0 +1,60 @@
+"""Commands that write several files into a folder: all of them or none, and no file that is not theirs."""
+
+from __future__ import annotations
+
+import io
+import sys
+import tarfile
+import tempfile
+from pathlib import Path
+
+from frictool.cli.output import STDOUT, refuse_inputs
+from frictool.errors import OutputError
+
+
+def save_folder(target: Path, files: dict[str, str], inputs: list[Path], *, overwrite: bool) -> None:
+    """Writes `files` (relative name -> text) into `target`; other files there stay as they are. `-` writes a tar archive to stdout.
+
+    Raises OutputError, having changed nothing, where a file is an input, cannot be written, or exists and `overwrite` is false.
+    """
+    if target == STDOUT:
+        sys.stdout.buffer.write(archive(files))
+        sys.stdout.buffer.flush()
+        return
+    places = {target / name: text for name, text in files.items()}
+    _refuse(target, list(places), inputs, overwrite)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{target.name}.", suffix=".part") as name:
+            for index, text in enumerate(places.values()):
+                (Path(name) / str(index)).write_text(text, encoding="utf-8", newline="\n")
+            for index, place in enumerate(places):
+                place.parent.mkdir(parents=True, exist_ok=True)
+                (Path(name) / str(index)).replace(place)
+    except OSError as error:
+        raise OutputError(f"{target}: cannot be written: {error.strerror or error}") from None
+
+
+def _refuse(target: Path, places: list[Path], inputs: list[Path], overwrite: bool) -> None:
+    if target.exists() and not target.is_dir():
+        raise OutputError(f"{target}: is a file; name a folder")
+    present = [place for place in places if place.exists() or place.is_symlink()]
+    if present and not overwrite:
+        found = ", ".join(str(place.relative_to(target)) for place in present)
+        raise OutputError(f"{target}: already holds {found}; nothing is overwritten, choose another folder or move them away")
+    for place in present:
+        if place.is_dir():
+            raise OutputError(f"{place}: is a folder where a file has to be written; choose another folder")
+        refuse_inputs(place, inputs)
+
+
+def archive(files: dict[str, str]) -> bytes:
+    """An uncompressed tar archive of the files, without owners and times: the same files give the same bytes."""
+    buffer = io.BytesIO()
+    with tarfile.open(fileobj=buffer, mode="w", format=tarfile.USTAR_FORMAT) as tar:
+        for name, text in files.items():
+            data = text.encode()
+            entry = tarfile.TarInfo(name)
+            entry.size = len(data)
+            tar.addfile(entry, io.BytesIO(data))
+    return buffer.getvalue()
