@@ -1,0 +1,56 @@
+"""The records inside an MCAP chunk: decompressed within the size that it declares, its CRC checked."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+
+import zstandard
+
+LARGEST = 256_000_000  # bytes; ours hold at most 4 million
+_FIXED = struct.Struct("<QQQII")  # start, end, uncompressed size, CRC, length of the compression's name
+_U64 = struct.Struct("<Q")
+_DECOMPRESSOR = zstandard.ZstdDecompressor()
+
+
+def chunk_data(body: bytes) -> bytes:
+    """The plain records of the chunk whose content is `body`.
+
+    Raises ValueError where sizes do not fit, decompression fails, or the CRC is wrong (0: the writer left it out).
+    """
+    _, _, size, crc, name_length = _FIXED.unpack_from(body)
+    name_end = _FIXED.size + name_length
+    compression = body[_FIXED.size : name_end].decode()
+    (length,) = _U64.unpack_from(body, name_end)
+    packed = body[name_end + _U64.size :]
+    if length != len(packed):
+        raise ValueError(f"a chunk of {length} bytes is announced, {len(packed)} are there")
+    if size > LARGEST:
+        raise ValueError(f"a chunk of {size} bytes is announced; allowed: {LARGEST}")
+    data = _decompress(compression, packed, size)
+    if len(data) != size:
+        raise ValueError(f"a chunk holds {len(data)} bytes and announces {size}")
+    if crc not in (0, zlib.crc32(data)):
+        raise ValueError("the CRC of a chunk is wrong")
+    return data
+
+
+def _decompress(compression: str, packed: bytes, size: int) -> bytes:
+    if compression == "":
+        return packed
+    if compression == "zstd":
+        try:
+            if zstandard.frame_content_size(packed) not in (-1, size):  # -1: the frame does not say
+                raise ValueError("a zstd frame announces another size than its chunk")
+            return _DECOMPRESSOR.decompress(packed, max_output_size=size)
+        except zstandard.ZstdError as error:
+            raise ValueError(str(error)) from None
+    if compression == "lz4":
+        import lz4.frame
+
+        try:
+            data: bytes = lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=size + 1)
+        except RuntimeError as error:
+            raise ValueError(str(error)) from None
+        return data
+    raise ValueError(f"unknown compression {compression!r}; allowed: zstd, lz4, none")

@@ -1,0 +1,77 @@
+"""The canonical log's layout inside MCAP, shared by its writer and its reader.
+
+    Header                 profile `ros2`
+    Schema, Channel        one channel per stream: topic `/axis` or `/axis/NAME`, encoding `cdr`; schema `ros2msg`, flat `float64` fields
+    Metadata               `units` (`/axis.position` -> `rad`), `time` (where times were shifted), `provenance`, ...
+    Chunk, MessageIndex    at most one second of one stream, zstd; nothing in it but its messages, so that it is one NumPy array
+    DataEnd                with the CRC of everything before it
+    summary                schemas, channels, statistics, chunk and metadata indexes, offsets
+
+A message is the time in ns (log time = publish time) and the values of all fields: 35 bytes of framing and 8 a field, in one dtype.
+"""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+from numpy.typing import NDArray
+
+MAGIC = b"\x89MCAP0\r\n"
+PROFILE = "ros2"
+MESSAGE_ENCODING = "cdr"
+SCHEMA_ENCODING = "ros2msg"
+SCHEMA_NAME = "frictool_msgs/msg/Axis"  # a second set of fields is Axis2: tools key a schema by its name
+UNITS = "units"  # metadata record: MESSAGE PATH -> unit
+TIME = "time"  # metadata record: SHIFT_KEY -> ns added to every time, where a log starts before 0
+SHIFT_KEY = "shift_ns"
+
+RECORD_HEAD = 9  # opcode (1), length (8)
+MESSAGE_OPCODE = 0x05
+CDR_HEAD = 0x00000100  # bytes 00 01 00 00: plain CDR, little-endian
+NS = 1_000_000_000
+
+# what ROS 2 accepts as the name of a field and of a topic
+FIELD_NAME = re.compile(r"(?!.*__)(?!.*_$)[a-z][a-z0-9_]*")
+TOPIC = re.compile(r"/axis(/[A-Za-z_][A-Za-z0-9_]*)*")
+_FIELD_LINE = re.compile(r"float64[ \t]+([A-Za-z][A-Za-z0-9_]*)")
+
+Records = NDArray[np.void]
+
+
+def message_dtype(fields: int) -> np.dtype[np.void]:
+    """A message record with `fields` float64 values, byte for byte as it stands in a chunk."""
+    return np.dtype(
+        [
+            ("opcode", "u1"),
+            ("length", "<u8"),
+            ("channel", "<u2"),
+            ("sequence", "<u4"),
+            ("log_time", "<u8"),
+            ("publish_time", "<u8"),
+            ("cdr", "<u4"),
+            ("values", "<f8", (fields,)),
+        ]
+    )
+
+
+def schema_text(fields: tuple[str, ...]) -> str:
+    """The `ros2msg` definition of a message with these fields.
+
+    >>> schema_text(("position", "current"))
+    'float64 position\\nfloat64 current\\n'
+    """
+    return "".join(f"float64 {name}\n" for name in fields)
+
+
+def schema_fields(text: str) -> tuple[str, ...] | None:
+    """The fields of a `ros2msg` definition, or None where it is not a flat list of distinct float64."""
+    lines = [line.partition("#")[0].strip() for line in text.splitlines()]
+    matches = [_FIELD_LINE.fullmatch(line) for line in lines if line]
+    names = tuple(match.group(1) for match in matches if match)
+    return names if names and len(names) == len(matches) == len(set(names)) else None
+
+
+def message_path(topic: str, field: str) -> str:
+    """How plotting tools name a signal: the key of the `units` record."""
+    return f"{topic}.{field}"

@@ -1,0 +1,257 @@
+"""Writes the canonical log: the layout is in mcap_layout.py. The same log gives the same bytes."""
+
+from __future__ import annotations
+
+import itertools
+import struct
+import zlib
+from dataclasses import dataclass
+from typing import BinaryIO
+
+import numpy as np
+import zstandard
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+from mcap.records import (
+    Channel,
+    Chunk,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    Header,
+    McapRecord,
+    Metadata,
+    MetadataIndex,
+    Schema,
+    Statistics,
+    SummaryOffset,
+)
+from numpy.typing import NDArray
+
+from frictool.errors import LogError
+from frictool.logs.log import Log, Stream, Vector
+from frictool.logs.mcap_layout import (
+    CDR_HEAD,
+    FIELD_NAME,
+    MAGIC,
+    MESSAGE_ENCODING,
+    MESSAGE_OPCODE,
+    NS,
+    PROFILE,
+    RECORD_HEAD,
+    SCHEMA_ENCODING,
+    SCHEMA_NAME,
+    SHIFT_KEY,
+    TIME,
+    TOPIC,
+    UNITS,
+    message_dtype,
+    message_path,
+    schema_text,
+)
+
+LIBRARY = "frictool"
+CHUNK_BYTES = 4_000_000  # a second of a fast log is several chunks
+ZSTD_LEVEL = 1  # measured values hardly compress: higher levels take twice the time for a few per cent
+LATEST = 9_000_000_000.0  # s; a time in ns has to fit 63 bits
+
+_INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])
+Nanoseconds = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Head:
+    """What a stream is, before its samples: topic, and its fields with their units, in the order of the file."""
+
+    topic: str
+    fields: tuple[str, ...]
+    units: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        if not TOPIC.fullmatch(self.topic):
+            raise ValueError(f"topic {self.topic!r}; allowed: /axis or /axis/NAME, NAME of letters, digits and _")
+        for name in self.fields:
+            if not FIELD_NAME.fullmatch(name):
+                raise ValueError(f"signal {name!r}; allowed: lower-case letters, digits and single _")
+
+
+class CanonicalWriter:
+    """Writes the head of a log, then one chunk after the other, then the summary.
+
+    Args:
+        stream: where the bytes go; only written to, so that it may be a pipe.
+        heads: the streams; `chunk` names one by its position here.
+        metadata: further metadata records, name -> key -> text.
+        shift_ns: what was added to every time to make it positive; the reader subtracts it.
+    """
+
+    def __init__(self, stream: BinaryIO, heads: tuple[Head, ...], metadata: dict[str, dict[str, str]], shift_ns: int = 0) -> None:
+        self._stream = stream
+        self._offset = 0
+        self._crc = 0
+        self._schemas, self._channels = _declarations(heads)
+        self._dtypes = tuple(message_dtype(len(head.fields)) for head in heads)
+        self._counts = [0] * len(heads)
+        self._span: tuple[int, int] | None = None
+        self._chunks: list[ChunkIndex] = []
+        self._metadata: list[MetadataIndex] = []
+        self._compressor = zstandard.ZstdCompressor(level=ZSTD_LEVEL)
+        self._put(MAGIC)
+        for record in (Header(PROFILE, LIBRARY), *self._schemas, *self._channels):
+            self._put(_bytes(record))
+        units = {message_path(h.topic, name): unit for h in heads for name, unit in zip(h.fields, h.units, strict=True)}
+        shift = {TIME: {SHIFT_KEY: str(shift_ns)}} if shift_ns else {}
+        for name, entries in {**metadata, UNITS: units, **shift}.items():
+            self._describe(name, entries)
+
+    def chunk(self, index: int, time: Nanoseconds, values: list[Vector]) -> None:
+        """Appends samples of stream `index`: time (n,) in ns, not negative; one vector (n,) for each of its fields."""
+        channel, dtype, n = index + 1, self._dtypes[index], time.size
+        records = np.empty(n, dtype)
+        records["opcode"] = MESSAGE_OPCODE
+        records["length"] = dtype.itemsize - RECORD_HEAD
+        records["channel"] = channel
+        records["sequence"] = np.arange(self._counts[index], self._counts[index] + n) & 0xFFFFFFFF
+        records["log_time"] = records["publish_time"] = time
+        records["cdr"] = CDR_HEAD
+        for column, vector in enumerate(values):
+            records["values"][:, column] = vector
+        self._counts[index] += n
+        first, last = int(time[0]), int(time[-1])
+        self._span = (first, last) if self._span is None else (min(self._span[0], first), max(self._span[1], last))
+        self._put_chunk(channel, records, time, (first, last))
+
+    def _put_chunk(self, channel: int, records: NDArray[np.void], time: Nanoseconds, span: tuple[int, int]) -> None:
+        plain = records.tobytes()
+        packed = self._compressor.compress(plain)
+        start = self._offset
+        self._put(_bytes(Chunk("zstd", packed, span[1], span[0], zlib.crc32(plain), len(plain))))
+        end = self._offset
+        entries = np.empty(time.size, _INDEX_ENTRY)
+        entries["time"] = time
+        entries["offset"] = np.arange(time.size) * records.dtype.itemsize
+        index_head = struct.pack("<BQHI", Opcode.MESSAGE_INDEX, 6 + entries.nbytes, channel, entries.nbytes)
+        self._put(index_head + entries.tobytes())
+        self._chunks.append(
+            ChunkIndex(
+                chunk_length=end - start,
+                chunk_start_offset=start,
+                compression="zstd",
+                compressed_size=len(packed),
+                message_end_time=span[1],
+                message_index_length=self._offset - end,
+                message_index_offsets={channel: end},
+                message_start_time=span[0],
+                uncompressed_size=len(plain),
+            )
+        )
+
+    def finish(self) -> None:
+        """Writes the end of the data, the summary and the footer. The stream stays open."""
+        self._put(_bytes(DataEnd(self._crc)))
+        start = self._offset
+        groups: tuple[tuple[Opcode, list[McapRecord]], ...] = (
+            (Opcode.SCHEMA, [*self._schemas]),
+            (Opcode.CHANNEL, [*self._channels]),
+            (Opcode.STATISTICS, [self._statistics()]),
+            (Opcode.CHUNK_INDEX, [*self._chunks]),
+            (Opcode.METADATA_INDEX, [*self._metadata]),
+        )
+        summary, offsets = b"", b""
+        for opcode, records in groups:
+            group = b"".join(map(_bytes, records))
+            offsets += _bytes(SummaryOffset(opcode, start + len(summary), len(group))) if group else b""
+            summary += group
+        footer = _bytes(Footer(start, start + len(summary), 0))
+        crc = zlib.crc32(summary + offsets + footer[:-4])
+        self._put(summary + offsets + footer[:-4] + crc.to_bytes(4, "little") + MAGIC)
+
+    def _statistics(self) -> Statistics:
+        first, last = self._span or (0, 0)
+        return Statistics(
+            attachment_count=0,
+            channel_count=len(self._channels),
+            channel_message_counts={number + 1: count for number, count in enumerate(self._counts)},
+            chunk_count=len(self._chunks),
+            message_count=sum(self._counts),
+            message_end_time=last,
+            message_start_time=first,
+            metadata_count=len(self._metadata),
+            schema_count=len(self._schemas),
+        )
+
+    def _describe(self, name: str, entries: dict[str, str]) -> None:
+        record = _bytes(Metadata(name, entries))
+        self._metadata.append(MetadataIndex(self._offset, len(record), name))
+        self._put(record)
+
+    def _put(self, data: bytes) -> None:
+        self._stream.write(data)
+        self._crc = zlib.crc32(data, self._crc)
+        self._offset += len(data)
+
+
+def write_mcap(log: Log, stream: BinaryIO) -> None:
+    """Writes a log as canonical MCAP. Times are rounded to ns; a log that starts before 0 is shifted, and the reader shifts it back.
+
+    Raises LogError where a stream is empty, a value is not finite, or times do not increase by at least 1 ns; ValueError where a topic
+    or a signal has a name that ROS 2 tools would refuse.
+    """
+    heads = tuple(_head(one) for one in log.streams)
+    times = [_nanoseconds(log.source, one) for one in log.streams]
+    shift = max([0, *(-int(time[0]) for time in times)])
+    metadata = {name: entries for name, entries in log.metadata.items() if name not in (UNITS, TIME)}
+    writer = CanonicalWriter(stream, heads, metadata, shift)
+    pieces = sorted((int(time[low]), index, low, high) for index, time in enumerate(times) for low, high in _pieces(time, heads[index]))
+    for _, index, low, high in pieces:
+        writer.chunk(index, times[index][low:high] + shift, [values[low:high] for values in log.streams[index].signals.values()])
+    writer.finish()
+
+
+def _head(stream: Stream) -> Head:
+    return Head(stream.topic, tuple(stream.signals), tuple(stream.units[name] for name in stream.signals))
+
+
+def _nanoseconds(source: str, stream: Stream) -> Nanoseconds:
+    if not stream.time.size or not stream.signals:
+        raise LogError(source, f"stream {stream.topic} has no {'signals' if stream.time.size else 'samples'}; nothing to write")
+    for name, values in {"time": stream.time, **stream.signals}.items():
+        if not np.isfinite(values).all():
+            sample = int(np.flatnonzero(~np.isfinite(values))[0])
+            raise LogError(source, f"stream {stream.topic}, {name}: sample {sample + 1} is {values[sample]}; allowed: finite numbers")
+    if np.abs(stream.time).max() > LATEST:
+        raise LogError(source, f"stream {stream.topic}: time {stream.time[-1]:g} s is beyond {LATEST:g} s; is its unit right?")
+    time = np.rint(stream.time * NS).astype(np.int64)
+    if time.size > 1 and np.diff(time).min() <= 0:
+        sample = int(np.flatnonzero(np.diff(time) <= 0)[0]) + 1
+        raise LogError(source, f"stream {stream.topic}: time does not increase by 1 ns or more at sample {sample + 1}")
+    return time
+
+
+def _pieces(time: Nanoseconds, head: Head) -> list[tuple[int, int]]:
+    """Bounds of the chunks of a stream: no more than a second, no more than CHUNK_BYTES."""
+    rows = max(1, CHUNK_BYTES // message_dtype(len(head.fields)).itemsize)
+    seconds = (time - time[0]) // NS
+    bounds = [0, *(np.flatnonzero(np.diff(seconds)) + 1).tolist(), time.size]
+    return [(low, min(low + rows, end)) for start, end in itertools.pairwise(bounds) for low in range(start, end, rows)]
+
+
+def _declarations(heads: tuple[Head, ...]) -> tuple[list[Schema], list[Channel]]:
+    """One schema per distinct set of fields, one channel per stream."""
+    schemas: dict[tuple[str, ...], Schema] = {}
+    channels = []
+    for number, head in enumerate(heads, start=1):
+        identity = len(schemas) + 1
+        name = SCHEMA_NAME if identity == 1 else f"{SCHEMA_NAME}{identity}"
+        schema = schemas.setdefault(head.fields, Schema(identity, schema_text(head.fields).encode(), SCHEMA_ENCODING, name))
+        channels.append(Channel(number, head.topic, MESSAGE_ENCODING, {}, schema.id))
+    if len({channel.topic for channel in channels}) < len(channels):
+        raise ValueError("two streams of one topic")
+    return list(schemas.values()), channels
+
+
+def _bytes(record: McapRecord) -> bytes:
+    builder = RecordBuilder()
+    record.write(builder)
+    data: bytes = builder.end()  # type: ignore[no-untyped-call]
+    return data
