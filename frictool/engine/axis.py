@@ -49,7 +49,7 @@ MAX_EVENTS = 100  # a held command makes a handful: its effort is monotone
 @kernel
 def _relax(drive: float, command: float, lag: float, t: float) -> float:
     """The drive after t under a held command."""
-    return command + (drive - command) * math.exp(-t / lag) if lag > 0.0 else command
+    return command if drive == command or lag == 0.0 else command + (drive - command) * math.exp(-t / lag)
 
 
 @kernel

@@ -12,6 +12,8 @@ import math
 
 from frictool.kernels import kernel
 
+SMALL = 0.6  # below, power series; above, differences that lose less than three bits
+NEGLIGIBLE = 2.0**-56  # the last term of a series whose sum is above 1/4
 NEAR = 0.02  # rates this close, relative to 1 and to themselves, are averaged instead of subtracted
 # Gauss-Legendre, 4 points on [0, 1]
 NODES = (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263)
@@ -27,24 +29,28 @@ def phi1(x: float) -> float:
 @kernel
 def phi2(x: float) -> float:
     """(e^x - 1 - x)/x^2."""
-    if abs(x) > 1.0:
+    if abs(x) > SMALL:
         return (math.expm1(x) - x) / (x * x)
-    total, term = 0.0, 0.5
-    for k in range(3, 22):
-        total += term
+    total, term = 0.5, 0.5
+    for k in range(3, 20):
         term *= x / k
+        total += term
+        if abs(term) < NEGLIGIBLE:
+            break
     return total
 
 
 @kernel
 def phi1_slope(x: float) -> float:
     """Derivative of phi1: int_0^1 s e^{x s} ds."""
-    if abs(x) > 1.0:
+    if abs(x) > SMALL:
         return (math.exp(x) - phi1(x)) / x
-    total, term = 0.0, 1.0
-    for k in range(21):
+    total, term = 0.5, 1.0
+    for k in range(1, 20):
+        term *= x / k
         total += term / (k + 2)
-        term *= x / (k + 1)
+        if abs(term) < NEGLIGIBLE:
+            break
     return total
 
 

@@ -91,6 +91,8 @@ def stop_time(phase: Phase, duration: float) -> float:
     A phase that starts at w0 = 0 with an acceleration that is or becomes positive does not stop at its start.
     """
     w0, settled, transient, decay, rate = phase
+    if w0 > (abs(settled) + abs(transient) + decay * w0) * duration:
+        return NEVER  # not even the largest deceleration would do
     start = settled + transient - decay * w0
     if w0 == 0.0 and abs(start) <= ROUNDING * (abs(settled) + abs(transient)):
         start = 0.0

@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,8 +43,13 @@ def time_stepping(p: AxisParameters, state: Vector, command: float, duration: fl
     return x, v, gap
 
 
-def event_integration(p: AxisParameters, state: Vector, command: float, duration: float) -> tuple[float, float, float, float]:
-    """(position, velocity, drive, gap) after `duration`, phase by phase."""
+TIGHT: dict[str, Any] = {"method": "DOP853", "rtol": 1e-12, "max_step": 1e-4}
+
+
+def event_integration(
+    p: AxisParameters, state: Vector, command: float, duration: float, options: dict[str, Any] = TIGHT
+) -> tuple[float, float, float, float]:
+    """(position, velocity, drive, gap) after `duration`, phase by phase, with these options of `solve_ivp`."""
     x, v, drive, gap = (float(value) for value in state[:4])
     u, half, t = limited(p, command), 0.5 * p.backlash, 0.0
     if p.lag == 0.0:
@@ -69,9 +75,8 @@ def event_integration(p: AxisParameters, state: Vector, command: float, duration
         for event in (stop, contact):
             event.terminal, event.direction = True, -1  # type: ignore[attr-defined]
         scale = np.array([1e-3, max(abs(v), 1.0), max(abs(u), 1.0)])
-        run = solve_ivp(
-            field, (t, duration), [x, v, drive], "DOP853", events=(stop, contact), rtol=1e-12, atol=1e-13 * scale, max_step=1e-4
-        )
+        absolute = 0.1 * options["rtol"] * scale
+        run = solve_ivp(field, (t, duration), [x, v, drive], events=(stop, contact), atol=absolute, **options)
         t, moved = float(run.t[-1]), float(run.y[0, -1]) - x
         x, v, drive = (float(value) for value in run.y[:, -1])
         gap = gap if engaged else gap + moved

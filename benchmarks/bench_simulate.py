@@ -1,0 +1,84 @@
+"""One step of 1.1 s of the clutch: the engine in closed loop against scipy's `solve_ivp` with events.
+
+The peer gets the commands that the closed loop computed and only moves the plant (its controller would come on top): a quantiser
+in the loop amplifies any difference, so that trajectories are compared in replay. Errors are those of the position at the samples,
+against DOP853 at a relative tolerance of 1e-12 and steps of at most 0.1 ms.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.control.cascade import initial_state
+from frictool.control.packing import pack
+from frictool.engine.closed_loop import COMMAND, RECORD_SIZE, TRUE_POSITION, measure, run
+from frictool.plant.axis import AxisParameters, rest
+from tests.control.example import clutch_controller
+from tests.engine.reference import TIGHT, event_integration
+
+PERIOD, SAMPLES, TARGET, START = 1e-3, 1100, 55.0, 5.0
+CLUTCH = AxisParameters(
+    inertia=1.32e-5, viscous=3.8e-4, coulomb=0.099, breakaway=0.109, constant=0.0134, lag=3e-3, drive_limit=50.0,
+    backlash=3.0, backlash_coulomb=0.05, backlash_breakaway=0.055, encoder_step=2 * math.pi / 56,
+)  # fmt: skip
+USUAL: dict[str, Any] = {"method": "RK45", "rtol": 1e-6, "max_step": np.inf}
+ROUNDS, STEPS = 3, 200
+
+
+def closed_loop(controller: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The record (n, 7) of one step under a packed controller."""
+    record = np.zeros((SAMPLES, RECORD_SIZE))
+    own = initial_state(controller, measure(START, CLUTCH.encoder_step))
+    run(CLUTCH.as_array(), rest(START), controller, own, np.full(SAMPLES, TARGET), PERIOD, 1, record)
+    return record
+
+
+def replay(commands: NDArray[np.float64], options: dict[str, Any]) -> NDArray[np.float64]:
+    """Positions (n,) of the plant alone under the commands that act at each sample, by `solve_ivp`."""
+    state, positions = rest(START), np.empty(commands.size)
+    for k, command in enumerate(commands):
+        positions[k] = state[0]
+        state[:4] = event_integration(CLUTCH, state, float(command), PERIOD, options)
+    return positions
+
+
+def seconds(work: Callable[[], object]) -> float:
+    """Wall time of one call."""
+    start = time.perf_counter()
+    work()
+    return time.perf_counter() - start
+
+
+def clutch_step() -> dict[str, Any]:
+    """Wall time of one step of 1.1 s; measured alternately, medians."""
+    controller = pack(clutch_controller())
+    record = closed_loop(controller)
+    acting = np.concatenate([[0.0], record[:-1, COMMAND]])  # one sample of delay
+    ours, theirs = [], []
+    for _ in range(ROUNDS):
+        ours.append(seconds(lambda: [closed_loop(controller) for _ in range(STEPS)]) / STEPS)
+        theirs.append(seconds(lambda: replay(acting, USUAL)))
+    exact = replay(acting, TIGHT)
+    error = float(np.max(np.abs(record[:, TRUE_POSITION] - exact)))
+    their_error = float(np.max(np.abs(replay(acting, USUAL) - exact)))
+    mine, other = statistics.median(ours), statistics.median(theirs)
+    factor = SAMPLES * PERIOD / mine
+    return {
+        "id": "clutch_step",
+        "peer": "solve_ivp",
+        "ours": mine,
+        "theirs": other,
+        "unit": "s",
+        "ratio": other / mine,
+        "accuracy": f"worst position error {error:.1e} rad against {their_error:.1e} rad; {factor:.2g} times real time",
+    }
+
+
+ROWS = [clutch_step]
