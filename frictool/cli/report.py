@@ -1,0 +1,135 @@
+"""`frictool report`: logs against the specification, as a page and for machines."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from frictool.cli.output import STDOUT, command_line, existing, json_option, output_option, print_json, refuse_inputs, save_text, say
+
+if TYPE_CHECKING:
+    from frictool.documents.controller import Controller
+    from frictool.documents.provenance import Provenance
+    from frictool.documents.spec import Spec
+    from frictool.logs.log import Log
+    from frictool.report.requirement import Verdict
+
+HELP = """\b
+Example:
+  frictool report run.mcap --spec spec.yaml --controller controller.yaml -o report.html
+
+Measure the steps of simulated or measured logs and judge them against the specification: a page with plots (-o), JUnit for a build
+server, Markdown for a merge request, JSON for programs.
+
+Each requirement is judged by its worst value over all steps of all streams (/axis and every variant /axis/NAME) and is MET, NOT MET or
+CANNOT TELL with the reason: a smooth reference has no step, and a log alone has no modulus margin (give --controller).
+With --controller, raw CSV and MAT logs are read by the columns of its bench.
+
+Exit code 1 where a requirement is not met, or none can be decided; the outputs are written all the same.
+"""
+
+
+@click.command("report", help=HELP)
+@click.argument("logs", type=existing, nargs=-1, required=True, metavar="LOG...")
+@click.option("--spec", type=existing, required=True, help="What the closed loop has to do (spec.yaml).")
+@click.option("--controller", type=existing, help="Where the modulus margin comes from (controller.yaml).")
+@output_option(required=False, help="The page (HTML); - is stdout.")
+@click.option("--junit", type=existing, help="JUnit XML, one test case per requirement.")
+@click.option("--markdown", type=existing, help="Markdown table.")
+@json_option
+@click.pass_context
+def command(
+    ctx: click.Context,
+    logs: tuple[Path, ...],
+    spec: Path,
+    controller: Path | None,
+    output: Path | None,
+    junit: Path | None,
+    markdown: Path | None,
+    as_json: bool,
+) -> None:
+    inputs = [*logs, spec, *([controller] if controller else [])]
+    targets = [path for path in (output, junit, markdown) if path is not None]
+    _check_targets(targets, inputs)
+    spec_document, controller_document, read = _load(logs, spec, controller)
+
+    from frictool.documents.provenance import record
+    from frictool.report.verdict import judge
+
+    verdict = judge(spec_document, read, controller_document)
+    arguments = {"logs": logs, "--spec": spec, "--controller": controller}
+    provenance = record(command_line("report", arguments), inputs)
+    contents = _contents(verdict, spec_document, read, controller_document, provenance, (output, junit, markdown))
+    for target, text in contents.items():
+        save_text(target, text, inputs)
+    _tell(verdict, STDOUT if STDOUT in targets else None, as_json)
+    if not verdict.passed:
+        ctx.exit(1)
+
+
+def _check_targets(targets: list[Path], inputs: list[Path]) -> None:
+    if len({target if target == STDOUT else target.absolute() for target in targets}) < len(targets):
+        raise click.UsageError("two outputs have the same name; -o, --junit and --markdown each need their own")
+    for target in targets:
+        refuse_inputs(target, inputs)
+
+
+def _load(logs: tuple[Path, ...], spec: Path, controller: Path | None) -> tuple[Spec, Controller | None, list[Log]]:
+    from frictool.documents.controller import Controller
+    from frictool.documents.registry import load, same_axis
+    from frictool.documents.spec import Spec
+    from frictool.errors import DocumentError
+    from frictool.logs.reading import read_log
+
+    spec_document = load(spec, Spec)
+    requirements = [name for name in Spec.__struct_fields__ if name not in ("format", "name", "axis", "drive")]
+    if all(getattr(spec_document, name) is None for name in requirements):
+        raise DocumentError(spec, f"asks for nothing; write at least one of {', '.join(requirements)}", line=None, key="")
+    controller_document = load(controller, Controller) if controller is not None else None
+    if controller is not None:
+        same_axis({spec: spec_document, controller: controller_document})
+    bench = controller_document.bench if controller_document is not None else None
+    return spec_document, controller_document, [read_log(path, bench) for path in logs]
+
+
+def _contents(
+    verdict: Verdict,
+    spec: Spec,
+    logs: list[Log],
+    controller: Controller | None,
+    provenance: Provenance,
+    targets: tuple[Path | None, Path | None, Path | None],
+) -> dict[Path, str]:
+    """What is to be written where: all of it is made before the first byte is written."""
+    output, junit, markdown = targets
+    contents: dict[Path, str] = {}
+    if output is not None:
+        from frictool.report.page import page
+
+        contents[output] = page(verdict, spec, logs, controller, provenance)
+    if junit is not None:
+        from frictool.report.junit import junit as as_junit
+
+        contents[junit] = as_junit(verdict)
+    if markdown is not None:
+        from frictool.report.markdown import markdown as as_markdown
+
+        contents[markdown] = as_markdown(verdict)
+    return contents
+
+
+def _tell(verdict: Verdict, stdout: Path | None, as_json: bool) -> None:
+    from frictool.report.machine import as_json as machine_view
+    from frictool.report.text import lines
+
+    if as_json:
+        print_json(machine_view(verdict), stdout)
+        return
+    stream = sys.stderr if stdout else sys.stdout
+    colour = stream.isatty() and not os.environ.get("NO_COLOR")
+    for line in lines(verdict, colour):
+        say(line, stdout)

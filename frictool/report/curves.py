@@ -1,0 +1,124 @@
+"""Curves over the whole log: position, velocity, drive, phase plane; variants laid over each other, nominal on top."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from frictool.documents.quantity import si_unit
+from frictool.documents.spec import Spec
+from frictool.logs.log import Vector
+from frictool.report.evidence import Evidence
+from frictool.report.figures import INK, LOG_COLOURS, drawing, new_figure, render
+from frictool.report.thinning import path_samples, shown_samples
+from frictool.report.velocity import shown_velocity
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure of the page: SVG text, a title and a caption."""
+
+    title: str
+    svg: str
+    caption: str
+
+
+def log_colours(evidence: list[Evidence]) -> dict[str, str]:
+    """Log name -> colour."""
+    names = list(dict.fromkeys(item.source for item in evidence))
+    return {name: LOG_COLOURS[k % len(LOG_COLOURS)] for k, name in enumerate(names)}
+
+
+def draw(axes: Axes, item: Evidence, colour: str, abscissa: Vector, ordinate: Vector, *, over_time: bool = True) -> None:
+    """One curve: strong for the nominal plant (or the only stream), faint for a variant."""
+    kept = shown_samples(ordinate) if over_time else path_samples(abscissa, ordinate)
+    alpha, width, order = (1.0, 1.4, 3.0) if item.nominal else (0.35, 0.8, 2.0)
+    axes.plot(abscissa[kept], ordinate[kept], color=colour, alpha=alpha, linewidth=width, zorder=order)
+
+
+def nominal_last(evidence: list[Evidence]) -> list[Evidence]:
+    """Variants first, so that the nominal stream lies on top."""
+    return sorted(evidence, key=lambda item: item.nominal)
+
+
+def draw_references(axes: Axes, evidence: list[Evidence]) -> None:
+    """The reference of each distinct nominal stream, or of the first stream that has one."""
+    with_reference = [item for item in evidence if "reference" in item.stream.signals]
+    for item in [i for i in with_reference if i.nominal] or with_reference[:1]:
+        reference = item.stream.signals["reference"]
+        kept = shown_samples(reference)
+        axes.plot(item.stream.time[kept], reference[kept], color=INK, linewidth=1.0, linestyle=(0, (4, 2)), zorder=4.0)
+
+
+def overview(spec: Spec, evidence: list[Evidence]) -> list[Picture]:
+    """The curves that the logs have, over their whole length."""
+    unit = si_unit("position", spec.axis)
+    positions = [item for item in evidence if "position" in item.stream.signals]
+    pictures = []
+    if positions:
+        pictures.append(_position(positions, unit))
+    driven = [item for item in evidence if item.measured is not None or item.command is not None]
+    if driven:
+        pictures.append(_drive(spec, driven))
+    moving = [(item, shown) for item in positions if (shown := shown_velocity(item)) is not None]
+    if moving:
+        pictures += [_velocity(moving, unit), _phase_plane(moving, unit)]
+    return pictures
+
+
+def _position(evidence: list[Evidence], unit: str) -> Picture:
+    colours = log_colours(evidence)
+    with drawing("position"):
+        figure, (axes,) = new_figure()
+        for item in nominal_last(evidence):
+            draw(axes, item, colours[item.source], item.stream.time, item.stream.signals["position"])
+        draw_references(axes, evidence)
+        axes.set(xlabel="time [s]", ylabel=f"position [{unit}]")
+        return Picture("Position", render(figure, "position over time"), "Measured position; the reference is dashed.")
+
+
+def drive_of(item: Evidence) -> Vector | None:
+    """The measured drive, or the command where none was measured."""
+    return item.measured if item.measured is not None else item.command
+
+
+def _drive(spec: Spec, evidence: list[Evidence]) -> Picture:
+    colours = log_colours(evidence)
+    with drawing("drive"):
+        figure, (axes,) = new_figure()
+        for item in nominal_last(evidence):
+            drive = drive_of(item)
+            assert drive is not None
+            draw(axes, item, colours[item.source], item.stream.time, drive)
+        axes.set(xlabel="time [s]", ylabel=f"{spec.drive} [{si_unit(spec.drive, spec.axis)}]")
+        source = f"Measured {spec.drive}." if all(item.measured is not None for item in evidence) else f"Commanded {spec.drive}."
+        return Picture(spec.drive.capitalize(), render(figure, f"{spec.drive} over time"), source)
+
+
+def _velocity(moving: list[tuple[Evidence, tuple[Vector, str]]], unit: str) -> Picture:
+    colours = log_colours([item for item, _ in moving])
+    with drawing("velocity"):
+        figure, (axes,) = new_figure()
+        for item, (velocity, _) in sorted(moving, key=lambda entry: entry[0].nominal):
+            draw(axes, item, colours[item.source], item.stream.time, velocity)
+        axes.set(xlabel="time [s]", ylabel=f"velocity [{unit}/s]")
+        return Picture("Velocity", render(figure, "velocity over time"), _velocity_source(moving))
+
+
+def _velocity_source(moving: list[tuple[Evidence, tuple[Vector, str]]]) -> str:
+    sources = list(dict.fromkeys(source for _, (_, source) in moving))
+    return "; ".join(sources).capitalize() + "."
+
+
+def _phase_plane(moving: list[tuple[Evidence, tuple[Vector, str]]], unit: str) -> Picture:
+    colours = log_colours([item for item, _ in moving])
+    with drawing("phase plane"):
+        figure, (axes,) = new_figure()
+        for item, (velocity, _) in sorted(moving, key=lambda entry: entry[0].nominal):
+            draw(axes, item, colours[item.source], item.stream.signals["position"], velocity, over_time=False)
+        axes.set(xlabel=f"position [{unit}]", ylabel=f"velocity [{unit}/s]")
+        caption = f"{_velocity_source(moving)} A closed orbit is a limit cycle."
+        return Picture("Phase plane", render(figure, "velocity over position"), caption)

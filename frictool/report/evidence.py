@@ -1,0 +1,97 @@
+"""What the streams of the logs offer to be judged: position, reference, drive, holds.
+
+Log(s) --streams--> Evidence per stream --holds--> Measured per hold --worst--> requirement
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import PurePath
+
+import numpy as np
+
+from frictool.documents.quantity import si_unit
+from frictool.documents.spec import Spec
+from frictool.errors import LogError
+from frictool.logs.log import MAIN_TOPIC, Log, Stream, Vector
+from frictool.metrics.holds import Hold, find_holds
+from frictool.metrics.resolution import seen_resolution
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """One stream. `resolution`: the position sensor's step seen [rad or m]. `gaps`: what it lacks to be judged, signal -> reason.
+    `nominal`: it is the nominal plant's and not a variant's: `/axis`, or the only one of its log.
+    """
+
+    source: str
+    stream: Stream
+    resolution: float
+    holds: tuple[Hold, ...]
+    command: Vector | None
+    measured: Vector | None
+    gaps: dict[str, str]
+    nominal: bool
+
+    @property
+    def name(self) -> str:
+        """The log's name and the topic."""
+        return f"{self.source} {self.stream.topic}"
+
+
+def gather(spec: Spec, logs: list[Log]) -> list[Evidence]:
+    """Every stream of every log, in their order.
+
+    Raises LogError where a log has no stream, an empty one, or one whose position is not in the unit of the specification's kind of axis.
+    """
+    found: list[Evidence] = []
+    for log, label in zip(logs, labels(logs), strict=True):
+        if not log.streams:
+            raise LogError(log.source, "has no stream; nothing to report on")
+        found += [_evidence(spec, log, label, stream) for stream in log.streams]
+    return found
+
+
+def labels(logs: list[Log]) -> list[str]:
+    """The base name of each log; numbered where two are the same."""
+    names = [PurePath(log.source).name or log.source for log in logs]
+    return [name if names.count(name) == 1 else f"{name} ({names[: k + 1].count(name)})" for k, name in enumerate(names)]
+
+
+def _evidence(spec: Spec, log: Log, label: str, stream: Stream) -> Evidence:
+    if stream.time.size == 0:
+        raise LogError(log.source, f"stream {stream.topic} has no samples")
+    for name in ("position", "reference"):
+        unit, expected = stream.units.get(name), si_unit("position", spec.axis)
+        if unit not in (None, "", expected):
+            raise LogError(log.source, f"{name} of {stream.topic} is in {unit}; the specification is of a {spec.axis} axis, in {expected}")
+    gaps: dict[str, str] = {}
+    position, reference = _signal(stream, "position", gaps), _signal(stream, "reference", gaps)
+    measured, command = _signal(stream, spec.drive, gaps), _signal(stream, "command", gaps)
+    if stream.units.get("command") not in (None, "", si_unit(spec.drive, spec.axis)):
+        command = None
+    holds: tuple[Hold, ...] = ()
+    if position is not None and reference is not None:
+        holds = find_holds(reference, position)
+        gaps |= _without_steps(holds)
+    nominal = stream.topic == MAIN_TOPIC or len(log.streams) == 1
+    resolution = 0.0 if position is None else seen_resolution(position)
+    return Evidence(label, stream, resolution, holds, command, measured, gaps, nominal)
+
+
+def _signal(stream: Stream, name: str, gaps: dict[str, str]) -> Vector | None:
+    values = stream.signals.get(name)
+    if values is None:
+        gaps[name] = f"the log has no {name}"
+    elif not np.all(np.isfinite(values)):
+        gaps[name] = f"{name} has values that are not finite"
+        return None
+    return values
+
+
+def _without_steps(holds: tuple[Hold, ...]) -> dict[str, str]:
+    if not holds:
+        return {"hold": "the reference is never held: it moves all the time", "step": "the log has no step: its reference is smooth"}
+    if all(hold.origin is None for hold in holds):
+        return {"step": "the log has no step: its reference does not jump between holds"}
+    return {}

@@ -1,0 +1,33 @@
+"""The verdict as lines for a terminal."""
+
+from __future__ import annotations
+
+import click
+
+from frictool.report.requirement import Requirement, Verdict, number, unit_shown
+
+COLOURS = {"MET": "green", "NOT MET": "red", "CANNOT TELL": "yellow"}
+
+
+def lines(verdict: Verdict, colour: bool = False) -> list[str]:
+    """One line per requirement, then the verdict."""
+    shown = [_line(requirement, colour) for requirement in verdict.requirements]
+    return [*shown, _painted(printable(verdict.headline), verdict.outcome, colour)]
+
+
+def _painted(text: str, outcome: str, colour: bool) -> str:
+    return click.style(text, fg=COLOURS[outcome], bold=True) if colour else text
+
+
+def _line(requirement: Requirement, colour: bool) -> str:
+    outcome = _painted(f"{requirement.outcome:<12}", requirement.outcome, colour)
+    value = f"{number(requirement.value)} {unit_shown(requirement.unit)}" if requirement.value is not None else "-"
+    limit = f"{requirement.relation} {number(requirement.limit)} {unit_shown(requirement.unit)}"
+    remark = "; ".join(part for part in (str(requirement.where or ""), requirement.reason) if part)
+    name = requirement.name.replace("_", " ")
+    return outcome + printable(f"{name:<18}{value:<13}{limit:<13}{remark}".rstrip())
+
+
+def printable(text: str) -> str:
+    """Text from a log without control characters, which a terminal would obey and XML forbids."""
+    return "".join(c if c.isprintable() else "?" for c in text)
