@@ -1,0 +1,28 @@
+"""Step responses known in closed form."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = NDArray[np.float64]
+
+
+def second_order(time: Vector, damping: float, frequency: float) -> Vector:
+    """Unit step response at `time` of 1/(1 + 2 damping s/frequency + s^2/frequency^2), underdamped; 0 before time 0."""
+    damped = frequency * math.sqrt(1.0 - damping**2)
+    t = np.maximum(time, 0.0)
+    decay = np.exp(-damping * frequency * t)
+    return 1.0 - decay * (np.cos(damped * t) + damping * frequency / damped * np.sin(damped * t))
+
+
+def first_order(time: Vector, constant: float) -> Vector:
+    """Unit step response of 1/(1 + constant s)."""
+    return 1.0 - np.exp(-np.maximum(time, 0.0) / constant)
+
+
+def overshoot_of(damping: float) -> float:
+    """Overshoot of the second-order response, in %."""
+    return 100.0 * math.exp(-math.pi * damping / math.sqrt(1.0 - damping**2))

@@ -1,0 +1,95 @@
+"""Noise, peak, rest and energy of the drive; the sensor's step."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from frictool.metrics.drive_peak import command_peak, drive_peak
+from frictool.metrics.energy import energy
+from frictool.metrics.noise import noise_deviation, noise_floor
+from frictool.metrics.resolution import seen_resolution
+from frictool.metrics.rest import motion, remainder
+
+TIME = np.arange(5000) * 1e-3
+
+
+def noise(seed: int, deviation: float, count: int = 5000) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    return deviation * np.random.default_rng(seed).standard_normal(count)
+
+
+@given(st.integers(0, 10**6), st.floats(1e-4, 10.0))
+@settings(max_examples=30)
+def test_noise_is_measured_beside_a_slow_drive(seed: int, deviation: float) -> None:
+    slow = 20.0 * deviation * np.sin(2 * math.pi * 3.0 * TIME)
+    assert noise_deviation(slow + noise(seed, deviation)) == pytest.approx(deviation, rel=0.08)
+
+
+def test_noise_alone_stays_below_its_floor() -> None:
+    peaks = [drive_peak(noise(seed, 0.05)) for seed in range(200)]
+    assert max(peaks) == 0.0
+
+
+def test_a_clean_drive_has_no_floor() -> None:
+    held = np.where(TIME < 1.0, 50.0, 0.0)
+    assert noise_floor(held) == 0.0
+    assert drive_peak(held) == 50.0
+    assert command_peak(-held) == 50.0
+
+
+def test_a_saturated_noisy_drive_is_within_its_limit_and_an_excess_is_not() -> None:
+    held = np.where(TIME < 0.1, 50.0, 0.0)
+    assert 49.5 < drive_peak(held + noise(1, 0.05)) <= 50.0
+    assert drive_peak(1.02 * held + noise(1, 0.05)) > 50.0
+
+
+def test_a_slow_limit_cycle_is_seen_above_the_noise() -> None:
+    assert drive_peak(2.5 * np.sin(2 * math.pi * TIME) + noise(2, 0.05)) > 2.0
+
+
+def test_energy_is_the_mean_square_over_the_window() -> None:
+    """Exact: i = 3 for 0.1 s, then 1: (9 * 0.1 + 1 * 0.18)/0.28."""
+    drive = np.where(TIME < 0.1 - 1e-9, 3.0, 1.0)
+    assert energy(TIME, drive, 0.28) == pytest.approx((0.9 + 0.18) / 0.28, rel=1e-9)
+
+
+def test_energy_does_not_depend_on_an_even_rate() -> None:
+    uneven = np.sort(np.concatenate((TIME, TIME[:100] + 0.4e-3)))
+    drive = np.where(uneven < 0.1 - 1e-9, 3.0, 1.0)
+    assert energy(uneven, drive, 0.28) == pytest.approx((0.9 + 0.18) / 0.28, rel=1e-9)
+
+
+def test_energy_of_a_hold_shorter_than_the_window_is_not_known() -> None:
+    assert energy(TIME[:200], np.ones(200), 0.28) is None
+    assert energy(TIME[:280], np.ones(280), 0.28) == pytest.approx(1.0)
+
+
+def test_remainder_begins_behind_the_time_asked() -> None:
+    part = remainder(TIME + 7.0, 4.0)
+    assert part is not None
+    assert TIME[part][0] == pytest.approx(4.0)
+    assert remainder(TIME, 4.995) is None
+    assert motion(np.array([1.0, 1.5, 0.5])) == 1.0
+
+
+@given(st.lists(st.integers(-500, 500), min_size=2, max_size=200), st.floats(1e-8, 10.0), st.floats(-10.0, 10.0))
+def test_the_sensor_step_is_found_from_counts(counts: list[int], step: float, offset: float) -> None:
+    increments = np.unique(np.abs(np.diff(counts)))
+    increments = increments[increments > 0]
+    found = seen_resolution((np.array(counts) + round(offset)) * step)
+    if increments.size == 0:
+        assert found == 0.0
+    elif increments[0] == 1:
+        assert found == pytest.approx(step, rel=1e-6)
+    else:
+        assert found == 0.0 or found == pytest.approx(step * increments[0], rel=1e-6)
+
+
+def test_a_continuous_position_has_no_step() -> None:
+    assert seen_resolution(np.sin(7.0 * TIME)) < 1e-5
+    assert seen_resolution(np.full(10, 3.0)) == 0.0
+    assert seen_resolution(np.zeros(0)) == 0.0
