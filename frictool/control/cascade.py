@@ -26,11 +26,11 @@ Vector = NDArray[np.float64]
 __all__ = ["BRAKE", "REST", "RUN", "control_step", "initial_state"]
 
 # places in the parameters
-ORDER, PERIOD, DRIVE_LIMIT, GAIN, BAND, BRAKES, SETTLED_SPEED, REST_SPEED = range(8)
-PREFILTERS, PREFILTER = 8, 9  # whether there is one; h, p, q
-SPEED_FILTER = 12  # a, b0, b1
-RATE = 15  # 1/period
-SYSTEM = 16  # a, b, c, d, l
+ORDER, PERIOD, DRIVE_LIMIT, GAIN, SLOPE, BAND, BRAKES, SETTLED_SPEED, REST_SPEED = range(9)
+PREFILTERS, PREFILTER = 9, 10  # whether there is one; h, p, q
+SPEED_FILTER = 13  # a, b0, b1
+RATE = 16  # 1/period
+SYSTEM = 17  # a, b, c, d, l
 # places in the state
 MODE, FILTERED, FILTERED_SPEED, REFERENCE = range(4)
 POSITION, DIFFERENCE, SPEED, ETA, LIMITED = range(4, 9)
@@ -65,7 +65,7 @@ def control_step(parameters: Vector, state: Vector, reference: float, position: 
     state[POSITION], state[MODE] = position, mode
     if mode == REST:
         return _rest(p, state)
-    increment = p[PERIOD] * speed_reference(p[GAIN], error) if mode == RUN else 0.0
+    increment = p[PERIOD] * speed_reference(p[GAIN], p[SLOPE], p[BAND], error) if mode == RUN else 0.0
     return _speed_loop(p, state, increment, motion)
 
 

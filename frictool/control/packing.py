@@ -22,6 +22,7 @@ def pack(controller: Controller) -> NDArray[np.float64]:
         period,
         controller.drive_limit,
         law.gain,
+        law.gain / np.sqrt(law.band),
         law.band,
         law.action == "brake",
         law.settled_speed,
