@@ -1,0 +1,163 @@
+"""`frictool identify`: logs to parameters with intervals."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from frictool.cli.output import command_line, existing, json_option, output_option, print_json, save_text, say
+from frictool.identify.methods import DEFAULT, METHODS
+
+if TYPE_CHECKING:
+    from frictool.documents.bench import Bench
+    from frictool.documents.model import Model
+    from frictool.identify.identification import Identification
+    from frictool.identify.inverse_dynamic import Pipeline
+
+HELP = f"""\b
+Example:
+  frictool identify sines.mcap ramp.mcap --bench bench.yaml -o model.yaml
+
+Find the friction model  effort = inertia a + viscous v + coulomb sign(v) + offset  and the breakaway at rest, each with an interval.
+
+Logs are canonical (ingest) or raw CSV and MAT with the columns of the bench. Logs of motion give the sliding parameters. Breakaway ramps
+(the effort grows until the axis moves, falls back, grows again; thesis 4.3) give the breakaway; they are recognised, or named with --ramp.
+
+\b
+Methods (--method), and when each is right:
+{chr(10).join(f"  {name:<16} {method.what}{chr(10)}{'':<19}for {method.when}" for name, method in METHODS.items())}
+
+A parameter that the logs cannot give is listed as not identified with the reason, and the model carries the bench's interval for it.
+Intervals hold for the bench's nominal effort constant: an error of the constant scales inertia and every friction alike.
+
+Exit code 1, and no output, where the logs are in order and give nothing at all.
+"""
+
+
+@click.command("identify", help=HELP)
+@click.argument("logs", type=existing, nargs=-1, metavar="LOG...")
+@click.option("--bench", type=existing, required=True, help="The rig (bench.yaml).")
+@click.option("--ramp", type=existing, multiple=True, help="A log of breakaway ramps, whatever it looks like; may be given again.")
+@click.option("--method", type=click.Choice(list(METHODS)), default=DEFAULT, show_default=True, help="For the sliding parameters.")
+@click.option("--confidence", type=click.FloatRange(0.5, 0.9999), default=0.95, show_default=True, help="Of every interval.")
+@click.option("--window", type=click.IntRange(5, 100_001), help="least-squares: samples of the smoothing window, odd. [default: chosen]")
+@click.option("--cutoff-hz", type=click.FloatRange(0.0, min_open=True), help="inverse-dynamic: of the Butterworth filter. [default: 100]")
+@click.option("--filter-order", type=click.IntRange(1, 12), help="inverse-dynamic: of the Butterworth filter. [default: 4]")
+@click.option("--padding", type=click.IntRange(0), help="inverse-dynamic: samples that pad either end. [default: 12]")
+@click.option("--skip", type=click.IntRange(0), help="inverse-dynamic: samples left out at the start. [default: 49]")
+@click.option("--decimate", type=click.IntRange(1, 1000), help="inverse-dynamic: one sample in so many. [default: 10]")
+@output_option(required=False, help="The model (YAML); - is stdout. Without it nothing is written.")
+@json_option
+def command(
+    logs: tuple[Path, ...],
+    bench: Path,
+    ramp: tuple[Path, ...],
+    method: str,
+    confidence: float,
+    window: int | None,
+    output: Path | None,
+    as_json: bool,
+    **filters: Any,
+) -> None:
+    if not logs and not ramp:
+        raise click.UsageError("Missing argument 'LOG...'.")
+    _check_options(method, window, filters)
+    from frictool.documents.bench import Bench
+    from frictool.documents.provenance import record
+    from frictool.documents.registry import load
+    from frictool.documents.writing import to_yaml
+
+    document = load(bench, Bench)
+    from frictool.identify.identification import identify
+    from frictool.identify.methods import Settings
+    from frictool.identify.model import model_of
+    from frictool.identify.record import record_of
+    from frictool.logs.reading import read_log
+
+    records = [record_of(read_log(path, document), document) for path in logs]
+    ramps = [record_of(read_log(path, document), document) for path in ramp]
+    settings = Settings(confidence, window, _pipeline(filters) if method == "inverse-dynamic" else None)
+    result = identify(records, ramps, document, method, settings)
+
+    inputs = [*logs, *ramp, bench]
+    given = {f"--{name.replace('_', '-')}": value for name, value in filters.items()}
+    shown = {"logs": logs, "--bench": bench, "--ramp": ramp, "--method": method, "--confidence": confidence, "--window": window, **given}
+    model = model_of(result, document, record(command_line("identify", shown), inputs))
+    if output is not None:
+        save_text(output, to_yaml(model), inputs)
+    if as_json:
+        print_json(summary(result, document), output)
+    else:
+        say(table(result, model), output)
+
+
+def _check_options(method: str, window: int | None, filters: dict[str, Any]) -> None:
+    """Raises UsageError where an option belongs to the other method."""
+    if window is not None and method != "least-squares":
+        raise click.UsageError(f"--window belongs to --method least-squares, not to {method}.")
+    if window is not None and window % 2 == 0:
+        raise click.BadParameter(f"{window} is even; allowed: an odd number of samples.", param_hint="'--window'")
+    for name, value in filters.items():
+        if value is not None and method != "inverse-dynamic":
+            raise click.UsageError(f"--{name.replace('_', '-')} belongs to --method inverse-dynamic, not to {method}.")
+
+
+def _pipeline(filters: dict[str, Any]) -> Pipeline:
+    from dataclasses import replace
+
+    from frictool.identify.inverse_dynamic import PUBLISHED
+
+    return replace(PUBLISHED, **{name: value for name, value in filters.items() if value is not None})
+
+
+def summary(result: Identification, bench: Bench) -> dict[str, Any]:
+    """The machine's view of an identification."""
+    from frictool.identify.model import unit_of
+
+    fit, ramp = result.fit, result.ramp
+    return {
+        "method": result.method,
+        "confidence": result.confidence,
+        "logs": [{"name": Path(name).name, "kind": kind} for name, kind in result.kinds.items()],
+        "parameters": {
+            name: {"value": found.value, "low": found.low, "high": found.high, "unit": unit_of(name, bench)}
+            for name, found in result.identified.items()
+        },
+        "force_error": fit.force_error if fit else None,
+        "held_out_force_error": fit.held_out_force_error if fit else None,
+        "condition": fit.condition if fit else None,
+        "samples": fit.samples if fit else None,
+        "details": fit.details if fit else {},
+        "not_identified": result.refused,
+        "ramp": {"forward": ramp.forward, "backward": ramp.backward, "onsets": ramp.onsets, "delay_corrected": ramp.delay}
+        if ramp
+        else None,
+    }
+
+
+def table(result: Identification, model: Model) -> str:
+    """The same for people."""
+    from frictool.identify.outcome import PARAMETERS
+
+    lines = [f"{Path(name).name}: {kind}" for name, kind in result.kinds.items()]
+    lines.append(f"{result.method}: {METHODS[result.method].what}")
+    lines.append(f"  right for {METHODS[result.method].when}")
+    lines.append(f"{'parameter':<11}{'value':>12}  {f'interval at {100 * result.confidence:g} %':<28}{'unit':<12}source")
+    for name in PARAMETERS:
+        estimate = getattr(model.parameters, name)
+        known = estimate.low is not None and estimate.high is not None
+        interval = f"[{estimate.low:.5g}, {estimate.high:.5g}]" if known else "unknown"
+        lines.append(f"{name:<11}{estimate.value:>12.5g}  {interval:<28}{estimate.unit:<12}{estimate.source}")
+    if result.fit is not None:
+        held_out = result.fit.held_out_force_error
+        unseen = "" if held_out is None else f", {100 * held_out:.3g} % on strokes it did not see"
+        lines.append(
+            f"force error {100 * result.fit.force_error:.3g} %{unseen}; condition {result.fit.condition:.3g}; {result.fit.samples} samples"
+        )
+    if result.ramp is not None:
+        unit = model.parameters.breakaway.unit
+        lines.append(f"breakaway from {result.ramp.onsets} onsets, each seen {result.ramp.delay:.3g} {unit} late (corrected)")
+    lines += [f"not identified: {name}: {result.refused[name]}" for name in PARAMETERS if name in result.refused]
+    return "\n".join(lines)

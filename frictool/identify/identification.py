@@ -1,0 +1,114 @@
+"""From logs to what they give: sliding parameters from logs of motion, breakaway from logs of ramps, and a reason for all the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from frictool.documents.bench import Bench
+from frictool.documents.quantity import Quantity
+from frictool.identify import methods
+from frictool.identify.breakaway import Breakaway, breakaway, is_ramp
+from frictool.identify.outcome import PARAMETERS, SLIDING, Fit, Interval, NothingUsable
+from frictool.identify.record import Record
+
+SLIDING_LOG, RAMP_LOG = "sliding", "ramp"
+NEVER_NEGATIVE = ("inertia", "viscous", "coulomb", "breakaway")
+
+
+@dataclass(frozen=True)
+class Identification:
+    """kinds: log -> `sliding` or `ramp`. identified: name -> interval in SI. refused: name -> reason, for every other parameter."""
+
+    method: str
+    confidence: float
+    kinds: dict[str, str]
+    identified: dict[str, Interval]
+    refused: dict[str, str]
+    fit: Fit | None
+    ramp: Breakaway | None
+
+
+def identify(records: list[Record], ramps: list[Record], bench: Bench, method: str, settings: methods.Settings) -> Identification:
+    """What `records`, whose kind is found, and `ramps`, which are known to be breakaway ramps, give about the axis of `bench`.
+
+    Raises NothingUsable with the reasons where they give no parameter at all.
+    """
+    ramp_like = [record for record in records if is_ramp(record, bench)]
+    sliding = [record for record in records if not any(record is other for other in ramp_like)]
+    ramps = [*ramps, *ramp_like]
+    found: dict[str, Interval] = {}
+    refused: dict[str, str] = {}
+    fit, onsets = None, None
+    try:
+        fit = _slide(sliding, bench, method, settings)
+        _accept(fit.parameters, fit.refused, bench, found, refused)
+    except NothingUsable as error:
+        refused.update(dict.fromkeys(SLIDING, str(error)))
+    try:
+        onsets = _break_away(ramps, bench, found, settings.confidence)
+        _accept({"breakaway": onsets.interval}, {}, bench, found, refused)
+    except NothingUsable as error:
+        refused["breakaway"] = str(error)
+    if not found:
+        raise NothingUsable("; ".join(f"{', '.join(names)}: {reason}" for reason, names in _by_reason(refused).items()))
+    kinds = {**{r.name: SLIDING_LOG for r in sliding}, **{r.name: RAMP_LOG for r in ramps}}
+    ordered = {name: found[name] for name in PARAMETERS if name in found}
+    return Identification(method, settings.confidence, kinds, ordered, refused, fit, onsets)
+
+
+def _slide(records: list[Record], bench: Bench, method: str, settings: methods.Settings) -> Fit:
+    if not records:
+        raise NothingUsable("no log of sliding motion was given")
+    return methods.run(method, records, bench, settings)
+
+
+def _break_away(ramps: list[Record], bench: Bench, found: Mapping[str, Interval], confidence: float) -> Breakaway:
+    if not ramps:
+        raise NothingUsable("no log of breakaway ramps was given")
+    axis = {name: found.get(name) or prior(bench, name) for name in SLIDING}
+    return breakaway(ramps, bench, axis, confidence)
+
+
+def prior(bench: Bench, name: str) -> Interval:
+    """The bench's own interval of a sliding parameter, 0 for an offset that it does not give."""
+    known: Quantity | None = getattr(bench.mechanics, name)
+    return Interval(0.0, 0.0, 0.0) if known is None else Interval(known.value, *known.interval)
+
+
+def _accept(
+    offered: Mapping[str, Interval], reasons: Mapping[str, str], bench: Bench, found: dict[str, Interval], refused: dict[str, str]
+) -> None:
+    """Sorts what a method offers into what is identified and what is not."""
+    refused.update(reasons)
+    for name, interval in offered.items():
+        reason = useless(name, interval, getattr(bench.mechanics, name))
+        if reason is None:
+            low = max(interval.low, 0.0) if name in NEVER_NEGATIVE else interval.low
+            found[name] = Interval(interval.value, low, interval.high)
+        else:
+            refused[name] = reason
+
+
+def useless(name: str, interval: Interval, known: Quantity | None) -> str | None:
+    """Why an interval is of no use, or None: it is impossible, or no narrower than what the bench knows (4.2.1)."""
+    shown = f"[{interval.low:.4g}, {interval.high:.4g}]"
+    if not interval.half_width < float("inf"):
+        return "the motion does not repeat often enough to tell how uncertain it is"
+    if name in NEVER_NEGATIVE and interval.value < 0.0:
+        return f"the log gives {interval.value:.4g} in {shown}, which is negative"
+    if name == "inertia" and interval.low <= 0.0:
+        return f"the log's interval {shown} reaches zero"
+    if known is None or known.low is None or known.high is None:
+        return None
+    if interval.high - interval.low >= known.high - known.low:
+        return f"the log's interval {shown} is no narrower than the bench's [{known.low:.4g}, {known.high:.4g}]"
+    return None
+
+
+def _by_reason(refused: Mapping[str, str]) -> dict[str, list[str]]:
+    grouped: dict[str, list[str]] = {}
+    for name in PARAMETERS:
+        if name in refused:
+            grouped.setdefault(refused[name], []).append(name)
+    return grouped

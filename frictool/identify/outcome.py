@@ -1,0 +1,47 @@
+"""What identification hands over: values with intervals, what was refused and why, and how well the data are explained."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from frictool.errors import EXIT_NO, FrictoolError
+
+SLIDING = ("inertia", "viscous", "coulomb", "offset")  # effort = inertia a + viscous v + coulomb sign(v) + offset
+PARAMETERS = (*SLIDING, "breakaway")
+DIMENSIONS = {"inertia": "inertia", "viscous": "viscous", "coulomb": "effort", "offset": "effort", "breakaway": "effort"}
+
+
+class NothingUsable(FrictoolError):
+    """A log is in order and yet gives nothing: the message says why."""
+
+    exit_code = EXIT_NO
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A value in SI and the interval that holds the truth at the stated confidence."""
+
+    value: float
+    low: float
+    high: float
+
+    @property
+    def half_width(self) -> float:
+        return 0.5 * (self.high - self.low)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The sliding parameters of one method.
+
+    parameters: name -> interval. refused: name -> reason, with figures. force_error, held_out_force_error: rms of the effort's
+    residual over rms of the effort, on the samples used, and on strokes that the fit did not see. details: figures of the method.
+    """
+
+    parameters: dict[str, Interval]
+    refused: dict[str, str]
+    force_error: float
+    held_out_force_error: float | None
+    condition: float
+    samples: int
+    details: dict[str, float | int] = field(default_factory=dict)

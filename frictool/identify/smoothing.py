@@ -1,0 +1,105 @@
+"""Zero-phase smoothing in which nothing is out of step with anything (4.2.2: filter every signal alike).
+
+The second derivative c of Savitzky and Golay (a cubic over W samples) annihilates straight lines, so that it is the second
+difference of a bump g with sum 1. Convolving the equation of motion with g gives, without any error of alignment,
+
+    J (c * x) + viscous (g * dx) + coulomb (g * sign v) + offset = g * u_
+
+    c * x     acceleration: the Savitzky-Golay filter itself
+    dx        central difference (x[k+1] - x[k-1])/(2 T)
+    u_        effort averaged over the triangle that a second difference of positions averages the acceleration with:
+              no lag: held from its sample on    (u[k-1] + u[k])/2, exact
+              a lag: measured at the instant, in between on its way to a held command like 1 - e^(-t/lag): weights of
+              `effort_weights`, exact; (1, 4, 1)/6 where the lag is long
+
+so that smoothing costs no bias whatever W is: J, viscous, coulomb and offset are those of the unsmoothed equation. (Straight lines
+between the samples of a lagging current would put -0.07 % on the clutch's inertia.)
+
+Window (documented rule): the smallest odd W for which the noise that the position leaves on the acceleration is at most 2 % of
+the acceleration itself (rms), between 11 samples and a sixth of the median stroke. The noise of the position is that of the
+encoder's quantisation, step/sqrt(12), or what its fourth differences show, whichever is larger.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.signal import savgol_coeffs
+
+from frictool.identify.record import Record, Vector
+
+DEGREE = 3
+SHORTEST = 11  # samples
+STROKE_SHARE = 1.0 / 6.0  # a window longer than this fraction of a stroke leaves too little of it
+NOISE_SHARE = 0.02  # of the acceleration's rms: its attenuation of the inertia, the square of this, is 0.04 %
+FOURTH_DIFFERENCE_GAIN = 70.0**0.5  # rms of (1, -4, 6, -4, 1)
+
+
+def acceleration_filter(window: int, period: float) -> Vector:
+    """c (window,) in 1/s^2: the acceleration is its correlation with the position."""
+    return np.asarray(savgol_coeffs(window, DEGREE, deriv=2, delta=period, use="dot"), dtype=np.float64)
+
+
+def bump(window: int, period: float) -> Vector:
+    """g (window - 2,), no unit, sum 1: the kernel whose second difference is c."""
+    once = np.cumsum(acceleration_filter(window, period)) * period
+    return np.asarray(np.cumsum(once[:-1])[:-1] * period, dtype=np.float64)
+
+
+def effort_weights(period: float, lag: float) -> tuple[float, float, float]:
+    """What u[k-1], u[k], u[k+1] weigh in the effort that acts over the triangle from sample k-1 to k+1; their sum is 1.
+
+    Between two samples u = u0 + (u1 - u0) f(s), s = 0..1, f = (1 - e^(-r s))/(1 - e^-r), r = period/lag: weights int s f and int (1-s) f.
+    """
+    if lag == 0.0:
+        return 0.5, 0.5, 0.0
+    r = float(period / lag)
+    if r < 1e-3:
+        return 1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0  # f = s up to r/2
+    whole: float = -math.expm1(-r)
+    mean = (1.0 - whole / r) / whole
+    rising = (0.5 - (whole - r * math.exp(-r)) / r**2) / whole
+    return 0.5 - rising, rising + 0.5 - (mean - rising), mean - rising
+
+
+def position_noise(record: Record) -> float:
+    """Standard deviation of the position's noise, rad | m: of its quantisation, or of its fourth differences."""
+    differences = np.diff(record.position, 4)
+    measured = float(np.sqrt(np.mean(differences**2))) / FOURTH_DIFFERENCE_GAIN if differences.size else 0.0
+    return max(record.resolution / 12.0**0.5, measured)
+
+
+def choose_window(record: Record, stroke_samples: float) -> int:
+    """The window in samples, odd, by the rule above; `stroke_samples` is the median length of a stroke."""
+    longest = max(_odd(stroke_samples * STROKE_SHARE), SHORTEST)
+    if record.position.size <= longest:
+        return SHORTEST
+    acceleration = np.convolve(record.position - record.position[0], acceleration_filter(longest, record.period)[::-1], "valid")
+    wanted = NOISE_SHARE * float(np.sqrt(np.mean(acceleration**2)))
+    noise = position_noise(record)
+    for window in range(SHORTEST, longest, 2):
+        if noise * float(np.linalg.norm(acceleration_filter(window, record.period))) <= wanted:
+            return window
+    return longest
+
+
+def _odd(length: float) -> int:
+    return 2 * int(length / 2.0) + 1
+
+
+def smoothed(record: Record, window: int) -> tuple[Vector, Vector, Vector]:
+    """Acceleration, velocity and effort, each (n,), of one record in SI; nan within half a window of either end."""
+    n, reach = record.position.size, (window - 1) // 2
+    out = tuple(np.full(n, np.nan) for _ in range(3))
+    if n <= window:
+        return out[0], out[1], out[2]
+    x, u = record.position - record.position[0], record.effort
+    g = bump(window, record.period)
+    inner = slice(reach, n - reach)
+    before, at, after = effort_weights(record.period, record.lag)
+    mean_effort = before * u[:-2] + at * u[1:-1] + after * u[2:]
+    out[0][inner] = np.convolve(x, acceleration_filter(window, record.period)[::-1], "valid")
+    out[1][inner] = np.convolve((x[2:] - x[:-2]) / (2.0 * record.period), g[::-1], "valid")
+    out[2][inner] = np.convolve(mean_effort, g[::-1], "valid")
+    return out[0], out[1], out[2]
