@@ -76,7 +76,7 @@ def summary(test: StepTest) -> dict[str, Any]:
             {
                 "topic": stream.topic,
                 "samples": int(stream.time.size),
-                "duration_s": float(stream.time.size * stream.period),
+                "duration_s": round(float(stream.time[-1] - stream.time[0]) + stream.period, 9),
                 "final_error": float(stream.signals["reference"][-1] - position[-1]),
                 "command_peak": float(abs(command).max()),
                 "at_rest": bool(stream.signals["velocity"][-1] == 0.0),

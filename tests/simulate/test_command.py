@@ -1,0 +1,85 @@
+"""`frictool simulate` on a command line: the log that it writes, the same bytes again, and one line for each kind of bad input."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictool.logs.mcap_format import read_mcap
+from tests.cli.run import Result, refused, run
+from tests.simulate.example import write_rig
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> dict[str, Path]:
+    return write_rig(tmp_path)
+
+
+def simulate(rig: dict[str, Path], output: Path | str, *more: str) -> Result:
+    return run("simulate", rig["model"], "--controller", rig["controller"], "--scenario", rig["scenario"], "-o", output, *more)
+
+
+def test_writes_a_log_that_reads_back(rig: dict[str, Path], tmp_path: Path) -> None:
+    result = simulate(rig, tmp_path / "run.mcap")
+    assert result.code == 0, result.stderr
+    assert result.stdout.splitlines()[0] == "steps: 3 stream(s), 1200 samples, 1.2 s each"
+    log = read_mcap(tmp_path / "run.mcap")
+    assert [stream.topic for stream in log.streams] == ["/axis", "/axis/light", "/axis/heavy"]
+    assert log.main.units["current"] == "A"
+    assert log.metadata["log"]["kind"] == "simulated"
+    assert log.metadata["provenance"]["command"] == "frictool simulate model.yaml --controller controller.yaml --scenario scenario.yaml"
+    assert np.all(np.isfinite(log.main.signals["position"]))
+
+
+def test_the_same_inputs_give_the_same_bytes_and_stdout_is_one_of_the_outputs(rig: dict[str, Path], tmp_path: Path) -> None:
+    simulate(rig, tmp_path / "a.mcap")
+    piped = simulate(rig, "-")
+    assert piped.out == (tmp_path / "a.mcap").read_bytes()
+
+
+def test_json(rig: dict[str, Path], tmp_path: Path) -> None:
+    found = json.loads(simulate(rig, tmp_path / "run.mcap", "--json").stdout)
+    assert found["scenario"] == "steps"
+    assert found["warnings"] == []
+    assert [row["topic"] for row in found["streams"]] == ["/axis", "/axis/light", "/axis/heavy"]
+    for row in found["streams"]:
+        assert (row["samples"], row["duration_s"], row["at_rest"]) == (1200, 1.2, True)
+        assert abs(row["final_error"]) < 2.2
+        assert 0.0 < row["command_peak"] <= 50.0
+
+
+@pytest.mark.parametrize("which", ["model", "controller", "scenario"])
+@pytest.mark.parametrize("content", [None, b"", b"\x00\xff\x89MCAP0\r\n", b"format: nothing/1\n"])
+def test_an_unusable_document_is_one_line_and_no_output(rig: dict[str, Path], tmp_path: Path, which: str, content: bytes | None) -> None:
+    rig[which].unlink() if content is None else rig[which].write_bytes(content)
+    refused(simulate(rig, tmp_path / "run.mcap"), 3, f"{which}.yaml")
+    assert not (tmp_path / "run.mcap").exists()
+
+
+def test_a_misspelt_key_names_the_nearest(rig: dict[str, Path], tmp_path: Path) -> None:
+    text = rig["scenario"].read_text()
+    rig["scenario"].write_text(text.replace("variants:", "variant:"))
+    refused(simulate(rig, tmp_path / "run.mcap"), 3, "scenario.yaml", "did you mean 'variants'?")
+    assert not (tmp_path / "run.mcap").exists()
+
+
+def test_documents_that_do_not_agree_name_the_file(rig: dict[str, Path], tmp_path: Path) -> None:
+    text = rig["controller"].read_text()
+    rig["controller"].write_text(text.replace("delay_samples: 1\n", "delay_samples: 2\n", 1))
+    refused(simulate(rig, tmp_path / "run.mcap"), 3, "controller.yaml: delay_samples: found 2", "model.yaml has 1")
+    assert not (tmp_path / "run.mcap").exists()
+
+
+def test_an_input_is_not_overwritten(rig: dict[str, Path]) -> None:
+    before = rig["model"].read_bytes()
+    refused(simulate(rig, rig["model"]), 3, "is an input")
+    assert rig["model"].read_bytes() == before
+
+
+def test_help_opens_with_an_example() -> None:
+    lines = run("simulate", "--help").stdout.splitlines()
+    assert "Example:" in lines[2]
+    assert "frictool simulate model.yaml" in lines[3]

@@ -1,0 +1,177 @@
+"""The step test's log: what a bench would have logged, once for each variant, the same every time."""
+
+from __future__ import annotations
+
+import math
+
+import msgspec
+import numpy as np
+import pytest
+
+from frictool.documents.bench import Bench
+from frictool.documents.controller import Controller, StateSpace
+from frictool.documents.model import Model
+from frictool.documents.provenance import Input, Provenance
+from frictool.documents.quantity import Estimate, Quantity, Span
+from frictool.documents.registry import load
+from frictool.documents.scenario import Scenario, Step
+from frictool.errors import InputFileError, NoSolutionError
+from frictool.logs.log import Log
+from frictool.simulate.step_test import step_test
+from frictool.simulate.variants import variants_of
+from tests.simulate.example import controller, scenario
+from tests.synth.example import ROOT, clutch_model
+
+HERE = Provenance("frictool simulate", "0", (Input("model.yaml", "ab" * 32),))
+STEP = 2 * math.pi / 56
+
+
+def log_of(played: Scenario, model: Model | None = None, by: Controller | None = None) -> Log:
+    return step_test(model or clutch_model(), by or controller(), played, HERE).log
+
+
+def test_nominal_is_one_stream_with_every_signal_in_si() -> None:
+    stream = log_of(scenario()).main
+    assert stream.units == {
+        "position": "rad", "reference": "rad", "current": "A", "effort": "N m", "command": "A",
+        "velocity": "rad/s", "position_true": "rad", "load_position": "rad",
+    }  # fmt: skip
+    np.testing.assert_allclose(stream.time, np.arange(1200) * 1e-3, rtol=1e-15)
+    np.testing.assert_array_equal(stream.signals["reference"], np.repeat([40.0, 10.0], 600))
+    np.testing.assert_allclose(stream.signals["effort"], 13.4e-3 * stream.signals["current"], rtol=1e-15)
+
+
+def test_reaches_its_targets() -> None:
+    position = log_of(scenario()).main.signals["position"]
+    assert position[[599, 1199]] == pytest.approx([40.0, 10.0], abs=2.0 + STEP)
+
+
+def test_the_encoder_reports_the_count_below() -> None:
+    signals = log_of(scenario()).main.signals
+    counts = signals["position"] / STEP
+    np.testing.assert_allclose(counts, np.round(counts), atol=1e-9)
+    hidden = signals["position_true"] - signals["position"]
+    assert hidden.min() >= -1e-12
+    assert hidden.max() < STEP + 1e-12
+
+
+def test_the_load_follows_within_the_backlash() -> None:
+    signals = log_of(scenario()).main.signals
+    gap = signals["position_true"] - signals["load_position"]
+    assert gap[0] == 0.0
+    assert np.max(np.abs(gap)) == pytest.approx(1.5)
+
+
+def test_vertices_are_streams_of_their_own_with_their_own_plant() -> None:
+    log = log_of(scenario(variants="vertices"))
+    assert [stream.topic for stream in log.streams] == ["/axis", "/axis/light", "/axis/heavy"]
+    nominal, light, heavy = (stream.signals["velocity"] for stream in log.streams)
+    assert len({array.tobytes() for array in (nominal, light, heavy)}) == 3
+    np.testing.assert_array_equal(log_of(scenario()).main.signals["velocity"], nominal)
+    plants = [variant.axis for variant in variants_of(clutch_model(), controller(), scenario(variants="vertices"))]
+    assert [plant.inertia for plant in plants] == [1.32e-5, 1.11e-5, 1.53e-5]
+    assert [plant.coulomb for plant in plants] == [0.099, 0.099, 0.18]
+    assert plants[2].breakaway == pytest.approx(0.198)
+
+
+def test_noise_is_seeded_and_independent_between_variants() -> None:
+    quiet = log_of(scenario(variants="vertices"))
+    loud, again, other = (log_of(scenario(variants="vertices", drive_noise=0.2, seed=seed)) for seed in (7, 7, 8))
+    noises = []
+    for silent, noisy, same, differing in zip(quiet.streams, loud.streams, again.streams, other.streams, strict=True):
+        noise = noisy.signals["current"] - silent.signals["current"]
+        assert np.std(noise) == pytest.approx(0.2, rel=0.1)
+        np.testing.assert_array_equal(noisy.signals["current"], same.signals["current"])
+        assert not np.array_equal(noisy.signals["current"], differing.signals["current"])
+        np.testing.assert_array_equal(noisy.signals["position"], silent.signals["position"])
+        noises.append(noise)
+    assert np.max(np.abs(np.corrcoef(noises) - np.eye(3))) < 0.15
+
+
+def test_metadata_says_simulated_and_from_what() -> None:
+    metadata = log_of(scenario()).metadata
+    assert metadata["log"] == {"kind": "simulated", "scenario": "steps", "model": "clutch", "controller": "speed"}
+    assert metadata["provenance"] == {"command": "frictool simulate", "frictool": "0", "sha256 model.yaml": "ab" * 32}
+
+
+def test_progress_counts_the_variants() -> None:
+    seen: list[tuple[int, int]] = []
+    step_test(clutch_model(), controller(), scenario(variants="vertices"), HERE, progress=lambda *done: seen.append(done))
+    assert seen == [(0, 3), (1, 3), (2, 3), (3, 3)]
+
+
+def _with_travel(low: float, high: float) -> Model:
+    model = clutch_model()
+    mechanics = msgspec.structs.replace(model.bench.mechanics, travel=Span(low, high, "rad"))
+    return msgspec.structs.replace(model, bench=msgspec.structs.replace(model.bench, mechanics=mechanics))
+
+
+def test_leaving_the_travel_is_a_warning() -> None:
+    inside = step_test(_with_travel(0.0, 63.0), controller(), scenario(), HERE)
+    assert inside.warnings == ()
+    top = float(np.max(inside.log.main.signals["position_true"]))
+    assert top > 40.0
+    (warning,) = step_test(_with_travel(0.0, 40.0), controller(), scenario(), HERE).warnings
+    assert warning.startswith(f"/axis leaves the travel (5 to {top:g} of 0 to 40 rad)")
+
+
+@pytest.mark.parametrize(
+    ("played", "by", "words"),
+    [
+        (scenario(), msgspec.structs.replace(controller(), delay_samples=0), "controller: delay_samples: found 0, .* has 1"),
+        (scenario(), msgspec.structs.replace(controller(), sample_period_s=2e-3), "controller: sample_period_s: found 0.002"),
+        (scenario(), msgspec.structs.replace(controller(), drive="voltage"), "controller: drive: found voltage"),
+        (scenario(), msgspec.structs.replace(controller(), axis="linear"), "controller: axis: found linear"),
+        (msgspec.structs.replace(scenario(), axis="linear"), controller(), "scenario: axis: found linear"),
+        (scenario(40.0, 63.5), controller(), r"scenario: steps\[1\].reference: found 63.5 rad; allowed: .* 0 to 63 rad"),
+        (scenario(start=-1.0), controller(), "scenario: start: found -1 rad"),
+        (scenario(seconds=4e-4), controller(), r"scenario: steps\[0\].duration_s: found 0.0004"),
+        (scenario(seconds=1e9), controller(), r"scenario: asks for 2e\+12 samples"),
+    ],
+)
+def test_what_does_not_fit_together_is_refused(played: Scenario, by: Controller, words: str) -> None:
+    with pytest.raises(InputFileError, match=words):
+        log_of(played, by=by)
+
+
+def test_a_loop_that_leaves_the_floating_point_numbers_is_no_result() -> None:
+    """Both states of the controller grow tenfold a sample and cancel in the drive, until inf - inf does not."""
+    system = StateSpace(a=((10.0, 0.0), (0.0, 10.0)), b=((1.0,), (1.0,)), c=((1.0, -1.0),), d=((0.0,),))
+    speed = msgspec.structs.replace(controller().speed_controller, discrete=system)
+    with pytest.raises(NoSolutionError, match=r"/axis: .*floating-point"):
+        log_of(scenario(), by=msgspec.structs.replace(controller(), speed_controller=speed))
+
+
+def test_a_voltage_drive_of_a_linear_axis() -> None:
+    """EMPS: no lag, so that the voltage at a sample is what acts from it on."""
+    bench = load(ROOT / "configs/emps/bench.yaml", Bench)
+    n = {"source": "bench", "low": 0.0, "high": 300.0}
+    parameters = msgspec.structs.replace(
+        clutch_model().parameters,
+        inertia=Estimate(value=95.0, unit="kg", **n),
+        viscous=Estimate(value=200.0, unit="N s/m", **n),
+        coulomb=Estimate(value=20.0, unit="N", **n),
+        breakaway=Estimate(value=25.0, unit="N", **n),
+        offset=Estimate(value=-3.0, unit="N", **n),
+    )
+    model = msgspec.structs.replace(clutch_model(), axis="linear", bench=bench, parameters=parameters)
+    law = msgspec.structs.replace(controller().position_law, gain=0.6, band=1e-3, settled_speed=1e-3)
+    gains = msgspec.structs.replace(controller().speed_controller, anti_windup=(0.0, 0.0))
+    scale = 95.0 / 1.32e-5 * 13.4e-3 / 35.15
+    out = tuple(tuple(scale * value for value in row) for row in gains.discrete.c)
+    direct = tuple(tuple(scale * value for value in row) for row in gains.discrete.d)
+    gains = msgspec.structs.replace(gains, discrete=msgspec.structs.replace(gains.discrete, c=out, d=direct))
+    by = msgspec.structs.replace(
+        controller(), axis="linear", drive="voltage", drive_limit=10.0, bench=bench, position_law=law, speed_controller=gains
+    )
+    played = Scenario(
+        format="scenario/1",
+        name="steps",
+        axis="linear",
+        start=Quantity(value=0.05, unit="m"),
+        steps=(Step(Quantity(value=0.1, unit="m"), 1.0),),
+    )
+    stream = log_of(played, model, by).main
+    assert (stream.units["position"], stream.units["voltage"], stream.units["effort"]) == ("m", "V", "N")
+    np.testing.assert_array_equal(stream.signals["voltage"][1:], stream.signals["command"][:-1])  # one sample of delay
+    assert stream.signals["position_true"][-1] == pytest.approx(0.1, abs=2e-3)
