@@ -1,0 +1,74 @@
+"""What is plotted is what was logged."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from frictool.logs.log import Log
+from frictool.report.evidence import gather
+from frictool.report.step_views import window
+from frictool.report.thinning import COLUMNS, path_samples, shown_samples
+from frictool.report.velocity import shown_velocity
+from frictool.report.verdict import judge
+from tests.report.example import clutch_spec, stream
+
+
+@given(st.integers(1, 20_000), st.integers(0, 10**6))
+def test_thinning_loses_no_peak(count: int, seed: int) -> None:
+    signal = np.random.default_rng(seed).standard_normal(count)
+    kept = shown_samples(signal)
+    assert np.all(np.diff(kept) > 0)
+    assert (kept[0], kept[-1]) == (0, count - 1)
+    assert signal[kept].min() == signal.min()
+    assert signal[kept].max() == signal.max()
+    assert kept.size <= max(2, 4) * COLUMNS
+
+
+def test_a_path_is_followed_closely_and_standing_still_costs_nothing() -> None:
+    angle = np.concatenate((np.zeros(50_000), np.linspace(0.0, 2 * np.pi, 20_000)))
+    x, y = 3.0 * np.cos(angle), 0.1 * np.sin(angle)
+    kept = path_samples(x, y)
+    assert kept.size < 5 * COLUMNS
+    assert np.max(np.hypot(np.diff(x[kept]) / 6.0, np.diff(y[kept]) / 0.2)) < 2.0 / COLUMNS
+    assert path_samples(np.zeros(10), np.zeros(10)).tolist() == [0, 9]
+
+
+def test_the_log_s_own_velocity_is_shown() -> None:
+    (item,) = gather(clutch_spec(), [Log((stream(),), {}, "run.mcap")])
+    shown = shown_velocity(item)
+    assert shown is not None
+    assert shown[0] is item.stream.signals["velocity"]
+
+
+def test_without_it_the_encoder_difference_is_near_and_says_what_it_is() -> None:
+    (with_velocity,) = gather(clutch_spec(), [Log((stream(),), {}, "run.mcap")])
+    (without,) = gather(clutch_spec(), [Log((stream(without=("velocity",)),), {}, "run.mcap")])
+    shown = shown_velocity(without)
+    assert shown is not None
+    velocity, source = shown
+    true = with_velocity.stream.signals["velocity"]
+    assert velocity.shape == true.shape
+    assert source.startswith("position difference over ")
+    assert np.sqrt(np.mean((velocity - true) ** 2)) < 0.04 * np.max(np.abs(true))
+
+
+def test_a_steady_speed_is_shown_exactly_to_the_ends() -> None:
+    steady = stream(without=("velocity",))
+    steady.signals["position"][:] = 2.0 * steady.time
+    (item,) = gather(clutch_spec(), [Log((steady,), {}, "run.mcap")])
+    shown = shown_velocity(item)
+    assert shown is not None
+    np.testing.assert_allclose(shown[0], 2.0, rtol=1e-9)
+
+
+def test_a_step_is_shown_past_its_response_and_whole_where_it_never_settles() -> None:
+    spec = clutch_spec()
+    ((item, holds),) = judge(spec, [Log((stream(),), {}, "run.mcap")]).evidence
+    shown = window(spec, [(item, holds[0])])
+    assert holds[0].values["response_time_95"] < shown < 0.5
+    ringing = stream(damping=0.01)
+    ((item, holds),) = judge(spec, [Log((ringing,), {}, "run.mcap")]).evidence
+    assert window(spec, [(item, holds[0])]) == pytest.approx(1.1, abs=2e-3)

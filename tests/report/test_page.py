@@ -1,0 +1,131 @@
+"""The page: self-contained, escaped, the same bytes again."""
+
+from __future__ import annotations
+
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+from frictool.documents.controller import Controller
+from frictool.documents.provenance import Input, Provenance
+from frictool.logs.log import Log
+from frictool.report.page import page
+from frictool.report.verdict import judge
+from tests.report.example import clutch_log, clutch_spec, controller, smooth_log, stream
+
+MADE = Provenance("frictool report run.mcap --spec spec.yaml", "0.1.0", (Input("run.mcap", "ab" * 32),))
+SVG_NAMESPACES = ("http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink")
+
+
+class Page(HTMLParser):
+    """Tags, attributes and text of a page."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.tags: list[str] = []
+        self.attributes: list[tuple[str, str]] = []
+        self.text = ""
+        self.open: list[str] = []
+        self.feed(html)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.attributes += [(name, value or "") for name, value in attrs]
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def made(*logs: Log, controlled: Controller | None = None) -> str:
+    spec = clutch_spec()
+    return page(judge(spec, list(logs), controlled), spec, list(logs), controlled, MADE)
+
+
+@pytest.fixture(name="full", scope="module")
+def _full() -> str:
+    return made(clutch_log(2), controlled=controller((0.7, 0.45, 0.6)))
+
+
+def test_the_same_inputs_give_the_same_bytes(full: str) -> None:
+    assert made(clutch_log(2), controlled=controller((0.7, 0.45, 0.6))) == full
+
+
+def test_the_verdict_comes_first_then_why_then_the_plots(full: str) -> None:
+    assert "NOT MET: 6 of 7 requirements met, 1 broken" in Page(full).text
+    banner = full.index('<p class="banner broken">NOT MET')
+    sections = re.findall(r"<h2>(.*?)</h2>", full)
+    assert banner < full.index("<h2>")
+    assert sections[:4] == ["Requirements", "Curves", "Each step", "Every hold of every stream"]
+    assert sections[4:] == ["Controller", "Definitions", "Provenance"]
+
+
+def test_every_plot_is_there(full: str) -> None:
+    labels = re.findall(r'<svg role="img" aria-label="([^"]*)"', full)
+    assert labels == [
+        "position over time",
+        "current over time",
+        "velocity over time",
+        "velocity over position",
+        *(f"step {k} enlarged" for k in (1, 2, 3, 4)),
+        "modulus margin of each vertex",
+    ]
+
+
+def test_nothing_is_fetched_and_nothing_runs(full: str) -> None:
+    read = Page(full)
+    assert not {"script", "iframe", "object", "embed", "link", "base", "form"} & set(read.tags)
+    for name, value in read.attributes:
+        assert not name.startswith("on")
+        if name in ("src", "href", "xlink:href", "srcset", "action", "poster"):
+            assert value.startswith(("#", "data:"))
+    assert "@import" not in full
+    assert all(target.startswith("#") for target in re.findall(r"url\(([^)]*)\)", full))
+    assert set(re.findall(r"https?://[^\"'\s<]*", full)) <= set(SVG_NAMESPACES)
+    assert "default-src 'none'" in full
+
+
+def test_ids_do_not_clash(full: str) -> None:
+    """Where an id stands twice, it stands for the same drawing."""
+    seen: dict[str, str] = {}
+    for name, body in re.findall(r'<(?:path|clipPath) id="([^"]*)"(.*?)>', full, flags=re.DOTALL):
+        assert seen.setdefault(name, body) == body
+
+
+def test_the_vertices_and_the_provenance_are_listed(full: str) -> None:
+    text = Page(full).text
+    for part in ("v00", "v01", "v02", "0.45", "ab" * 32, MADE.command, "frictool simulate model.yaml"):
+        assert part in text
+
+
+def test_text_from_logs_is_escaped() -> None:
+    hostile = '<script>alert("x")</script>'
+    log = Log((stream(), stream(f"/axis/{hostile}", damping=0.5)), {hostile: {hostile: hostile}}, f"{hostile}.mcap")
+    html = made(log)
+    assert "<script" not in html
+    assert hostile in Page(html).text
+
+
+def test_dollars_in_a_name_are_no_formula() -> None:
+    assert "/axis/$x^{$" in made(Log((stream(), stream("/axis/$x^{$", damping=0.5)), {}, "run.mcap"))
+
+
+def test_a_log_without_steps_has_a_page_with_reasons() -> None:
+    html = made(smooth_log())
+    assert "<h2>Each step</h2>" not in html
+    assert "no step" in html
+    assert "position difference over" in html.lower()
+
+
+def test_logs_laid_over_each_other_have_their_own_colours() -> None:
+    html = made(clutch_log(), Log((stream(damping=0.6),), {}, "bench.mcap"))
+    legend = re.findall(r'stroke="(#[0-9a-f]{6})" stroke-width="2.4"/></svg>([^<]*)<', html)
+    assert [name for _, name in legend] == ["run.mcap", "bench.mcap"]
+    colours = {colour for colour, _ in legend}
+    assert len(colours) == 2
+    assert all(html.count(f"stroke: {colour}") >= 4 for colour in colours)
+
+
+def test_a_log_with_next_to_nothing_still_has_a_page() -> None:
+    bare = stream(without=("position", "reference", "velocity", "current", "command"))
+    assert "neither a position nor a drive" in made(Log((bare,), {}, "run.mcap"))

@@ -1,0 +1,205 @@
+"""The verdict: worst value, where it was, what cannot be told."""
+
+from __future__ import annotations
+
+import msgspec
+import numpy as np
+import pytest
+
+from frictool.documents.quantity import Quantity
+from frictool.documents.spec import Energy, Rest, Spec
+from frictool.errors import LogError
+from frictool.logs.log import Log, Stream
+from frictool.report.requirement import Requirement, Verdict
+from frictool.report.verdict import JUDGES, judge
+from tests.metrics.responses import overshoot_of
+from tests.report.example import PERIOD, REFERENCES, clutch_log, clutch_spec, controller, smooth_log, stream
+
+
+def named(verdict: Verdict, name: str) -> Requirement:
+    return next(requirement for requirement in verdict.requirements if requirement.name == name)
+
+
+def one(**options: object) -> Log:
+    return Log((stream(**options),), {}, "run.mcap")  # type: ignore[arg-type]
+
+
+def test_every_key_of_the_specification_has_its_judge_in_order() -> None:
+    assert list(JUDGES) == [name for name in Spec.__struct_fields__ if name not in ("format", "name", "axis", "drive")]
+    full = clutch_spec(energy=Energy(0.28, 400.0))
+    verdict = judge(full, [clutch_log()], controller())
+    assert [r.key for r in verdict.requirements] == list(JUDGES)
+    assert all(r.met for r in verdict.requirements)
+    assert verdict.passed
+    assert verdict.headline == "MET: 8 of 8 requirements met"
+
+
+def test_only_what_is_asked_is_judged() -> None:
+    spec = clutch_spec(**(dict.fromkeys(JUDGES) | {"overshoot_percent": 5.0}))
+    assert [r.name for r in judge(spec, [clutch_log()]).requirements] == ["overshoot"]
+
+
+def test_the_worst_step_of_the_worst_variant_counts_and_is_named() -> None:
+    log = Log((stream(), stream("/axis/soft", damping=0.5), stream("/axis/stiff", damping=0.9)), {}, "bench/run.mcap")
+    overshoot = named(judge(clutch_spec(), [log]), "overshoot")
+    assert overshoot.met is False
+    assert overshoot.value == pytest.approx(overshoot_of(0.5), abs=0.6)  # the encoder rounds by 0.56 % of the smallest step
+    assert overshoot.where is not None
+    assert (overshoot.where.log, overshoot.where.stream) == ("run.mcap", "/axis/soft")
+    assert str(overshoot.where).startswith("run.mcap /axis/soft, step ")
+
+
+def test_values_are_those_of_the_response() -> None:
+    verdict = judge(clutch_spec(), [one(damping=0.6, encoder_step=0.0, noise=0.0)])
+    assert named(verdict, "overshoot").value == pytest.approx(overshoot_of(0.6), rel=2e-3)
+    assert named(verdict, "oscillations").value == 1.0
+    assert named(verdict, "static_error").value == pytest.approx(0.0, abs=1e-3)
+    assert named(verdict, "drive_peak").value == 50.0
+    assert named(verdict, "rest").value == 0.0
+
+
+def test_a_value_at_its_limit_is_met() -> None:
+    verdict = judge(clutch_spec(drive_peak=Quantity(value=50.0, unit="A")), [clutch_log()])
+    assert named(verdict, "drive_peak").met is True
+    assert named(judge(clutch_spec(), [clutch_log()], controller((0.5,))), "modulus_margin").met is True
+
+
+def test_without_a_controller_the_margin_is_undecided_and_the_pass_says_so() -> None:
+    verdict = judge(clutch_spec(), [clutch_log()])
+    margin = named(verdict, "modulus_margin")
+    assert (margin.met, margin.value) == (None, None)
+    assert "--controller" in margin.reason
+    assert verdict.passed
+    assert verdict.undecided == ("modulus_margin",)
+    assert verdict.headline == "MET as far as the logs tell: 6 of 7 requirements met, 1 undecided"
+
+
+def test_the_worst_vertex_gives_the_margin_and_an_unstable_one_is_worse_than_any() -> None:
+    margin = named(judge(clutch_spec(), [clutch_log()], controller((0.7, 0.45, 0.6))), "modulus_margin")
+    assert (margin.value, margin.met, str(margin.where)) == (0.45, False, "vertex v01")
+    margin = named(judge(clutch_spec(), [clutch_log()], controller((0.7, 0.6, 0.9), unstable=2)), "modulus_margin")
+    assert (margin.met, str(margin.where)) == (False, "vertex v02")
+    assert "unstable" in margin.reason
+
+
+def test_a_smooth_reference_decides_only_the_drive() -> None:
+    verdict = judge(clutch_spec(), [smooth_log()])
+    for name in ("response_time_95", "overshoot", "oscillations"):
+        assert named(verdict, name).met is None
+        assert "no step" in named(verdict, name).reason
+    assert named(verdict, "static_error").met is None
+    assert named(verdict, "drive_peak").value == pytest.approx(3.0, abs=0.01)
+
+
+def test_where_nothing_is_decided_it_is_no_pass() -> None:
+    verdict = judge(clutch_spec(drive_peak=None), [smooth_log()])
+    assert not verdict.passed
+    assert verdict.outcome == "CANNOT TELL"
+
+
+@pytest.mark.parametrize(
+    ("without", "undecided", "words"),
+    [
+        (("current", "command"), {"drive_peak", "rest", "modulus_margin"}, "no current"),
+        (("reference",), {"response_time_95", "overshoot", "static_error", "oscillations", "rest", "modulus_margin"}, "no reference"),
+        (("position",), {"response_time_95", "overshoot", "static_error", "oscillations", "rest", "modulus_margin"}, "no position"),
+    ],
+)
+def test_a_missing_channel_leaves_what_needs_it_undecided(without: tuple[str, ...], undecided: set[str], words: str) -> None:
+    verdict = judge(clutch_spec(), [one(without=without)])
+    assert set(verdict.undecided) == undecided
+    assert any(words in r.reason for r in verdict.requirements if r.met is None)
+
+
+def test_values_that_are_not_finite_are_not_judged() -> None:
+    broken = stream()
+    broken.signals["position"][100] = np.nan
+    verdict = judge(clutch_spec(), [Log((broken,), {}, "run.mcap")])
+    assert named(verdict, "overshoot").met is None
+    assert "not finite" in named(verdict, "overshoot").reason
+
+
+def test_a_stalled_axis_fails_its_static_error() -> None:
+    stalled = stream()
+    stalled.signals["position"][:] = 5.0
+    verdict = judge(clutch_spec(), [Log((stalled,), {}, "run.mcap")])
+    assert named(verdict, "static_error").value == pytest.approx(50.0)
+    assert named(verdict, "static_error").met is False
+    assert named(verdict, "response_time_95").met is False
+    assert named(verdict, "response_time_95").value is None
+
+
+def test_a_limit_cycle_in_the_hold_breaks_rest_though_the_drive_is_silent() -> None:
+    cycling = stream()
+    late = cycling.time > 20.0
+    cycling.signals["position"][late] += 0.3 * np.sin(10.0 * cycling.time[late])
+    rest = named(judge(clutch_spec(), [Log((cycling,), {}, "run.mcap")]), "rest")
+    assert rest.met is False
+    assert "still moves" in rest.reason
+    assert rest.details["motion"] > 0.5
+
+
+def test_current_at_rest_breaks_rest() -> None:
+    live = stream()
+    live.signals["command"][-100:] = 0.2
+    rest = named(judge(clutch_spec(), [Log((live,), {}, "run.mcap")]), "rest")
+    assert (rest.met, rest.value) == (False, 0.2)
+    allowed = clutch_spec(rest=Rest(15.0, 0.2))
+    assert named(judge(allowed, [Log((live,), {}, "run.mcap")]), "rest").met is True
+
+
+def test_without_a_command_the_measured_drive_counts_above_its_noise() -> None:
+    assert named(judge(clutch_spec(), [one(without=("command",))]), "rest").met is True
+    driven = stream(without=("command",))
+    driven.signals["current"][-4000:] += 1.0
+    rest = named(judge(clutch_spec(), [Log((driven,), {}, "run.mcap")]), "rest")
+    assert rest.met is False
+    assert rest.value == pytest.approx(1.0, abs=0.2)
+
+
+def test_a_hold_that_is_too_short_leaves_rest_undecided() -> None:
+    rest = named(judge(clutch_spec(), [one(references=REFERENCES[:3])]), "rest")
+    assert rest.met is None
+    assert "15 s" in rest.reason
+
+
+def test_a_step_cut_short_by_the_end_of_the_log_is_not_held_against_the_axis() -> None:
+    verdict = judge(clutch_spec(), [one(references=((55.0, 1.0), (5.0, 0.1)))])
+    response = named(verdict, "response_time_95")
+    assert response.met is True
+    assert response.where is not None
+    assert response.where.step == 1
+    assert "held for 0.099 s only" in response.reason
+    assert named(verdict, "static_error").where == response.where
+
+
+def test_energy_is_judged_over_its_window_in_the_unit_of_the_drive() -> None:
+    spec = clutch_spec(energy=Energy(0.28, 1.0))
+    log = one(noise=0.0)
+    energy = named(judge(spec, [log]), "energy")
+    count = round(0.28 / PERIOD)
+    drive = log.streams[0].signals["current"]
+    starts = [round(sum(duration for _, duration in REFERENCES[:k]) / PERIOD) for k in range(len(REFERENCES))]
+    expected = max(float(np.mean(drive[start : start + count] ** 2)) for start in starts)
+    assert energy.value == pytest.approx(expected, rel=1e-6)
+    assert (energy.unit, energy.met) == ("A^2", False)
+
+
+def test_several_logs_are_judged_together_and_told_apart() -> None:
+    first, second = one(), Log((stream(damping=0.4),), {}, "other/run.mcap")
+    where = named(judge(clutch_spec(), [first, second]), "overshoot").where
+    assert where is not None
+    assert where.log == "run.mcap (2)"
+
+
+def test_a_log_of_another_kind_of_axis_is_refused() -> None:
+    linear = msgspec.structs.replace(clutch_spec(), axis="linear")
+    with pytest.raises(LogError, match=r"is in rad; the specification is of a linear axis, in m"):
+        judge(linear, [clutch_log()])
+
+
+def test_a_log_without_samples_is_refused() -> None:
+    with pytest.raises(LogError, match="no stream"):
+        judge(clutch_spec(), [Log((), {}, "run.mcap")])
+    with pytest.raises(LogError, match="no samples"):
+        judge(clutch_spec(), [Log((Stream("/axis", np.zeros(0), {}, {}),), {}, "run.mcap")])
