@@ -1,0 +1,176 @@
+"""`frictool report` as a shell sees it."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from frictool.documents.spec import Spec
+from frictool.documents.writing import to_yaml
+from frictool.logs.log import Log
+from frictool.logs.mcap_format import write_mcap
+from tests.cli.run import refused, run
+from tests.report.example import clutch_log, clutch_spec, controller, smooth_log, stream
+
+
+class Rig:
+    """Files in a folder."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.spec = self.document("spec.yaml", clutch_spec())
+        self.controller = self.document("controller.yaml", controller())
+        self.log = self.record("run.mcap", clutch_log(1))
+
+    def document(self, name: str, document: msgspec.Struct) -> Path:
+        path = self.folder / name
+        path.write_text(to_yaml(document))
+        return path
+
+    def record(self, name: str, log: Log) -> Path:
+        path = self.folder / name
+        with path.open("wb") as target:
+            write_mcap(log, target)
+        return path
+
+
+@pytest.fixture(name="rig")
+def _rig(tmp_path: Path) -> Rig:
+    return Rig(tmp_path)
+
+
+def test_all_outputs_at_once(rig: Rig) -> None:
+    page, suite, table = (rig.folder / f"out/report.{kind}" for kind in ("html", "xml", "md"))
+    result = run(
+        "report", rig.log, "--spec", rig.spec, "--controller", rig.controller, "-o", page, "--junit", suite, "--markdown", table, "--json"
+    )
+    assert result.code == 0, result.stderr
+    view = json.loads(result.stdout)
+    assert view["verdict"] == "pass"
+    assert len(view["requirements"]) == 7
+    assert all(r["met"] for r in view["requirements"])
+    assert [s["stream"] for s in view["streams"]] == ["/axis", "/axis/v00"]
+    html = page.read_text()
+    assert "MET: 7 of 7 requirements met" in html
+    assert str(rig.folder) not in html
+    assert "frictool report run.mcap --spec spec.yaml --controller controller.yaml" in html
+    assert ET.parse(suite).getroot().get("tests") == "7"
+    assert table.read_text().startswith("### clutch: MET")
+
+
+def test_what_is_not_met_is_exit_1_and_the_page_is_written(rig: Rig) -> None:
+    log = rig.record("soft.mcap", Log((stream(damping=0.4),), {}, "soft"))
+    page = rig.folder / "report.html"
+    result = run("report", log, "--spec", rig.spec, "-o", page)
+    assert result.code == 1
+    assert result.stderr == ""
+    assert "NOT MET     overshoot" in result.stdout
+    assert "CANNOT TELL modulus margin" in result.stdout
+    assert "NOT MET" in page.read_text()
+
+
+def test_the_same_inputs_give_the_same_files(rig: Rig) -> None:
+    first, second = rig.folder / "a.html", rig.folder / "b.html"
+    for page in (first, second):
+        assert run("report", rig.log, "--spec", rig.spec, "-o", page).code == 0
+    assert first.read_bytes() == second.read_bytes()
+
+
+def test_the_page_on_stdout_leaves_the_text_to_stderr(rig: Rig) -> None:
+    result = run("report", rig.log, "--spec", rig.spec, "-o", "-")
+    assert result.stdout.startswith("<!DOCTYPE html>")
+    assert result.stdout.rstrip().endswith("</html>")
+    assert "MET as far as the logs tell" in result.stderr
+
+
+def test_json_alone_writes_nothing(rig: Rig) -> None:
+    before = sorted(rig.folder.iterdir())
+    result = run("report", rig.log, "--spec", rig.spec, "--json")
+    assert json.loads(result.stdout)["undecided"] == ["modulus_margin"]
+    assert sorted(rig.folder.iterdir()) == before
+
+
+def test_json_alone_does_not_load_the_plotting(rig: Rig) -> None:
+    code = (
+        "import sys\nfrom frictool.cli.main import main\n"
+        "try:\n    main()\nexcept SystemExit:\n    pass\n"
+        "print([name for name in ('matplotlib', 'numba', 'jinja2', 'cvxpy') if name in sys.modules], file=sys.stderr)"
+    )
+    words = [sys.executable, "-c", code, "report", str(rig.log), "--spec", str(rig.spec), "--json"]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    assert json.loads(done.stdout)["verdict"] == "pass"
+    assert done.stderr.strip() == "[]"
+
+
+def test_a_smooth_reference_is_reported_with_reasons(rig: Rig) -> None:
+    log = rig.record("sines.mcap", smooth_log())
+    result = run("report", log, "--spec", rig.spec, "--json")
+    view = json.loads(result.stdout)
+    assert result.code == 0
+    assert {r["name"] for r in view["requirements"] if r["met"] is None} == set(view["undecided"])
+    assert len(view["undecided"]) == 6
+    assert all(r["reason"] for r in view["requirements"] if r["met"] is None)
+
+
+def test_nothing_to_decide_is_exit_1(rig: Rig) -> None:
+    log = rig.record("sines.mcap", smooth_log())
+    spec = rig.document("steps_only.yaml", clutch_spec(drive_peak=None))
+    result = run("report", log, "--spec", spec)
+    assert result.code == 1
+    assert result.stdout.endswith("CANNOT TELL: the logs decide none of the requirements\n")
+
+
+@pytest.mark.parametrize("damage", ["missing", "empty", "binary", "truncated", "directory"])
+def test_a_bad_log_is_one_line_and_no_output(rig: Rig, damage: str) -> None:
+    log = rig.folder / "bad.mcap"
+    if damage == "directory":
+        log.mkdir()
+    elif damage != "missing":
+        log.write_bytes({"empty": b"", "binary": bytes(range(256)), "truncated": rig.log.read_bytes()[:1000]}[damage])
+    page, suite = rig.folder / "report.html", rig.folder / "report.xml"
+    refused(run("report", rig.log, log, "--spec", rig.spec, "-o", page, "--junit", suite), 3, "bad.mcap")
+    assert not page.exists()
+    assert not suite.exists()
+
+
+def test_a_misspelt_requirement_is_refused_with_the_nearest(rig: Rig) -> None:
+    rig.spec.write_text(rig.spec.read_text().replace("overshoot_percent", "overshot_percent"))
+    refused(run("report", rig.log, "--spec", rig.spec, "--json"), 3, "spec.yaml:", "overshot_percent", "did you mean 'overshoot_percent'?")
+
+
+def test_a_specification_that_asks_for_nothing_is_refused(rig: Rig) -> None:
+    spec = rig.document("nothing.yaml", Spec(format="spec/1", name="nothing", axis="rotary", drive="current"))
+    refused(run("report", rig.log, "--spec", spec, "--json"), 3, "nothing.yaml", "asks for nothing", "overshoot_percent")
+
+
+def test_documents_of_two_kinds_of_axis_are_refused(rig: Rig) -> None:
+    other = msgspec.structs.replace(clutch_spec(static_error=None), axis="linear")
+    spec = rig.document("linear.yaml", other)
+    refused(run("report", rig.log, "--spec", spec, "--controller", rig.controller, "--json"), 3, "axis")
+    refused(run("report", rig.log, "--spec", spec, "--json"), 3, "position of /axis is in rad")
+
+
+def test_an_input_is_never_overwritten(rig: Rig) -> None:
+    before = rig.log.read_bytes()
+    refused(run("report", rig.log, "--spec", rig.spec, "--markdown", rig.folder / "x.md", "-o", rig.log), 3, "is an input")
+    assert rig.log.read_bytes() == before
+    assert not (rig.folder / "x.md").exists()
+
+
+def test_two_outputs_of_one_name_are_a_wrong_command_line(rig: Rig) -> None:
+    result = run("report", rig.log, "--spec", rig.spec, "-o", rig.folder / "x", "--junit", rig.folder / "x")
+    assert result.code == 2
+    assert "two outputs" in result.stderr
+
+
+def test_help_opens_with_an_example() -> None:
+    result = run("report", "--help")
+    assert result.code == 0
+    example = result.stdout.split("Example:")[1].splitlines()[1]
+    assert example.strip() == "frictool report run.mcap --spec spec.yaml --controller controller.yaml -o report.html"
