@@ -23,6 +23,7 @@ from frictool.documents.quantity import (
 
 PositiveNumber = Annotated[float, msgspec.Meta(gt=0)]
 Name = Annotated[str, msgspec.Meta(min_length=1, max_length=80)]
+Channel = Literal["time", "position", "reference", "velocity", "current", "voltage", "effort"]
 
 
 class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -88,7 +89,7 @@ class Bench(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     encoder: Encoder
     actuator: Actuator
     mechanics: Mechanics
-    columns: dict[str, Column]
+    columns: dict[Channel, Column]
     delay_samples: Annotated[int, msgspec.Meta(ge=0, le=2)] = 1
 
     def __post_init__(self) -> None:

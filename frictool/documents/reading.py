@@ -94,7 +94,8 @@ class Reader:
         if origin is tuple:
             return self._sequence(node, get_args(kind)[0], key)
         if origin is dict:
-            return self._mapping(node, get_args(kind)[1], key)
+            names, values = get_args(kind)
+            return self._mapping(node, names, values, key)
         return self._scalar(node, kind, meta, key)
 
     def _optional(self, node: yaml.Node, kind: Any, meta: list[msgspec.Meta], key: str) -> Any:
@@ -153,8 +154,11 @@ class Reader:
             pairs[name] = (name_node, value_node)
         return pairs
 
-    def _mapping(self, node: yaml.Node, kind: Any, key: str) -> dict[str, Any]:
-        return {name: self.read(value, kind, _join(key, name)) for name, (_, value) in self._pairs(node, key).items()}
+    def _mapping(self, node: yaml.Node, names: Any, kind: Any, key: str) -> dict[str, Any]:
+        pairs = self._pairs(node, key)
+        if get_origin(names) is Literal:
+            self._known(pairs, list(get_args(names)), key)
+        return {name: self.read(value, kind, _join(key, name)) for name, (_, value) in pairs.items()}
 
     def _sequence(self, node: yaml.Node, kind: Any, key: str) -> tuple[Any, ...]:
         if not isinstance(node, yaml.SequenceNode):

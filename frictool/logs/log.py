@@ -39,11 +39,15 @@ class Stream:
 
 @dataclass(frozen=True)
 class Log:
-    """Streams in the order of the file, and metadata records (name -> key -> text) such as `units` and `provenance`."""
+    """Streams in the order of the file, and metadata records (name -> key -> text) such as `provenance`; units are in the streams.
+
+    warnings: what reading a raw file noticed and let pass; they are told to the user and not stored.
+    """
 
     streams: tuple[Stream, ...]
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     source: str = "log"
+    warnings: tuple[str, ...] = ()
 
     @property
     def main(self) -> Stream:
