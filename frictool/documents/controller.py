@@ -46,6 +46,10 @@ class SpeedController(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     sos: tuple[Row, ...]
     anti_windup: tuple[float, ...]
 
+    def __post_init__(self) -> None:
+        if len(self.anti_windup) != len(self.discrete.a):
+            raise ValueError(f"anti_windup has {len(self.anti_windup)} gains; allowed: {len(self.discrete.a)}, one for each state")
+
 
 class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """speed reference = gain sqrt(|e|) sign(e) outside the band, 0 inside (5.19). Units: position^(1/2)/s, positions, speeds."""
@@ -57,6 +61,10 @@ class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     settled_speed: PositiveNumber
     rest_speed: Annotated[float, msgspec.Meta(ge=0)] = 0.0
     speed_filter_rad_s: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+
+    def __post_init__(self) -> None:
+        if self.action == "brake" and self.rest_speed == 0.0:
+            raise ValueError("action brake needs rest_speed > 0: no measured speed is below 0, the drive would never be cut")
 
 
 class Prefilter(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
