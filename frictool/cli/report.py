@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from frictool.cli.output import STDOUT, command_line, existing, json_option, output_option, print_json, refuse_inputs, save_text, say
+from frictool.cli.output import STDOUT, command_line, existing, json_option, note, output_option, print_json, refuse_inputs, save_text, say
 
 if TYPE_CHECKING:
     from frictool.documents.controller import Controller
@@ -56,6 +56,10 @@ def command(
     targets = [path for path in (output, junit, markdown) if path is not None]
     _check_targets(targets, inputs)
     spec_document, controller_document, read = _load(logs, spec, controller)
+
+    for log in read:
+        for warning in log.warnings:
+            note(f"warning: {log.source}: {warning}")
 
     from frictool.documents.provenance import record
     from frictool.report.verdict import judge

@@ -14,14 +14,16 @@ from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
 from frictool.errors import LogError
 from frictool.logs.log import MAIN_TOPIC, Log, Stream, Vector
+from frictool.logs.quality import encoder_step
 from frictool.metrics.holds import Hold, find_holds
-from frictool.metrics.resolution import seen_resolution
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """One stream. `resolution`: the position sensor's step seen [rad or m]. `gaps`: what it lacks to be judged, signal -> reason.
-    `nominal`: it is the nominal plant's and not a variant's: `/axis`, or the only one of its log.
+    """One stream.
+
+    resolution: the position sensor's step [rad or m], 0 where none is known. gaps: what it lacks to be judged, signal -> reason.
+    nominal: it is the nominal plant's and not a variant's: `/axis`, or the only one of its log.
     """
 
     source: str
@@ -39,8 +41,8 @@ class Evidence:
         return f"{self.source} {self.stream.topic}"
 
 
-def gather(spec: Spec, logs: list[Log]) -> list[Evidence]:
-    """Every stream of every log, in their order.
+def gather(spec: Spec, logs: list[Log], resolution: float = 0.0) -> list[Evidence]:
+    """Every stream of every log, in their order; `resolution` [rad or m] is the sensor's step where a log's positions show none.
 
     Raises LogError where a log has no stream, an empty one, or one whose position is not in the unit of the specification's kind of axis.
     """
@@ -48,7 +50,7 @@ def gather(spec: Spec, logs: list[Log]) -> list[Evidence]:
     for log, label in zip(logs, labels(logs), strict=True):
         if not log.streams:
             raise LogError(log.source, "has no stream; nothing to report on")
-        found += [_evidence(spec, log, label, stream) for stream in log.streams]
+        found += [_evidence(spec, log, label, stream, resolution) for stream in log.streams]
     return found
 
 
@@ -58,7 +60,7 @@ def labels(logs: list[Log]) -> list[str]:
     return [name if names.count(name) == 1 else f"{name} ({names[: k + 1].count(name)})" for k, name in enumerate(names)]
 
 
-def _evidence(spec: Spec, log: Log, label: str, stream: Stream) -> Evidence:
+def _evidence(spec: Spec, log: Log, label: str, stream: Stream, resolution: float) -> Evidence:
     if stream.time.size == 0:
         raise LogError(log.source, f"stream {stream.topic} has no samples")
     for name in ("position", "reference"):
@@ -75,8 +77,8 @@ def _evidence(spec: Spec, log: Log, label: str, stream: Stream) -> Evidence:
         holds = find_holds(reference, position)
         gaps |= _without_steps(holds)
     nominal = stream.topic == MAIN_TOPIC or len(log.streams) == 1
-    resolution = 0.0 if position is None else seen_resolution(position)
-    return Evidence(label, stream, resolution, holds, command, measured, gaps, nominal)
+    seen = None if position is None else encoder_step(position)
+    return Evidence(label, stream, seen or resolution, holds, command, measured, gaps, nominal)
 
 
 def _signal(stream: Stream, name: str, gaps: dict[str, str]) -> Vector | None:

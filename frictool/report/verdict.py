@@ -25,7 +25,8 @@ def judge(spec: Spec, logs: list[Log], controller: Controller | None = None) -> 
 
     Raises LogError where a log cannot be reported on at all (no stream, no samples, another kind of axis).
     """
-    evidence = tuple((item, tuple(measure(spec, item))) for item in gather(spec, logs))
+    resolution = 0.0 if controller is None else controller.bench.encoder.resolution
+    evidence = tuple((item, tuple(measure(spec, item))) for item in gather(spec, logs, resolution))
     requirements = tuple(make(spec, evidence, controller) for name, make in JUDGES.items() if getattr(spec, name) is not None)
     return Verdict(spec.name, requirements, evidence)
 

@@ -1,4 +1,4 @@
-"""Noise, peak, rest and energy of the drive; the sensor's step."""
+"""Noise, peak, rest and energy of the drive."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from frictool.metrics.drive_peak import command_peak, drive_peak
 from frictool.metrics.energy import energy
 from frictool.metrics.noise import noise_deviation, noise_floor
-from frictool.metrics.resolution import seen_resolution
 from frictool.metrics.rest import motion, remainder
 
 TIME = np.arange(5000) * 1e-3
@@ -74,22 +73,3 @@ def test_remainder_begins_behind_the_time_asked() -> None:
     assert TIME[part][0] == pytest.approx(4.0)
     assert remainder(TIME, 4.995) is None
     assert motion(np.array([1.0, 1.5, 0.5])) == 1.0
-
-
-@given(st.lists(st.integers(-500, 500), min_size=2, max_size=200), st.floats(1e-8, 10.0), st.floats(-10.0, 10.0))
-def test_the_sensor_step_is_found_from_counts(counts: list[int], step: float, offset: float) -> None:
-    increments = np.unique(np.abs(np.diff(counts)))
-    increments = increments[increments > 0]
-    found = seen_resolution((np.array(counts) + round(offset)) * step)
-    if increments.size == 0:
-        assert found == 0.0
-    elif increments[0] == 1:
-        assert found == pytest.approx(step, rel=1e-6)
-    else:
-        assert found == 0.0 or found == pytest.approx(step * increments[0], rel=1e-6)
-
-
-def test_a_continuous_position_has_no_step() -> None:
-    assert seen_resolution(np.sin(7.0 * TIME)) < 1e-5
-    assert seen_resolution(np.full(10, 3.0)) == 0.0
-    assert seen_resolution(np.zeros(0)) == 0.0

@@ -13,7 +13,7 @@ from frictool.logs.log import Log, Stream
 from frictool.report.requirement import Requirement, Verdict
 from frictool.report.verdict import JUDGES, judge
 from tests.metrics.responses import overshoot_of
-from tests.report.example import PERIOD, REFERENCES, clutch_log, clutch_spec, controller, smooth_log, stream
+from tests.report.example import ENCODER_STEP, PERIOD, REFERENCES, clutch_log, clutch_spec, controller, smooth_log, stream
 
 
 def named(verdict: Verdict, name: str) -> Requirement:
@@ -203,3 +203,21 @@ def test_a_log_without_samples_is_refused() -> None:
         judge(clutch_spec(), [Log((), {}, "run.mcap")])
     with pytest.raises(LogError, match="no samples"):
         judge(clutch_spec(), [Log((Stream("/axis", np.zeros(0), {}, {}),), {}, "run.mcap")])
+
+
+def test_a_resting_axis_may_flicker_between_two_counts() -> None:
+    flicker = stream()
+    late = np.flatnonzero(flicker.time > 20.0)
+    flicker.signals["position"][late[::7]] += ENCODER_STEP
+    assert named(judge(clutch_spec(), [Log((flicker,), {}, "run.mcap")]), "rest").met is True
+    flicker.signals["position"][late[::7]] += ENCODER_STEP
+    assert named(judge(clutch_spec(), [Log((flicker,), {}, "run.mcap")]), "rest").met is False
+
+
+def test_a_hold_alone_shows_no_lattice_and_the_bench_tells_the_encoder() -> None:
+    time = np.arange(16_000) * PERIOD
+    position = np.where(np.arange(time.size) % 50 == 0, 131 * ENCODER_STEP, 130 * ENCODER_STEP)
+    signals = {"position": position, "reference": np.full(time.size, 15.0), "command": np.zeros(time.size)}
+    log = Log((Stream("/axis", time, signals, {"position": "rad", "reference": "rad", "command": "A"}),), {}, "hold.mcap")
+    assert named(judge(clutch_spec(), [log]), "rest").met is False
+    assert named(judge(clutch_spec(), [log], controller()), "rest").met is True
