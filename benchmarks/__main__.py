@@ -1,0 +1,73 @@
+"""Runs every benchmark, prints a table and writes the rows as JSON.
+
+    python -m benchmarks build/bench.json [ID...]
+
+With ids, only those rows. ratio > 1 means ours is better. A row whose peer is not installed is skipped, and the reason printed.
+Exit code 1 where a row fails.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import sys
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+KEYS = ("id", "peer", "ours", "theirs", "unit", "ratio", "accuracy")
+Row = Callable[[], dict[str, Any]]
+
+
+def collect(folder: Path) -> list[Row]:
+    """The rows of all bench_*.py, in order."""
+    return [row for path in sorted(folder.glob("bench_*.py")) for row in importlib.import_module(f"benchmarks.{path.stem}").ROWS]
+
+
+def shown(row: dict[str, Any]) -> str:
+    numbers = f"{row['ours']:>10.4g} {row['theirs']:>10.4g} {row['unit']:<12} {row['ratio']:>8.3g}"
+    return f"{row['id']:<24} {row['peer']:<28} {numbers}  {row['accuracy']}"
+
+
+def run(rows: list[Row], ids: list[str]) -> tuple[list[dict[str, Any]], int]:
+    """The finished rows, and how many failed."""
+    done, failed = [], 0
+    print(f"{'id':<24} {'peer':<28} {'ours':>10} {'theirs':>10} {'unit':<12} {'ratio':>8}  accuracy")
+    for row in rows:
+        if ids and name_of(row) not in ids:
+            continue
+        try:
+            found = row()
+            done.append({key: found[key] for key in KEYS} | found)
+            print(shown(found), flush=True)
+        except ModuleNotFoundError as missing:
+            if (missing.name or "").partition(".")[0] in ("frictool", "benchmarks", "tests"):
+                raise
+            print(f"{name_of(row):<24} skipped: {missing.name} is not installed")
+        except Exception:  # one broken row must not hide the others
+            failed += 1
+            traceback.print_exc()
+            print(f"{name_of(row):<24} FAILED")
+    return done, failed
+
+
+def name_of(row: Row) -> str:
+    """A row's id from its function's name: `log_read` is log.read."""
+    return row.__name__.replace("_", ".", 1)
+
+
+def main(arguments: list[str]) -> int:
+    if not arguments:
+        print(__doc__, file=sys.stderr)
+        return 2
+    target = Path(arguments[0])
+    rows, failed = run(collect(Path(__file__).parent), arguments[1:])
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.write_text(json.dumps(rows, indent=2, default=float) + "\n")
+    print(f"{len(rows)} rows; figures in {target}")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

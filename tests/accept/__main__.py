@@ -1,0 +1,73 @@
+"""Runs every check at full count, prints a table and writes the figures as JSON.
+
+    python -m tests.accept build/accept.json [NAME...]
+
+With names, only those checks. Exit code 1 where one fails.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+Check = Callable[[], dict[str, Any]]
+
+
+def collect(folder: Path) -> dict[str, Check]:
+    """The checks of all check_*.py, by name. Raises ValueError where two have one name."""
+    checks: dict[str, Check] = {}
+    for path in sorted(folder.glob("check_*.py")):
+        for name, check in importlib.import_module(f"tests.accept.{path.stem}").CHECKS.items():
+            if name in checks:
+                raise ValueError(f"two checks are called {name!r}")
+            checks[name] = check
+    return checks
+
+
+def run(checks: dict[str, Check]) -> dict[str, dict[str, Any]]:
+    """What each check found. A check that raises has failed, and says what it raised."""
+    results: dict[str, dict[str, Any]] = {}
+    for name, check in checks.items():
+        start = time.perf_counter()
+        try:
+            result = check()
+        except Exception as error:  # one broken check must not hide the others
+            traceback.print_exc()
+            result = {"passed": False, "error": f"{type(error).__name__}: {error}"}
+        results[name] = {**result, "passed": bool(result["passed"]), "seconds": round(time.perf_counter() - start, 2)}
+        print(row(name, results[name]), flush=True)
+    return results
+
+
+def row(name: str, result: dict[str, Any]) -> str:
+    figures = {key: value for key, value in result.items() if key not in ("passed", "seconds") and not isinstance(value, dict | list)}
+    shown = ", ".join(f"{key} {value:.4g}" if isinstance(value, float) else f"{key} {value}" for key, value in figures.items())
+    return f"{'passed' if result['passed'] else 'FAILED'}  {name:<36} {result['seconds']:>7.1f} s  {shown}"
+
+
+def main(arguments: list[str]) -> int:
+    if not arguments:
+        print(__doc__, file=sys.stderr)
+        return 2
+    target, names = Path(arguments[0]), arguments[1:]
+    checks = collect(Path(__file__).parent)
+    unknown = [name for name in names if name not in checks]
+    if unknown:
+        print(f"no check is called {', '.join(unknown)}; there are: {', '.join(checks)}", file=sys.stderr)
+        return 2
+    results = run({name: check for name, check in checks.items() if not names or name in names})
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.write_text(json.dumps(results, indent=2, default=float) + "\n")
+    failed = [name for name, result in results.items() if not result["passed"]]
+    print(f"{len(results) - len(failed)} of {len(results)} checks passed; figures in {target}")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
