@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -27,7 +27,7 @@ server, Markdown for a merge request, JSON for programs.
 
 Each requirement is judged by its worst value over all steps of all streams (/axis and every variant /axis/NAME) and is MET, NOT MET or
 CANNOT TELL with the reason: a smooth reference has no step, and a log alone has no modulus margin (give --controller).
-With --controller, raw CSV and MAT logs are read by the columns of its bench.
+Raw CSV and MAT logs are read by the columns of --bench, or else of the controller's own bench.
 
 Exit code 1 where a requirement is not met, or none can be decided; the outputs are written all the same.
 """
@@ -37,6 +37,7 @@ Exit code 1 where a requirement is not met, or none can be decided; the outputs 
 @click.argument("logs", type=existing, nargs=-1, required=True, metavar="LOG...")
 @click.option("--spec", type=existing, required=True, help="What the closed loop has to do (spec.yaml).")
 @click.option("--controller", type=existing, help="Where the modulus margin comes from (controller.yaml).")
+@click.option("--bench", type=existing, help="How columns of raw logs map to channels (bench.yaml).")
 @output_option(required=False, help="The page (HTML); - is stdout.")
 @click.option("--junit", type=existing, help="JUnit XML, one test case per requirement.")
 @click.option("--markdown", type=existing, help="Markdown table.")
@@ -47,15 +48,16 @@ def command(
     logs: tuple[Path, ...],
     spec: Path,
     controller: Path | None,
+    bench: Path | None,
     output: Path | None,
     junit: Path | None,
     markdown: Path | None,
     as_json: bool,
 ) -> None:
-    inputs = [*logs, spec, *([controller] if controller else [])]
+    inputs = [*logs, spec, *(path for path in (controller, bench) if path is not None)]
     targets = [path for path in (output, junit, markdown) if path is not None]
     _check_targets(targets, inputs)
-    spec_document, controller_document, read = _load(logs, spec, controller)
+    spec_document, controller_document, read = _load(logs, spec, controller, bench)
 
     for log in read:
         for warning in log.warnings:
@@ -65,7 +67,7 @@ def command(
     from frictool.report.verdict import judge
 
     verdict = judge(spec_document, read, controller_document)
-    arguments = {"logs": logs, "--spec": spec, "--controller": controller}
+    arguments = {"logs": logs, "--spec": spec, "--controller": controller, "--bench": bench}
     provenance = record(command_line("report", arguments), inputs)
     contents = _contents(verdict, spec_document, read, controller_document, provenance, (output, junit, markdown))
     for target, text in contents.items():
@@ -82,7 +84,8 @@ def _check_targets(targets: list[Path], inputs: list[Path]) -> None:
         refuse_inputs(target, inputs)
 
 
-def _load(logs: tuple[Path, ...], spec: Path, controller: Path | None) -> tuple[Spec, Controller | None, list[Log]]:
+def _load(logs: tuple[Path, ...], spec: Path, controller: Path | None, bench: Path | None) -> tuple[Spec, Controller | None, list[Log]]:
+    from frictool.documents.bench import Bench
     from frictool.documents.controller import Controller
     from frictool.documents.registry import load, same_axis
     from frictool.documents.spec import Spec
@@ -93,11 +96,14 @@ def _load(logs: tuple[Path, ...], spec: Path, controller: Path | None) -> tuple[
     requirements = [name for name in Spec.__struct_fields__ if name not in ("format", "name", "axis", "drive")]
     if all(getattr(spec_document, name) is None for name in requirements):
         raise DocumentError(spec, f"asks for nothing; write at least one of {', '.join(requirements)}", line=None, key="")
-    controller_document = load(controller, Controller) if controller is not None else None
+    documents: dict[Path, Any] = {spec: spec_document}
     if controller is not None:
-        same_axis({spec: spec_document, controller: controller_document})
-    bench = controller_document.bench if controller_document is not None else None
-    return spec_document, controller_document, [read_log(path, bench) for path in logs]
+        documents[controller] = load(controller, Controller)
+    columns = None if controller is None else documents[controller].bench
+    if bench is not None:
+        documents[bench] = columns = load(bench, Bench)
+    same_axis(documents)
+    return spec_document, documents[controller] if controller is not None else None, [read_log(path, columns) for path in logs]
 
 
 def _contents(

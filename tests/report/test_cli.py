@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import msgspec
+import numpy as np
 import pytest
 
 from frictool.documents.spec import Spec
@@ -16,7 +18,7 @@ from frictool.documents.writing import to_yaml
 from frictool.logs.log import Log
 from frictool.logs.mcap_format import write_mcap
 from tests.cli.run import refused, run
-from tests.report.example import clutch_log, clutch_spec, controller, smooth_log, stream
+from tests.report.example import ENCODER_STEP, ROOT, clutch_log, clutch_spec, controller, smooth_log, stream
 
 
 class Rig:
@@ -126,6 +128,23 @@ def test_nothing_to_decide_is_exit_1(rig: Rig) -> None:
     assert result.stdout.endswith("CANNOT TELL: the logs decide none of the requirements\n")
 
 
+def test_the_measured_record_is_reported_on_with_the_same_command(tmp_path: Path) -> None:
+    """Its reference is smooth: the drive is judged, the rest says why it is not."""
+    data = Path(os.environ.get("FRICTOOL_DATA", ROOT / "../shared/data")) / "emps/DATA_EMPS.mat"
+    if not data.exists():
+        pytest.skip("the EMPS record is not here; set FRICTOOL_DATA to the folder that holds emps/DATA_EMPS.mat")
+    page = tmp_path / "emps.html"
+    result = run(
+        "report", data, "--spec", ROOT / "configs/emps/spec.yaml", "--bench", ROOT / "configs/emps/bench.yaml", "-o", page, "--json"
+    )
+    assert result.code == 0, result.stderr
+    view = json.loads(result.stdout)
+    assert view["undecided"] == ["response_time_95", "overshoot", "static_error", "modulus_margin"]
+    assert next(r["value"] for r in view["requirements"] if r["name"] == "drive_peak") == pytest.approx(4.3, abs=0.05)
+    assert view["streams"][0]["encoder_step"] == pytest.approx(5e-8, rel=1e-3)
+    assert page.stat().st_size < 500_000
+
+
 @pytest.mark.parametrize("damage", ["missing", "empty", "binary", "truncated", "directory"])
 def test_a_bad_log_is_one_line_and_no_output(rig: Rig, damage: str) -> None:
     log = rig.folder / "bad.mcap"
@@ -137,6 +156,21 @@ def test_a_bad_log_is_one_line_and_no_output(rig: Rig, damage: str) -> None:
     refused(run("report", rig.log, log, "--spec", rig.spec, "-o", page, "--junit", suite), 3, "bad.mcap")
     assert not page.exists()
     assert not suite.exists()
+
+
+def test_a_raw_log_is_read_by_the_bench(rig: Rig) -> None:
+    raw = rig.folder / "steps.csv"
+    nominal = clutch_log().streams[0]
+    counts = np.rint(nominal.signals["position"] / ENCODER_STEP).astype(int)
+    rows = zip(nominal.time[:3000], counts, nominal.signals["current"], strict=False)
+    raw.write_text("time [s],encoder [count],current [A]\n" + "".join(f"{t:.3f},{c},{i:.4f}\n" for t, c, i in rows))
+    refused(run("report", raw, "--spec", rig.spec, "--json"), 3, "steps.csv", "--bench")
+    for option, document in (("--bench", ROOT / "configs/clutch/bench.yaml"), ("--controller", rig.controller)):
+        result = run("report", raw, "--spec", rig.spec, option, document, "--json")
+        assert result.code == 0, result.stderr
+        by_name = {r["name"]: r for r in json.loads(result.stdout)["requirements"]}
+        assert by_name["overshoot"]["reason"] == "steps.csv /axis: the log has no reference"
+        assert by_name["drive_peak"]["value"] == pytest.approx(50.0, abs=0.5)
 
 
 def test_a_misspelt_requirement_is_refused_with_the_nearest(rig: Rig) -> None:
