@@ -15,7 +15,7 @@ difference of a bump g with sum 1. Convolving the equation of motion with g give
 so that smoothing costs no bias whatever W is: J, viscous, coulomb and offset are those of the unsmoothed equation. (Straight lines
 between the samples of a lagging current would put -0.07 % on the clutch's inertia.)
 
-Window (documented rule): the smallest odd W for which the noise that the position leaves on the acceleration is at most 2 % of
+Window (documented rule): the smallest odd W for which the noise that the position leaves on the acceleration is at most 0.75 % of
 the acceleration itself (rms), between 11 samples and a sixth of the median stroke. The noise of the position is that of the
 encoder's quantisation, step/sqrt(12), or what its fourth differences show, whichever is larger.
 """
@@ -32,8 +32,8 @@ from frictool.identify.record import Record, Vector
 DEGREE = 3
 SHORTEST = 11  # samples
 STROKE_SHARE = 1.0 / 6.0  # a window longer than this fraction of a stroke leaves too little of it
-NOISE_SHARE = 0.02  # of the acceleration's rms: its attenuation of the inertia, the square of this, is 0.04 %
-FOURTH_DIFFERENCE_GAIN = 70.0**0.5  # rms of (1, -4, 6, -4, 1)
+NOISE_SHARE = 0.0075  # of the acceleration's rms: a share s attenuates the inertia by s^2
+FOURTH_DIFFERENCE_GAIN = math.sqrt(70.0)  # rms of (1, -4, 6, -4, 1)
 
 
 def acceleration_filter(window: int, period: float) -> Vector:
@@ -54,10 +54,10 @@ def effort_weights(period: float, lag: float) -> tuple[float, float, float]:
     """
     if lag == 0.0:
         return 0.5, 0.5, 0.0
-    r = float(period / lag)
+    r = period / lag
     if r < 1e-3:
         return 1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0  # f = s up to r/2
-    whole: float = -math.expm1(-r)
+    whole = -math.expm1(-r)
     mean = (1.0 - whole / r) / whole
     rising = (0.5 - (whole - r * math.exp(-r)) / r**2) / whole
     return 0.5 - rising, rising + 0.5 - (mean - rising), mean - rising
@@ -67,7 +67,7 @@ def position_noise(record: Record) -> float:
     """Standard deviation of the position's noise, rad | m: of its quantisation, or of its fourth differences."""
     differences = np.diff(record.position, 4)
     measured = float(np.sqrt(np.mean(differences**2))) / FOURTH_DIFFERENCE_GAIN if differences.size else 0.0
-    return max(record.resolution / 12.0**0.5, measured)
+    return max(record.resolution / math.sqrt(12.0), measured)
 
 
 def choose_window(record: Record, stroke_samples: float) -> int:

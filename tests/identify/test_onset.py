@@ -1,0 +1,86 @@
+"""Motion after a breakaway: the closed form against its differential equation, and the onset found again from a coarse encoder."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+from scipy.optimize import minimize_scalar
+
+from frictool.identify.onset import NO_MOTION, NOT_POSITIVE, OK, misfit, onset_time, phi3, search_span, travel
+
+INERTIA, VISCOUS, COULOMB = 1.32e-5, 3.81e-4, 0.099
+STEP = 0.1122
+
+
+@settings(derandomize=True, deadline=None, max_examples=40)
+@given(t=st.floats(1e-3, 0.1), excess=st.floats(0.0, 0.05), rate=st.floats(0.01, 1.0), viscous=st.floats(0.0, 1e-2))
+def test_travel_solves_the_equation(t: float, excess: float, rate: float, viscous: float) -> None:
+    run = solve_ivp(
+        lambda s, y: [y[1], (excess + rate * s - viscous * y[1]) / INERTIA], (0.0, t), [0.0, 0.0], "DOP853", rtol=1e-11, atol=1e-13
+    )
+    assert travel(t, excess, rate, INERTIA, viscous) == pytest.approx(run.y[0, -1], rel=1e-7)
+
+
+def test_nothing_moves_before_the_onset() -> None:
+    assert travel(-1e-3, 0.01, 0.3, INERTIA, VISCOUS) == 0.0
+    assert travel(1e-2, -0.5, 0.3, INERTIA, VISCOUS) == travel(1e-2, 0.0, 0.3, INERTIA, VISCOUS)
+
+
+@settings(derandomize=True, deadline=None, max_examples=40)
+@given(x=st.floats(-30.0, 1.0))
+def test_phi3_by_quadrature(x: float) -> None:
+    s, w = np.polynomial.legendre.leggauss(40)
+    s, w = 0.5 * (s + 1.0), 0.5 * w
+    assert phi3(x) == pytest.approx(float(np.sum(w * np.exp(x * (1.0 - s)) * s**2 / 2.0)), rel=1e-9)
+
+
+def changes(t0: float, start: float, rate: float, breakaway: float, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Times and distances of the first `count` changes of an encoder, the time exact."""
+    fine = np.linspace(0.0, 0.2, 400_001)
+    path = np.array([travel(t, breakaway - COULOMB, rate, INERTIA, VISCOUS) for t in fine[::40]])
+    times = np.interp(start + STEP * np.arange(count), path, fine[::40]) + t0
+    return times, STEP * np.arange(count)
+
+
+@settings(derandomize=True, deadline=None, max_examples=12)
+@given(delay=st.floats(0.0, 5e-3), start=st.floats(0.05, 0.95), rate=st.floats(0.1, 0.6))
+def test_onset_is_found_again(delay: float, start: float, rate: float) -> None:
+    breakaway = 0.109
+    times, seen = changes(delay, start * STEP, rate, breakaway, 4)
+    ramp, axis = np.array([breakaway - rate * delay, rate]), np.array([INERTIA, VISCOUS, COULOMB])
+    found, status = onset_time(times, seen, ramp, axis, STEP, search_span(STEP, rate, INERTIA, 4.0))
+    assert status == OK
+    assert found == pytest.approx(delay, abs=1e-4)
+
+
+def test_search_agrees_with_a_slow_one() -> None:
+    times, seen = changes(0.0, 0.3 * STEP, 0.3, 0.109, 4)
+    times = np.round(times, 3)
+    ramp, axis = np.array([0.109, 0.3]), np.array([INERTIA, VISCOUS, COULOMB])
+    span = search_span(STEP, 0.3, INERTIA, 4.0)
+    grid = np.linspace(times[0] - span, times[0], 4000)
+    around = grid[np.argmin([misfit(t, times, seen, ramp, axis, STEP) for t in grid])]
+    slow = minimize_scalar(
+        lambda t: misfit(t, times, seen, ramp, axis, STEP),
+        bounds=(around - 2e-5, around + 2e-5),
+        method="bounded",
+        options={"xatol": 1e-10},
+    )
+    assert onset_time(times, seen, ramp, axis, STEP, span)[0] == pytest.approx(slow.x, abs=1e-7)
+
+
+def test_misfit_eliminates_the_start_within_one_count() -> None:
+    times, seen = changes(0.0, 0.5 * STEP, 0.3, 0.109, 4)
+    ramp, axis = np.array([0.109, 0.3]), np.array([INERTIA, VISCOUS, COULOMB])
+    path = np.array([travel(t + 2e-3, 0.109 - COULOMB - 0.3 * 2e-3, 0.3, INERTIA, VISCOUS) for t in times])
+    best = min(float(np.sum((path - seen - start) ** 2)) for start in np.linspace(0.0, STEP, 20_001))
+    assert misfit(-2e-3, times, seen, ramp, axis, STEP) == pytest.approx(best, rel=1e-6)
+
+
+def test_statuses() -> None:
+    axis = np.array([INERTIA, VISCOUS, COULOMB])
+    assert onset_time(np.empty(0), np.empty(0), np.array([0.1, 0.3]), axis, STEP, 0.1)[1] == NO_MOTION
+    assert onset_time(np.zeros(1), np.zeros(1), np.array([0.1, 0.0]), axis, STEP, 0.1)[1] == NOT_POSITIVE

@@ -1,0 +1,72 @@
+"""Weighted least squares and its jackknife: against the definition, one cluster left out at a time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from frictool.identify.regression import Singular, solve
+from frictool.identify.samples import clusters
+
+
+@settings(derandomize=True, deadline=None, max_examples=40)
+@given(seed=st.integers(0, 10_000), count=st.integers(3, 12))
+def test_solution_and_spread_follow_the_definition(seed: int, count: int) -> None:
+    generator = np.random.default_rng(seed)
+    cluster = np.sort(np.concatenate((np.repeat(np.arange(count), 6), generator.integers(0, count, 20))))
+    rows = generator.normal(size=(cluster.size, 3)) * [1e-3, 1.0, 50.0]
+    weight = generator.uniform(0.1, 2.0, cluster.size)
+    target = rows @ [4.0, -1.0, 0.2] + generator.normal(size=cluster.size)
+    found = solve(rows, target, weight, cluster)
+
+    def plain(kept: np.ndarray) -> np.ndarray:
+        return np.linalg.lstsq(rows[kept] * weight[kept, None], target[kept] * weight[kept], rcond=None)[0]
+
+    assert found.value == pytest.approx(plain(cluster >= 0), rel=1e-8)
+    left_out = np.array([plain(cluster != g) for g in range(count)])
+    spread = np.sqrt((count - 1) / count * np.sum((left_out - left_out.mean(axis=0)) ** 2, axis=0))
+    assert found.deviation == pytest.approx(spread, rel=1e-6)
+    scaled = rows * weight[:, None]
+    assert found.condition == pytest.approx(np.linalg.cond(scaled / np.linalg.norm(scaled, axis=0)), rel=1e-8)
+    assert np.all(found.freedom <= count - 1 + 1e-9)
+
+
+def test_equal_clusters_have_one_degree_less_than_their_number() -> None:
+    generator = np.random.default_rng(1)
+    block = generator.normal(size=(10, 2))
+    found = solve(np.tile(block, (9, 1)), generator.normal(size=90), np.ones(90), np.repeat(np.arange(9), 10))
+    assert found.freedom == pytest.approx([8.0, 8.0])
+    assert found.half_width(0.95) == pytest.approx(found.deviation * 2.306004, rel=1e-5)
+
+
+def test_intervals_cover_under_correlated_residuals() -> None:
+    """A random level per cluster: the textbook interval would cover a third of the time."""
+    generator = np.random.default_rng(7)
+    cluster, hits = np.repeat(np.arange(20), 50), 0
+    for _ in range(300):
+        level = np.repeat(generator.normal(size=20), 50) + 0.1 * generator.normal(size=1000)
+        found = solve(np.ones((1000, 1)), 3.0 + level, np.ones(1000), cluster)
+        hits += abs(found.value[0] - 3.0) <= found.half_width(0.95)[0]
+    assert 270 <= hits <= 297  # 95 % of 300 is 285; four standard deviations
+
+
+def test_dependent_regressors_are_refused() -> None:
+    rows = np.column_stack((np.arange(20.0), 2.0 * np.arange(20.0)))
+    with pytest.raises(Singular):
+        solve(rows, np.ones(20), np.ones(20), np.repeat(np.arange(4), 5))
+
+
+def test_one_cluster_tells_no_spread() -> None:
+    found = solve(np.arange(1.0, 21.0)[:, None], np.ones(20), np.ones(20), np.zeros(20, dtype=np.int64))
+    assert np.isinf(found.deviation).all()
+
+
+def test_few_strokes_are_cut_into_parts() -> None:
+    stroke = np.repeat([3, 5, 9], [100, 100, 7])
+    number = clusters(stroke, 10)
+    assert number[-1] == 8  # 4 + 4 + 1
+    assert np.all(np.diff(number) >= 0)
+    assert len(set(number[:100])) == 4
+    assert clusters(np.repeat(np.arange(30), 100), 10)[-1] == 29
