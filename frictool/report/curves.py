@@ -46,9 +46,9 @@ def nominal_last(evidence: list[Evidence]) -> list[Evidence]:
 
 def draw_references(axes: Axes, evidence: list[Evidence]) -> None:
     """The reference of each distinct nominal stream, or of the first stream that has one."""
-    with_reference = [item for item in evidence if "reference" in item.stream.signals]
+    with_reference = [item for item in evidence if item.has("reference")]
     for item in [i for i in with_reference if i.nominal] or with_reference[:1]:
-        reference = item.stream.signals["reference"]
+        reference = item.plotted("reference")
         kept = shown_samples(reference)
         axes.plot(item.stream.time[kept], reference[kept], color=INK, linewidth=1.0, linestyle=(0, (4, 2)), zorder=4.0)
 
@@ -56,7 +56,7 @@ def draw_references(axes: Axes, evidence: list[Evidence]) -> None:
 def overview(spec: Spec, evidence: list[Evidence]) -> list[Picture]:
     """The curves that the logs have, over their whole length."""
     unit = si_unit("position", spec.axis)
-    positions = [item for item in evidence if "position" in item.stream.signals]
+    positions = [item for item in evidence if item.has("position")]
     pictures = []
     if positions:
         pictures.append(_position(positions, unit))
@@ -74,7 +74,7 @@ def _position(evidence: list[Evidence], unit: str) -> Picture:
     with drawing("position"):
         figure, (axes,) = new_figure()
         for item in nominal_last(evidence):
-            draw(axes, item, colours[item.source], item.stream.time, item.stream.signals["position"])
+            draw(axes, item, colours[item.source], item.stream.time, item.plotted("position"))
         draw_references(axes, evidence)
         axes.set(xlabel="time [s]", ylabel=f"position [{unit}]")
         return Picture("Position", render(figure, "position over time"), "Measured position; the reference is dashed.")
@@ -118,7 +118,7 @@ def _phase_plane(moving: list[tuple[Evidence, tuple[Vector, str]]], unit: str) -
     with drawing("phase plane"):
         figure, (axes,) = new_figure()
         for item, (velocity, _) in sorted(moving, key=lambda entry: entry[0].nominal):
-            draw(axes, item, colours[item.source], item.stream.signals["position"], velocity, over_time=False)
+            draw(axes, item, colours[item.source], item.plotted("position"), velocity, over_time=False)
         axes.set(xlabel=f"position [{unit}]", ylabel=f"velocity [{unit}/s]")
-        caption = f"{_velocity_source(moving)} A closed orbit is a limit cycle."
+        caption = f"{_velocity_source(moving)} An orbit that closes while the reference is held is a limit cycle."
         return Picture("Phase plane", render(figure, "velocity over position"), caption)

@@ -35,6 +35,15 @@ class Evidence:
     gaps: dict[str, str]
     nominal: bool
 
+    def has(self, signal: str) -> bool:
+        """Whether the stream has this signal, finite or not."""
+        return signal in self.stream.signals
+
+    def plotted(self, signal: str) -> Vector:
+        """A signal of the stream for a plot: NaN, which leaves a gap in the curve, where it is not finite."""
+        values = self.stream.signals[signal]
+        return np.where(np.isfinite(values), values, np.nan)
+
     @property
     def name(self) -> str:
         """The log's name and the topic."""

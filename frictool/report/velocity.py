@@ -13,12 +13,12 @@ MOST_SAMPLES = 40
 
 def shown_velocity(evidence: Evidence) -> tuple[Vector, str] | None:
     """Velocity (n,) in rad/s or m/s and where it comes from; None without a velocity and a position."""
-    velocity = evidence.stream.signals.get("velocity")
-    if velocity is not None:
-        return velocity, "velocity in the log"
-    position, time = evidence.stream.signals.get("position"), evidence.stream.time
-    if position is None or time.size < 2:
+    if evidence.has("velocity"):
+        return evidence.plotted("velocity"), "velocity in the log"
+    time = evidence.stream.time
+    if not evidence.has("position") or time.size < 2:
         return None
+    position = evidence.plotted("position")
     samples = _samples(position, evidence.resolution)
     slopes = (position[samples:] - position[:-samples]) / (time[samples:] - time[:-samples])
     # each slope belongs to all samples that it spans; a sample has the mean of its slopes

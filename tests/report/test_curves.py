@@ -40,7 +40,8 @@ def test_the_log_s_own_velocity_is_shown() -> None:
     (item,) = gather(clutch_spec(), [Log((stream(),), {}, "run.mcap")])
     shown = shown_velocity(item)
     assert shown is not None
-    assert shown[0] is item.stream.signals["velocity"]
+    assert np.array_equal(shown[0], item.stream.signals["velocity"])
+    assert shown[1] == "velocity in the log"
 
 
 def test_without_it_the_encoder_difference_is_near_and_says_what_it_is() -> None:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import re
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
 
 from frictool.documents.controller import Controller
 from frictool.documents.provenance import Input, Provenance
-from frictool.logs.log import Log
+from frictool.logs.log import Log, Stream
 from frictool.report.page import page
 from frictool.report.verdict import judge
 from tests.report.example import clutch_log, clutch_spec, controller, smooth_log, stream
@@ -129,3 +130,23 @@ def test_logs_laid_over_each_other_have_their_own_colours() -> None:
 def test_a_log_with_next_to_nothing_still_has_a_page() -> None:
     bare = stream(without=("position", "reference", "velocity", "current", "command"))
     assert "neither a position nor a drive" in made(Log((bare,), {}, "run.mcap"))
+
+
+def test_a_pass_with_something_undecided_is_not_shown_as_a_plain_pass() -> None:
+    assert '<p class="banner open">MET as far as the logs tell' in made(clutch_log())
+    assert '<p class="banner met">MET: 7 of 7' in made(clutch_log(), controlled=controller())
+
+
+@pytest.mark.parametrize("samples", [1, 2, 30])
+def test_the_shortest_logs_have_a_page(samples: int) -> None:
+    whole = stream()
+    cut = Stream("/axis", whole.time[:samples], {n: v[:samples] for n, v in whole.signals.items() if n != "velocity"}, whole.units)
+    assert made(Log((cut,), {}, "short.mcap")).count('<svg role="img"') >= 2
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -1e300])
+def test_broken_samples_do_not_break_the_page(value: float) -> None:
+    broken = stream(without=("velocity",))
+    for signal in ("position", "current", "reference"):
+        broken.signals[signal][1000:1010] = value
+    assert "<h2>Curves</h2>" in made(Log((broken,), {}, "broken.mcap"))
