@@ -1,0 +1,107 @@
+"""The documents that a new rig starts from: commented, valid as they stand, with what a log told filled in and marked as guessed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import jinja2
+import yaml
+
+from frictool.documents.quantity import Axis, drive_dimension, si_unit
+
+FILES = {
+    "bench.yaml": "bench.yaml.jinja",
+    "spec.yaml": "spec.yaml.jinja",
+    "designs/speed.yaml": "speed.yaml.jinja",
+    "scenarios/steps.yaml": "steps.yaml.jinja",
+    "Makefile": "Makefile.jinja",
+}
+COLUMNS = {
+    "rotary": {"time": ("time", "s"), "position": ("encoder", "count")},
+    "linear": {"time": ("time", "s"), "position": ("position", "m")},
+}
+DRIVES: dict[str, Literal["current", "voltage"]] = {"rotary": "current", "linear": "voltage"}
+CONSTANTS = {("rotary", "current"): 13.4e-3, ("rotary", "voltage"): 0.1, ("linear", "current"): 20.0, ("linear", "voltage"): 35.0}
+NOTE = "\0"  # in a rendered line, what follows is a note on it
+NOTE_COLUMN = 36
+
+
+@dataclass(frozen=True)
+class Start:
+    """What is known of a rig. log: the base name of the log that told the rest, and its path as make finds it from the rig's folder.
+
+    columns: channel -> (column, unit); left: columns without a channel; period [s] and the encoder's step [rad | m] or None.
+    """
+
+    name: str
+    axis: Axis
+    log: str | None = None
+    log_path: str | None = None
+    drive: Literal["current", "voltage"] | None = None
+    columns: dict[str, tuple[str, str]] = field(default_factory=dict)
+    left: tuple[str, ...] = ()
+    period: float | None = None
+    step: float | None = None
+
+
+def starting_documents(start: Start) -> dict[str, str]:
+    """File name in the rig's folder -> text: bench, specification, design, scenario and the Makefile that chains the commands."""
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"),
+        undefined=jinja2.StrictUndefined,
+        keep_trailing_newline=True,
+        autoescape=False,
+    )
+    context = _context(start)
+    return {name: _aligned(environment.get_template(template).render(context)) for name, template in FILES.items()}
+
+
+def _context(start: Start) -> dict[str, Any]:
+    """What the templates know: the start, what follows from it, and the functions that write names, numbers and notes."""
+    rotary, drive = start.axis == "rotary", start.drive or DRIVES[start.axis]
+    unit = si_unit(drive, start.axis)
+
+    def note(text: str = "", *, guessed: object = None, example: bool = False) -> str:
+        origin = f"guessed from {comment_text(start.log or '')}: check" if guessed else "example" if example else ""
+        return f"{NOTE}# {'; '.join(part for part in (origin, text) if part)}"
+
+    return {
+        **{name: getattr(start, name) for name in ("name", "axis", "log", "log_path", "period", "step", "left")},
+        "columns": start.columns or {**COLUMNS[start.axis], drive: (drive, unit)},
+        "known": bool(start.columns),
+        "drive": drive,
+        "drive_unit": unit,
+        "current": drive == "current",
+        "rotary": rotary,
+        "position_unit": si_unit("position", start.axis),
+        "effort": "torque" if rotary else "force",
+        "constant": CONSTANTS[start.axis, drive],
+        "constant_unit": si_unit(drive_dimension(drive, constant=True), start.axis),
+        "quoted": quoted,
+        "comment": comment_text,
+        "number": lambda value: repr(float(value)),
+        "note": note,
+    }
+
+
+def _aligned(text: str) -> str:
+    """Notes at one place of the line where there is room."""
+    lines = (line.partition(NOTE) for line in text.splitlines())
+    return "".join((f"{before:{NOTE_COLUMN}}  {note}" if note else before) + "\n" for before, _, note in lines)
+
+
+def quoted(text: str) -> str:
+    """Text as a YAML scalar on one line; in double quotes, with escapes, where it could be read as anything else."""
+    plain = yaml.safe_dump(text, width=float("inf"), allow_unicode=True).removesuffix("\n...\n").rstrip("\n")
+    return plain if plain == text and text.isprintable() else _double_quoted(text)
+
+
+def _double_quoted(text: str) -> str:
+    return yaml.safe_dump(text, default_style='"', width=float("inf"), allow_unicode=text.isprintable()).rstrip("\n")
+
+
+def comment_text(text: str) -> str:
+    """Text that stays within its comment line."""
+    return "".join(character if character.isprintable() else "?" for character in text)

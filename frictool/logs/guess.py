@@ -1,0 +1,142 @@
+"""What a bench file tells about its rig by itself: which column is which channel, its unit, the period, the encoder's step.
+
+A unit is believed before a name. What is found is a guess, to be checked by who knows the rig; what fits nothing is left out.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from frictool.documents.quantity import CHANNEL_DIMENSIONS, Axis, factor_to_si, si_unit
+from frictool.errors import LogError
+from frictool.logs.csv_format import read_csv
+from frictool.logs.log import Vector
+from frictool.logs.mapping import COUNT, TIME
+from frictool.logs.mat_format import read_mat
+from frictool.logs.quality import encoder_step, time_base
+from frictool.logs.raw_table import RawTable
+from frictool.logs.source import format_of
+
+# the first channel that a name fits is taken: a "position reference" is a reference
+NAMES: dict[str, str] = {
+    TIME: r"t|time|times|timestamp|temps|zeit",
+    "reference": r"ref|reference|setpoint|target|desired|command|cmd|qg|consigne|sollwert",
+    "voltage": r"u|v|vir|volt|voltage|tension|spannung",
+    "current": r"i|iq|amp|amps|current|courant|strom",
+    "velocity": r"vel|velocity|speed|omega|rpm|qd|dq|vitesse",
+    "effort": r"effort|torque|force|tau|couple",
+    "position": r"pos|position|angle|theta|encoder|enc|counter|count|counts|q|qm|x|y|displacement",
+}
+ROUND = 1e-3
+COUNTS = (COUNT, "counts", "ticks", "inc", "increments")
+
+
+@dataclass(frozen=True)
+class Guess:
+    """columns: channel -> (column, unit). left: columns that fit no channel. period [s], step [SI]: None where the file does not tell."""
+
+    axis: Axis
+    columns: dict[str, tuple[str, str]] = field(default_factory=dict)
+    left: tuple[str, ...] = ()
+    period: float | None = None
+    step: float | None = None
+
+    @property
+    def drive(self) -> Literal["current", "voltage"] | None:
+        """What drives the axis, where the file has it."""
+        return "current" if "current" in self.columns else "voltage" if "voltage" in self.columns else None
+
+
+def guess_from(path: Path, axis: Axis | None = None) -> Guess:
+    """What the raw log at `path` (CSV or MATLAB) tells; `axis` where it is known. Raises LogError where it is no raw log."""
+    kind = format_of(path)
+    if kind in ("mcap", "hdf5"):
+        raise LogError(path, "is no raw bench file; allowed: text with columns (CSV) or MATLAB up to version 7")
+    return guess(read_csv(path) if kind == "text" else read_mat(path), axis)
+
+
+def guess(table: RawTable, axis: Axis | None = None) -> Guess:
+    """The guess for a table that has been read."""
+    axis = axis or _axis(table)
+    columns: dict[str, tuple[str, str]] = {}
+    for name in table.columns:
+        channel = _channel(name, table.units.get(name), axis, columns)
+        if channel is not None:
+            columns[channel] = (name, _unit(table, name, channel, axis))
+    left = tuple(name for name in table.columns if name not in [column for column, _ in columns.values()])
+    return Guess(axis, columns, left, _period(table, columns, axis), _step(table, columns, axis))
+
+
+def _axis(table: RawTable) -> Axis:
+    """Linear where a unit is one of a linear axis's position or velocity, else rotary."""
+    units = [unit for unit in table.units.values() if unit]
+    lengths = [unit for unit in units if not _is_count(unit) and any(_fits(unit, kind, "linear") for kind in ("position", "velocity"))]
+    return "linear" if lengths else "rotary"
+
+
+def _is_count(unit: str) -> bool:
+    return unit.lower() in COUNTS
+
+
+def _fits(unit: str, dimension: str, axis: Axis) -> bool:
+    if _is_count(unit):
+        return dimension == "position"
+    try:
+        factor_to_si(unit, dimension, axis)
+    except ValueError:
+        return False
+    return True
+
+
+def _channel(name: str, unit: str | None, axis: Axis, taken: dict[str, tuple[str, str]]) -> str | None:
+    """The channel of a column: its name's where the unit does not contradict it, else the only one left that has its unit."""
+    fitting = [channel for channel in NAMES if channel not in taken and (unit is None or _fits(unit, _dimension(channel), axis))]
+    words = set(re.split(r"[^a-z]+", name.lower()))
+    named = [channel for channel in fitting if words & set(NAMES[channel].split("|"))]
+    if named:
+        return named[0]
+    candidates = [channel for channel in fitting if channel != "reference"]
+    return candidates[0] if unit is not None and len(candidates) == 1 else None
+
+
+def _dimension(channel: str) -> str:
+    return CHANNEL_DIMENSIONS.get(channel, TIME)
+
+
+def _unit(table: RawTable, name: str, channel: str, axis: Axis) -> str:
+    """The file's unit; without one, counts where a position has whole numbers only, else SI."""
+    unit = table.units.get(name)
+    if unit is not None:
+        return COUNT if _is_count(unit) else unit
+    values = table.columns[name]
+    if _dimension(channel) == "position" and np.array_equal(values, np.rint(values)):
+        return COUNT
+    return si_unit(_dimension(channel), axis)
+
+
+def _si(table: RawTable, columns: dict[str, tuple[str, str]], channel: str, axis: Axis) -> Vector | None:
+    """A channel in SI, or None where the file does not have it in a unit that says so."""
+    name, unit = columns.get(channel, ("", COUNT))
+    return None if unit == COUNT else table.columns[name] * factor_to_si(unit, _dimension(channel), axis)
+
+
+def _period(table: RawTable, columns: dict[str, tuple[str, str]], axis: Axis) -> float | None:
+    """The sample period: the mean interval of a log without gaps, else the median; 3 digits where they say it within 0.1 %, else 6."""
+    time = _si(table, columns, TIME, axis)
+    if time is None or time.size < 2 or np.any(np.diff(time) <= 0.0):
+        return None
+    base = time_base(time)
+    period = 1.0 / base.rate_hz if base.gaps else base.duration_s / (time.size - 1)
+    short = float(f"{period:.3g}")
+    return short if abs(short / period - 1.0) < ROUND else float(f"{period:.6g}")
+
+
+def _step(table: RawTable, columns: dict[str, tuple[str, str]], axis: Axis) -> float | None:
+    position = _si(table, columns, "position", axis)
+    step = None if position is None else encoder_step(position)
+    return None if step is None else float(f"{step:.6g}")
