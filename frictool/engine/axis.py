@@ -43,6 +43,7 @@ from frictool.plant.axis import (
 )
 
 Vector = NDArray[np.float64]
+ROUNDING = 2.0**-50  # efforts smaller than this part of their terms are zero
 MAX_EVENTS = 100  # a held command makes a handful: its effort is monotone
 
 
@@ -53,16 +54,19 @@ def _relax(drive: float, command: float, lag: float, t: float) -> float:
 
 
 @kernel
-def _rest(state: Vector, command: float, p: Vector, remaining: float) -> tuple[float, float]:
-    """At rest for up to `remaining`: moves the drive; returns how long, and the direction in which the axis then breaks away or 0."""
+def _rest(state: Vector, command: float, p: Vector, remaining: float, refused: float) -> tuple[float, float]:
+    """At rest for up to `remaining`: moves the drive; returns how long, and the direction in which the axis then breaks away or 0.
+
+    `refused`: a direction in which it has just not got going, its effort being on the threshold to rounding and no longer rising.
+    """
     edge, lag, drive = 0.5 * p[BACKLASH], p[LAG], state[DRIVE]
     forward = p[BREAKAWAY] if state[GAP] >= edge else p[BACKLASH_BREAKAWAY]
     backward = p[BREAKAWAY] if state[GAP] <= -edge else p[BACKLASH_BREAKAWAY]
     direction = breakaway_direction(p[CONSTANT] * drive - p[OFFSET], forward, backward)
-    if direction != 0.0:
+    if direction not in (0.0, refused):
         return 0.0, direction
     direction = breakaway_direction(p[CONSTANT] * command - p[OFFSET], forward, backward)
-    if direction != 0.0 and lag > 0.0:
+    if direction not in (0.0, refused) and lag > 0.0:
         threshold = forward if direction > 0.0 else -backward
         loosening = (threshold + p[OFFSET]) / p[CONSTANT]
         wait = max(0.0, -lag * math.log1p((loosening - drive) / (drive - command)))
@@ -75,11 +79,19 @@ def _rest(state: Vector, command: float, p: Vector, remaining: float) -> tuple[f
 
 @kernel
 def _phase(state: Vector, command: float, p: Vector, direction: float, driving: bool) -> Phase:
-    """The coming phase of slip; `driving`: the motor carries the load."""
+    """The coming phase of slip; `driving`: the motor carries the load.
+
+    Where the breakaway is the Coulomb friction, slip begins with no acceleration at all: what rounding leaves of it is taken out,
+    or the axis would stop and break away again at the same instant.
+    """
     coulomb = p[COULOMB] if driving else p[BACKLASH_COULOMB]
     viscous = p[VISCOUS] if driving else 0.0
     settled = direction * (p[CONSTANT] * command - p[OFFSET]) - slip_force(0.0, 1.0, coulomb, viscous)
     transient = direction * p[CONSTANT] * (state[DRIVE] - command)
+    if state[VELOCITY] == 0.0:
+        gross = abs(p[CONSTANT] * state[DRIVE]) + abs(p[CONSTANT] * command) + abs(p[OFFSET]) + coulomb
+        if abs(settled + transient) <= ROUNDING * gross:
+            transient = -settled
     rate = 1.0 / p[LAG] if p[LAG] > 0.0 else 0.0
     return (direction * state[VELOCITY], settled / p[INERTIA], transient / p[INERTIA], viscous / p[INERTIA], rate)
 
@@ -125,12 +137,14 @@ def advance(state: Vector, command: float, parameters: Vector, duration: float) 
     if parameters[LAG] == 0.0:
         state[DRIVE] = command
     direction = math.copysign(1.0, state[VELOCITY]) if state[VELOCITY] != 0.0 else 0.0
-    remaining = duration
+    remaining, refused = duration, 0.0
     for _ in range(MAX_EVENTS):
         if direction == 0.0:
-            spent, direction = _rest(state, command, parameters, remaining)
+            spent, direction = _rest(state, command, parameters, remaining, refused)
         else:
+            attempted = direction if state[VELOCITY] == 0.0 else 0.0
             spent, direction = _slip(state, command, parameters, direction, remaining)
+            refused = attempted if spent == 0.0 else 0.0
         remaining -= spent
         if remaining <= 0.0:
             driving = direction * state[GAP] >= 0.5 * parameters[BACKLASH]

@@ -21,7 +21,6 @@ from frictool.kernels import kernel
 Phase = tuple[float, float, float, float, float]
 
 NEVER = -1.0
-ROUNDING = 2.0**-49  # accelerations smaller than this part of their terms are zero
 MAX_ITERATIONS = 200  # bisection alone needs 60-110; reached by no bracket of finite numbers
 SPEED, DISTANCE = 0, 1
 
@@ -94,8 +93,6 @@ def stop_time(phase: Phase, duration: float) -> float:
     if w0 > (abs(settled) + abs(transient) + decay * w0) * duration:
         return NEVER  # not even the largest deceleration would do
     start = settled + transient - decay * w0
-    if w0 == 0.0 and abs(start) <= ROUNDING * (abs(settled) + abs(transient)):
-        start = 0.0
     turning = _turning_time(start, transient, decay, rate)
     if start > 0.0 or (start == 0.0 and transient < 0.0):  # rises, then falls
         low, high = turning, duration
