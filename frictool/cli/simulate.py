@@ -11,7 +11,7 @@ import click
 from frictool.cli.output import command_line, existing, json_option, note, output_option, print_json, refuse_inputs, replacing, say
 
 if TYPE_CHECKING:
-    from frictool.simulate.step_test import StepTest
+    from frictool.logs.log import Log
 
 HELP = """\b
 Example:
@@ -46,15 +46,15 @@ def command(model: Path, controller: Path, scenario: Path, output: Path, as_json
     from frictool.simulate.step_test import step_test
 
     provenance = record(command_line("simulate", {"model": model, "--controller": controller, "--scenario": scenario}), inputs)
-    test = step_test(*documents, provenance, Names(*map(str, inputs)), _progress)
-    for warning in test.warnings:
+    log = step_test(*documents, provenance, Names(*map(str, inputs)), _progress)
+    for warning in log.warnings:
         note(f"warning: {warning}")
     with replacing(output, inputs) as stream:
-        write_mcap(test.log, stream)
+        write_mcap(log, stream)
     if as_json:
-        print_json(summary(test), output)
+        print_json(summary(log), output)
     else:
-        say(table(test), output)
+        say(table(log), output)
 
 
 def _progress(done: int, total: int) -> None:
@@ -67,10 +67,10 @@ def _progress(done: int, total: int) -> None:
         click.echo(f"\rsimulated {done} of {total}" + ("\n" if done == total else ""), err=True, nl=False)
 
 
-def summary(test: StepTest) -> dict[str, Any]:
-    """The machine's view of a step test: what each stream holds and where it ends. The verdict is `frictool report`'s."""
+def summary(log: Log) -> dict[str, Any]:
+    """The machine's view of a step test: what each stream holds and how it ends. The verdict is `frictool report`'s."""
     streams = []
-    for stream in test.log.streams:
+    for stream in log.streams:
         position, command = stream.signals["position"], stream.signals["command"]
         streams.append(
             {
@@ -83,14 +83,14 @@ def summary(test: StepTest) -> dict[str, Any]:
                 "units": stream.units,
             }
         )
-    return {"scenario": test.log.source, "streams": streams, "warnings": list(test.warnings)}
+    return {"scenario": log.source, "streams": streams, "warnings": list(log.warnings)}
 
 
-def table(test: StepTest) -> str:
+def table(log: Log) -> str:
     """The same for people."""
-    found = summary(test)["streams"]
+    found = summary(log)["streams"]
     unit, drive = found[0]["units"]["position"], found[0]["units"]["command"]
-    lines = [f"{test.log.source}: {len(found)} stream(s), {found[0]['samples']} samples, {found[0]['duration_s']:g} s each"]
+    lines = [f"{log.source}: {len(found)} stream(s), {found[0]['samples']} samples, {found[0]['duration_s']:g} s each"]
     lines.append(f"{'stream':<14}{'final error ' + unit:>18}{'command peak ' + drive:>18}  end")
     for row in found:
         end = "at rest" if row["at_rest"] else "moving"

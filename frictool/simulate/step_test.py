@@ -9,7 +9,6 @@ to sample and drawn for each variant from PCG64 seeded with (seed, the variant's
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,20 +24,13 @@ from frictool.engine import closed_loop
 from frictool.engine.status import MESSAGES, OK
 from frictool.errors import NoSolutionError
 from frictool.logs.log import Log, Stream
+from frictool.logs.provenance import with_provenance
 from frictool.plant.axis import rest
 from frictool.simulate.agreement import Names, check_agreement
 from frictool.simulate.variants import Variant, variants_of
 
 Vector = NDArray[np.float64]
 DOCUMENTS = Names()
-
-
-@dataclass(frozen=True)
-class StepTest:
-    """The log, one stream a variant, and warnings for people."""
-
-    log: Log
-    warnings: tuple[str, ...]
 
 
 def step_test(
@@ -48,9 +40,10 @@ def step_test(
     provenance: Provenance,
     names: Names = DOCUMENTS,
     progress: Callable[[int, int], None] = lambda done, total: None,
-) -> StepTest:
-    """Runs the scenario; `progress(done, total)` is called before the first variant and after each; `names` are for messages.
+) -> Log:
+    """The log of the scenario, one stream a variant, with warnings for people.
 
+    `progress(done, total)` is called before the first variant and after each; `names` are what messages call the documents.
     Raises InputFileError where the documents do not fit together, NoSolutionError where a variant cannot be simulated.
     """
     check_agreement(model, controller, scenario, names)
@@ -64,15 +57,8 @@ def step_test(
         streams.append(_stream(model, controller, variant, reference, record, noise))
         warnings += _outside(model, variant, record)
         progress(index + 1, len(variants))
-    metadata = {
-        "log": {"kind": "simulated", "scenario": scenario.name, "model": model.name, "controller": controller.name},
-        "provenance": {
-            "command": provenance.command,
-            "frictool": provenance.frictool,
-            **{f"sha256 {item.name}": item.sha256 for item in provenance.inputs},
-        },
-    }
-    return StepTest(Log(tuple(streams), metadata, scenario.name), tuple(warnings))
+    played = {"kind": "simulated", "scenario": scenario.name, "model": model.name, "controller": controller.name}
+    return with_provenance(Log(tuple(streams), {"log": played}, scenario.name, tuple(warnings)), provenance)
 
 
 def _reference(scenario: Scenario, period: float) -> Vector:

@@ -27,7 +27,7 @@ STEP = 2 * math.pi / 56
 
 
 def log_of(played: Scenario, model: Model | None = None, by: Controller | None = None) -> Log:
-    return step_test(model or clutch_model(), by or controller(), played, HERE).log
+    return step_test(model or clutch_model(), by or controller(), played, HERE)
 
 
 def test_nominal_is_one_stream_with_every_signal_in_si() -> None:
@@ -91,7 +91,7 @@ def test_noise_is_seeded_and_independent_between_variants() -> None:
 def test_metadata_says_simulated_and_from_what() -> None:
     metadata = log_of(scenario()).metadata
     assert metadata["log"] == {"kind": "simulated", "scenario": "steps", "model": "clutch", "controller": "speed"}
-    assert metadata["provenance"] == {"command": "frictool simulate", "frictool": "0", "sha256 model.yaml": "ab" * 32}
+    assert metadata["provenance"] == {"command": "frictool simulate", "frictool": "0", "input_1": "model.yaml sha256:" + "ab" * 32}
 
 
 def test_progress_counts_the_variants() -> None:
@@ -109,7 +109,7 @@ def _with_travel(low: float, high: float) -> Model:
 def test_leaving_the_travel_is_a_warning() -> None:
     inside = step_test(_with_travel(0.0, 63.0), controller(), scenario(), HERE)
     assert inside.warnings == ()
-    top = float(np.max(inside.log.main.signals["position_true"]))
+    top = float(np.max(inside.main.signals["position_true"]))
     assert top > 40.0
     (warning,) = step_test(_with_travel(0.0, 40.0), controller(), scenario(), HERE).warnings
     assert warning.startswith(f"/axis leaves the travel (5 to {top:g} of 0 to 40 rad)")
