@@ -21,16 +21,20 @@ def save_folder(target: Path, files: dict[str, str], inputs: list[Path], *, over
         sys.stdout.buffer.write(archive(files))
         sys.stdout.buffer.flush()
         return
-    places = {target / name: text for name, text in files.items()}
-    _refuse(target, list(places), inputs, overwrite)
+    _refuse(target, [target / name for name in files], inputs, overwrite)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{target.name}.", suffix=".part") as name:
-            for index, text in enumerate(places.values()):
-                (Path(name) / str(index)).write_text(text, encoding="utf-8", newline="\n")
-            for index, place in enumerate(places):
-                place.parent.mkdir(parents=True, exist_ok=True)
-                (Path(name) / str(index)).replace(place)
+        with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{target.name}.", suffix=".part") as temporary:
+            staged = Path(temporary) / "files"
+            for name, text in files.items():
+                (staged / name).parent.mkdir(parents=True, exist_ok=True)
+                (staged / name).write_text(text, encoding="utf-8", newline="\n")
+            if not target.exists():
+                staged.rename(target)
+                return
+            for name in files:
+                (target / name).parent.mkdir(parents=True, exist_ok=True)
+                (staged / name).replace(target / name)
     except OSError as error:
         raise OutputError(f"{target}: cannot be written: {error.strerror or error}") from None
 
