@@ -51,7 +51,7 @@ def pick(names: tuple[str, ...], wanted: str | int, source: str, kind: str = "co
     if wanted in names:
         return wanted
     near = difflib.get_close_matches(wanted, names, n=1, cutoff=0.5)
-    hint = f", did you mean {near[0]!r}?" if near else ""
+    hint = f" (did you mean {near[0]!r}?)" if near else ""
     raise LogError(source, f"has no {kind} {wanted!r}{hint}; found: {listed(names)}")
 
 

@@ -1,0 +1,78 @@
+"""Formats are told by content; several files of a rig become one log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.io
+
+from frictool.documents.bench import Bench, Column
+from frictool.documents.registry import load
+from frictool.errors import LogError
+from frictool.logs.reading import read_log, read_logs
+from tests.logs.example import ROOT, as_bytes, bench, golden_log, measured, same
+
+COLUMNS = {"time": Column("t", "s"), "position": Column("x", "count"), "current": Column("i", "A")}
+VALUES = {"t": np.arange(20) / 1000.0, "x": np.arange(20.0), "i": np.arange(20.0) / 10.0}
+
+
+def write_csv(path: Path) -> None:
+    np.savetxt(path, np.column_stack(list(VALUES.values())), delimiter=";", header=";".join(VALUES), comments="", fmt="%.17g")
+
+
+def test_the_content_decides_and_not_the_name(tmp_path: Path):
+    as_csv, as_mat, as_mcap = tmp_path / "a.mat", tmp_path / "b.mcap", tmp_path / "c.csv"
+    write_csv(as_csv)
+    scipy.io.savemat(tmp_path / "b.mat", VALUES)
+    (tmp_path / "b.mat").rename(as_mat)
+    as_mcap.write_bytes(as_bytes(golden_log()))
+    one, other = read_log(as_csv, bench(COLUMNS)), read_log(as_mat, bench(COLUMNS))
+    assert same(one, other)
+    assert one.main.signals["effort"] == pytest.approx(2.0 * VALUES["i"])
+    assert same(read_log(as_mcap, bench(COLUMNS)), golden_log())
+
+
+def test_several_files_are_one_log(tmp_path: Path):
+    files = [tmp_path / name for name in ("sines.csv", "2nd run.csv", "2nd_run.csv")]
+    for file in files:
+        write_csv(file)
+    log = read_logs(files, bench(COLUMNS))
+    assert [stream.topic for stream in log.streams] == ["/axis", "/axis/_2nd_run", "/axis/_2nd_run_2"]
+    assert log.metadata["columns"]["/axis/_2nd_run_2.current"] == "i [A]"
+    path = tmp_path / "log.mcap"
+    path.write_bytes(as_bytes(log))
+    assert same(read_log(path), log)
+
+
+def test_a_raw_file_needs_the_bench(tmp_path: Path):
+    write_csv(tmp_path / "a.csv")
+    with pytest.raises(LogError, match="is a raw bench file; its columns mean nothing without --bench"):
+        read_log(tmp_path / "a.csv")
+
+
+def test_hdf5_and_other_binaries_are_named(tmp_path: Path):
+    path = tmp_path / "x.mat"
+    path.write_bytes(b"\x89HDF\r\n\x1a\n" + b"\0" * 100)
+    with pytest.raises(LogError, match=r"MATLAB 7.3 \(HDF5\); save it with -v7"):
+        read_log(path, bench(COLUMNS))
+    path.write_bytes(b"\x7fELF\0\0")
+    with pytest.raises(LogError, match="is binary and no known format"):
+        read_log(path, bench(COLUMNS))
+
+
+@pytest.mark.parametrize("name", ["sines", "ramp", "steps"])
+def test_the_sample_logs_are_read_with_their_bench(name: str):
+    log = read_log(ROOT / "sample_logs" / f"{name}.csv", load(ROOT / "configs" / "clutch" / "bench.yaml", Bench))
+    assert set(log.main.signals) == {"position", "current", "effort"}
+    assert log.warnings == ()
+    counts = log.main.signals["position"] / (2 * np.pi / 56)
+    assert np.abs(counts - np.rint(counts)).max() < 1e-9
+
+
+def test_the_measured_machine_is_read_with_its_bench():
+    log = read_log(measured("emps/DATA_EMPS.mat"), load(ROOT / "configs" / "emps" / "bench.yaml", Bench))
+    assert log.main.time.size == 24841
+    assert log.main.signals["effort"] == pytest.approx(35.15065 * log.main.signals["voltage"])
+    assert log.warnings == ()
