@@ -1,0 +1,153 @@
+"""`ingest` and `info` from the command line."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictool.logs.mcap_format import read_mcap
+from tests.cli.run import refused, run
+from tests.logs.example import ROOT, as_bytes, golden_log, measured, same
+
+CLUTCH = ROOT / "configs" / "clutch" / "bench.yaml"
+SINES = ROOT / "sample_logs" / "sines.csv"
+STEPS = ROOT / "sample_logs" / "steps.csv"
+GOOD = "time [s],encoder [count],current [A]\n" + "".join(f"{k / 1000:.3f},{k},{k / 10}\n" for k in range(50))
+
+
+@pytest.fixture
+def raw(tmp_path: Path) -> Path:
+    path = tmp_path / "raw.csv"
+    path.write_text(GOOD)
+    return path
+
+
+def test_ingest_and_info(tmp_path: Path):
+    target = tmp_path / "log.mcap"
+    result = run("ingest", STEPS, "--bench", CLUTCH, "-o", target)
+    assert (result.code, result.stderr) == (0, "")
+    assert "/axis: position [rad], current [A], effort [N m]" in result.stdout
+    shown = run("info", target)
+    assert shown.code == 0
+    assert "encoder step: 0.1122" in shown.stdout
+    facts = json.loads(run("info", target, "--json").stdout)
+    assert {row["name"]: row["unit"] for row in facts["channels"]} == {"position": "rad", "current": "A", "effort": "N m"}
+    for row in facts["channels"]:
+        assert row["source"] == "/axis"
+        assert row["rate_hz"] == pytest.approx(1000.0)
+        assert row["jitter_s"] == pytest.approx(0.0, abs=1e-12)
+        assert row["gaps"] == 0
+    assert facts["encoder_step"] == pytest.approx(2 * np.pi / 56)
+    assert facts["lost"] == []
+    assert facts["duration_s"] == pytest.approx((facts["channels"][0]["samples"] - 1) / 1000.0)
+
+
+def test_the_same_inputs_give_the_same_bytes_on_file_and_stdout(raw: Path, tmp_path: Path):
+    one, other = tmp_path / "one.mcap", tmp_path / "sub" / "other.mcap"
+    assert run("ingest", raw, "--bench", CLUTCH, "-o", one).code == 0
+    assert run("ingest", raw, "--bench", CLUTCH, "-o", other).code == 0
+    piped = run("ingest", raw, "--bench", CLUTCH, "-o", "-", "--json")
+    assert one.read_bytes() == other.read_bytes() == piped.out
+    assert json.loads(piped.stderr)["streams"][0]["samples"] == 50
+
+
+def test_provenance_has_names_and_digests_and_no_path(raw: Path, tmp_path: Path):
+    target = tmp_path / "log.mcap"
+    run("ingest", raw, "--bench", CLUTCH, "-o", target)
+    provenance = read_mcap(target).metadata["provenance"]
+    assert provenance["command"] == "frictool ingest raw.csv --bench bench.yaml"
+    assert provenance["input_1"] == f"raw.csv sha256:{hashlib.sha256(raw.read_bytes()).hexdigest()}"
+    assert str(tmp_path) not in target.read_bytes().decode("latin-1")
+
+
+def test_several_files_of_a_rig(tmp_path: Path):
+    target = tmp_path / "log.mcap"
+    result = run("ingest", SINES, STEPS, "--bench", CLUTCH, "-o", target, "--json")
+    assert [stream["topic"] for stream in json.loads(result.stdout)["streams"]] == ["/axis", "/axis/steps"]
+    alone = tmp_path / "steps.mcap"
+    run("ingest", STEPS, "--bench", CLUTCH, "-o", alone)
+    assert np.array_equal(read_mcap(target).streams[1].signals["position"], read_mcap(alone).main.signals["position"])
+
+
+def test_a_canonical_log_passes_through_unmapped(tmp_path: Path):
+    source, target = tmp_path / "source.mcap", tmp_path / "target.mcap"
+    source.write_bytes(as_bytes(golden_log()))
+    assert run("ingest", source, "--bench", CLUTCH, "-o", target).code == 0
+    found = read_mcap(target)
+    assert found.metadata["provenance"]["command"] == "frictool ingest source.mcap --bench bench.yaml"
+    found.metadata["provenance"] = golden_log().metadata["provenance"]
+    assert same(found, golden_log())
+
+
+def test_the_measured_machine(tmp_path: Path):
+    target = tmp_path / "emps.mcap"
+    bench = ROOT / "configs" / "emps" / "bench.yaml"
+    assert run("ingest", measured("emps/DATA_EMPS.mat"), "--bench", bench, "-o", target).code == 0
+    facts = json.loads(run("info", target, "--json").stdout)
+    assert facts["encoder_step"] == pytest.approx(5e-8)
+    assert facts["duration_s"] == pytest.approx(24.84)
+
+
+def test_info_of_a_raw_file_needs_its_bench(raw: Path):
+    refused(run("info", raw), 3, "raw.csv", "--bench")
+    assert run("info", raw, "--bench", CLUTCH).code == 0
+
+
+def test_warnings_go_to_stderr_and_into_json(raw: Path, tmp_path: Path):
+    raw.write_text(GOOD.replace("0.010,10,1.0\n", "").replace("0.011,11,1.1\n", ""))
+    result = run("ingest", raw, "--bench", CLUTCH, "-o", tmp_path / "x.mcap", "--json")
+    assert result.stderr == "warning: 1 gaps in time, the longest 0.003 s\n"
+    assert json.loads(result.stdout)["warnings"] == ["1 gaps in time, the longest 0.003 s"]
+
+
+BAD = {
+    "ragged": (GOOD + "0.050,50\n", ":52:", "has 2 cells"),
+    "text": (GOOD.replace("0.030,30", "0.030,stuck"), ":32:", "'stuck'"),
+    "nan": (GOOD.replace("0.030,30", "0.030,nan"), ":32:", "found nan"),
+    "time repeats": (GOOD.replace("0.030,", "0.029,"), ":32:", "time does not increase"),
+    "unit": (GOOD.replace("[A]", "[V]"), "'current'", "'V'"),
+    "column": (GOOD.replace("encoder", "encodr"), "'encoder'", "did you mean 'encodr'"),
+    "rate": (GOOD.replace("time [s]", "time [ms]"), "'time'", "'ms'"),
+    "header only": (GOOD.splitlines()[0] + "\n", "raw.csv", "no rows"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_raw_files(name: str, raw: Path, tmp_path: Path):
+    text, *words = BAD[name]
+    raw.write_text(text)
+    refused(run("ingest", raw, "--bench", CLUTCH, "-o", tmp_path / "log.mcap"), 3, str(raw), *words)
+    assert list(tmp_path.iterdir()) == [raw]
+
+
+def test_a_misspelt_channel_names_the_line_and_the_nearest(raw: Path, tmp_path: Path):
+    bench = tmp_path / "bench.yaml"
+    text = CLUTCH.read_text().replace("  position: {column: encoder", "  positon: {column: encoder")
+    bench.write_text(text)
+    line = next(number for number, row in enumerate(text.splitlines(), start=1) if "positon" in row)
+    result = run("ingest", raw, "--bench", bench, "-o", tmp_path / "log.mcap")
+    refused(result, 3, f"bench.yaml:{line}: columns.positon: unknown key, did you mean 'position'?")
+    assert not (tmp_path / "log.mcap").exists()
+
+
+def test_an_mcap_of_something_else(tmp_path: Path):
+    result = run("info", measured("formats/ros2_talker.mcap"))
+    refused(result, 3, "is no canonical log", "/rosout")
+
+
+def test_help_imports_neither_numba_nor_cvxpy_nor_numpy():
+    script = (
+        "import json, sys; sys.argv = ['frictool', '--help']\nfrom frictool.cli.main import main\ntry: main()\nexcept SystemExit: pass\n"
+    )
+    script += "print(json.dumps(sorted({name.partition('.')[0] for name in sys.modules})), file=sys.stderr)"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert "Usage: " in done.stdout
+    loaded = set(json.loads(done.stderr))
+    assert "click" in loaded
+    assert not loaded & {"numpy", "numba", "cvxpy", "scipy", "mcap", "yaml", "msgspec", "pint", "matplotlib"}

@@ -1,0 +1,66 @@
+"""The runners behind `make accept` and `make bench`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from benchmarks import __main__ as bench
+from tests.accept import __main__ as accept
+
+
+def test_a_check_that_fails_or_raises_is_exit_1(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    def broken() -> dict[str, Any]:
+        raise RuntimeError("no data")
+
+    checks = {"good": lambda: {"passed": True, "cover": 0.95}, "bad": lambda: {"passed": False}, "broken": broken}
+    monkeypatch.setattr(accept, "collect", lambda folder: checks)
+    target = tmp_path / "build" / "accept.json"
+    assert accept.main([str(target)]) == 1
+    found = json.loads(target.read_text())
+    assert {name: result["passed"] for name, result in found.items()} == {"good": True, "bad": False, "broken": False}
+    assert found["good"]["cover"] == 0.95
+    assert found["broken"]["error"] == "RuntimeError: no data"
+    assert "1 of 3 checks passed" in capsys.readouterr().out
+    assert accept.main([str(target), "good"]) == 0
+    assert accept.main([str(target), "nothing"]) == 2
+    assert accept.main([]) == 2
+
+
+def test_every_check_file_is_collected():
+    folder = Path(accept.__file__).parent
+    assert len(accept.collect(folder)) >= len(list(folder.glob("check_*.py"))) > 0
+
+
+def test_a_row_without_its_peer_is_skipped_and_one_that_fails_is_exit_1(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    def good() -> dict[str, Any]:
+        return {"id": "good", "peer": "p", "ours": 1.0, "theirs": 2.0, "unit": "s", "ratio": 2.0, "accuracy": "same"}
+
+    def without_peer() -> dict[str, Any]:
+        import no_such_peer  # noqa: F401
+
+        return good()
+
+    def broken() -> dict[str, Any]:
+        raise RuntimeError("no data")
+
+    target = tmp_path / "build" / "bench.json"
+    monkeypatch.setattr(bench, "collect", lambda folder: [good, without_peer])
+    assert bench.main([str(target)]) == 0
+    assert "without.peer" in (printed := capsys.readouterr().out)
+    assert "skipped: no_such_peer is not installed" in printed
+    assert json.loads(target.read_text()) == [good()]
+    monkeypatch.setattr(bench, "collect", lambda folder: [good, broken])
+    assert bench.main([str(target)]) == 1
+    assert bench.main([str(target), "good"]) == 0
+
+
+def test_every_bench_file_is_collected():
+    names = [bench.name_of(row) for row in bench.collect(Path(bench.__file__).parent)]
+    assert {"startup.help", "ingest.csv", "log.read", "log.write"} <= set(names)
+    assert len(names) == len(set(names))
