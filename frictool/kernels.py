@@ -16,7 +16,7 @@ from typing import Any, TypeVar, cast
 
 import numba
 
-ROOMS = ("friction", "control", "plant", "engine")
+ROOMS = ("friction", "control", "plant", "engine", "identify")
 F = TypeVar("F", bound=Callable[..., Any])
 settings: Any = numba.config
 
@@ -45,8 +45,9 @@ def _cache_folder() -> Path | None:
     if settings.CACHE_DIR:
         return Path(settings.CACHE_DIR)
     name = f"kernels-{_source_digest(package)}"
-    user = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "frictool"
-    return next((folder / name for folder in (package / "__pycache__", user) if _usable(folder / name)), None)
+    user = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "frictool")
+    places = [package / "__pycache__", *([user] if user.is_absolute() else [])]
+    return next((folder / name for folder in places if _usable(folder / name)), None)
 
 
 FOLDER = _cache_folder()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import NamedTuple
 
 from frictool.documents.controller import Controller
@@ -9,7 +10,7 @@ from frictool.documents.model import Model
 from frictool.documents.scenario import Scenario
 from frictool.errors import InputFileError
 
-MAX_SAMPLES = 20_000_000  # of all variants together: about 2 GB in memory
+MAX_SAMPLES = 10_000_000  # of all variants together: about 1 GB in memory
 
 
 class Names(NamedTuple):
@@ -34,8 +35,20 @@ def check_agreement(model: Model, controller: Controller, scenario: Scenario, na
             raise InputFileError(names.controller, message)
     if scenario.axis != model.axis:
         raise InputFileError(names.scenario, f"axis: found {scenario.axis}, but {names.model} has {model.axis}")
+    if scenario.variants == "vertices":
+        _check_vertices(controller, names)
     _check_path(model, scenario, names)
     _check_length(controller, scenario, names)
+
+
+def _check_vertices(controller: Controller, names: Names) -> None:
+    """A vertex's name becomes a word of its stream's topic."""
+    seen: set[str] = set()
+    for index, vertex in enumerate(controller.verified.vertices):
+        if not re.fullmatch(r"[A-Za-z0-9_]+", vertex.name) or vertex.name in seen:
+            allowed = "letters, digits and _, each name once"
+            raise InputFileError(names.controller, f"verified.vertices[{index}].name: found {vertex.name!r}; allowed: {allowed}")
+        seen.add(vertex.name)
 
 
 def _check_path(model: Model, scenario: Scenario, names: Names) -> None:

@@ -134,6 +134,15 @@ def test_what_does_not_fit_together_is_refused(played: Scenario, by: Controller,
         log_of(played, by=by)
 
 
+@pytest.mark.parametrize("name", ["a b", "../x", "é", "", "light"])
+def test_a_vertex_whose_name_cannot_be_a_topic_is_refused(name: str) -> None:
+    verified = controller().verified
+    vertices = (verified.vertices[0], msgspec.structs.replace(verified.vertices[1], name=name))
+    by = msgspec.structs.replace(controller(), verified=msgspec.structs.replace(verified, vertices=vertices))
+    with pytest.raises(InputFileError, match=r"controller: verified.vertices\[1\].name: found"):
+        log_of(scenario(variants="vertices"), by=by)
+
+
 def test_a_loop_that_leaves_the_floating_point_numbers_is_no_result() -> None:
     """Both states of the controller grow tenfold a sample and cancel in the drive, until inf - inf does not."""
     system = StateSpace(a=((10.0, 0.0), (0.0, 10.0)), b=((1.0,), (1.0,)), c=((1.0, -1.0),), d=((0.0,),))

@@ -1,0 +1,61 @@
+"""Where compiled kernels are kept: a folder for each state of the sources, and none where nothing can be written."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from frictool import kernels
+
+PACKAGE = Path(kernels.__file__).parent
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    """A copy of the sources of all kernels."""
+    for room in kernels.ROOMS:
+        shutil.copytree(PACKAGE / room, tmp_path / room, ignore=shutil.ignore_patterns("__pycache__"))
+    return tmp_path
+
+
+@pytest.mark.parametrize("room", kernels.ROOMS)
+def test_a_change_in_any_room_is_another_folder(package: Path, room: str) -> None:
+    before = kernels._source_digest(package)
+    assert kernels._source_digest(package) == before
+    source = sorted((package / room).glob("*.py"))[-1]
+    source.write_text(source.read_text() + "\n# changed\n")
+    assert kernels._source_digest(package) != before
+
+
+def test_every_kernel_lies_in_a_room_that_the_digest_covers() -> None:
+    users = [path for path in PACKAGE.rglob("*.py") if "@kernel" in path.read_text()]
+    assert users
+    assert {path.relative_to(PACKAGE).parts[0] for path in users} <= set(kernels.ROOMS)
+
+
+def test_a_folder_that_cannot_be_made_is_not_usable(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    assert not kernels._usable(tmp_path / "file" / "folder")
+    assert kernels._usable(tmp_path / "folder")
+
+
+def test_the_user_folder_stands_in_for_a_read_only_installation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kernels.settings, "CACHE_DIR", "")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    usable = kernels._usable
+    monkeypatch.setattr(kernels, "_usable", lambda folder: PACKAGE not in folder.parents and usable(folder))
+    folder = kernels._cache_folder()
+    assert folder is not None
+    assert folder.parent == tmp_path / "frictool"
+    monkeypatch.setattr(kernels, "_usable", lambda folder: False)
+    assert kernels._cache_folder() is None
+
+
+def test_compiled_kernels_are_found_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kernels, "FOLDER", tmp_path)
+    (tmp_path / "engine").mkdir()
+    (tmp_path / "engine" / "closed_loop.run-47.py311.nbi").write_bytes(b"")
+    assert kernels.is_compiled("closed_loop", "run")
+    assert not kernels.is_compiled("closed_loop", "measure")
