@@ -22,15 +22,16 @@ Example:
 Write a rig's documents to start from, commented: bench.yaml, spec.yaml, designs/speed.yaml, scenarios/steps.yaml, and a Makefile that
 chains the commands by file dependencies into build/.
 
-With --from, what a raw log (CSV with a header, MATLAB) tells by itself is filled in and marked as guessed: columns, units, sample period,
-the encoder's step where positions are no counts. Everything else is an example that loads: set it. Nothing that exists is overwritten.
+With --from, what a log (CSV with a header, MATLAB, MCAP of ingest) tells by itself is filled in and marked as guessed: columns, units,
+sample period, the encoder's step where positions are no counts. Everything else is an example that loads: set it.
+Nothing that exists is overwritten.
 """
 
 
 @click.command("init", help=HELP)
 @click.argument("folder", metavar="DIR", type=existing)
 @click.option("--axis", type=click.Choice(["rotary", "linear"]), help="Kind of axis; else by the log's units, else rotary.")
-@click.option("--from", "log", type=existing, metavar="LOG", help="A raw log of the bench to guess from.")
+@click.option("--from", "log", type=existing, metavar="LOG", help="A log of the bench to guess from.")
 @json_option
 def command(folder: Path, axis: str | None, log: Path | None, as_json: bool) -> None:
     from frictool.cli.folder import save_folder

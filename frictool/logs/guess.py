@@ -15,9 +15,10 @@ import numpy as np
 from frictool.documents.quantity import CHANNEL_DIMENSIONS, Axis, factor_to_si, si_unit
 from frictool.errors import LogError
 from frictool.logs.csv_format import read_csv
-from frictool.logs.log import Vector
+from frictool.logs.log import Log, Vector
 from frictool.logs.mapping import COUNT, TIME
 from frictool.logs.mat_format import read_mat
+from frictool.logs.mcap_format import read_mcap
 from frictool.logs.quality import encoder_step, time_base
 from frictool.logs.raw_table import RawTable
 from frictool.logs.source import format_of
@@ -53,11 +54,18 @@ class Guess:
 
 
 def guess_from(path: Path, axis: Axis | None = None) -> Guess:
-    """What the raw log at `path` (CSV or MATLAB) tells; `axis` where it is known. Raises LogError where it is no raw log."""
+    """What the log at `path` (CSV, MATLAB, canonical MCAP) tells; `axis` where it is known. Raises LogError where it cannot be read."""
     kind = format_of(path)
-    if kind in ("mcap", "hdf5"):
-        raise LogError(path, "is no raw bench file; allowed: text with columns (CSV) or MATLAB up to version 7")
+    if kind == "hdf5":
+        raise LogError(path, "is MATLAB 7.3 (HDF5); save it with -v7")
+    if kind == "mcap":
+        return guess(_table(read_mcap(path)), axis)
     return guess(read_csv(path) if kind == "text" else read_mat(path), axis)
+
+
+def _table(log: Log) -> RawTable:
+    """The main stream of a canonical log."""
+    return RawTable({TIME: log.main.time, **log.main.signals}, {TIME: "s", **log.main.units}, log.source)
 
 
 def guess(table: RawTable, axis: Axis | None = None) -> Guess:

@@ -94,6 +94,15 @@ def test_a_matlab_file_gives_names_period_and_step(tmp_path: Path) -> None:
     np.testing.assert_allclose(read_log(log, bench).main.signals["position"], position)
 
 
+def test_an_ingested_log_is_as_good(tmp_path: Path) -> None:
+    assert run("ingest", LOG, "--bench", ROOT / "configs/clutch/bench.yaml", "-o", tmp_path / "sines.mcap").code == 0
+    assert run("init", tmp_path / "rig", "--from", tmp_path / "sines.mcap").code == 0
+    bench = bench_of(tmp_path / "rig")
+    assert (bench.axis, bench.sample_period_s, bench.actuator.drive) == ("rotary", 0.001, "current")
+    assert bench.encoder.resolution == pytest.approx(2 * np.pi / 56, rel=1e-5)
+    assert "LOGS := ../sines.mcap\n" in (tmp_path / "rig/Makefile").read_text()
+
+
 @pytest.mark.parametrize(
     ("header", "axis", "columns"),
     [
@@ -143,7 +152,7 @@ def test_same_inputs_same_bytes(tmp_path: Path) -> None:
     [
         (b"", "is empty"),
         (b"\x00\x01\x02" * 50, "binary"),
-        (b"\x89MCAP0\r\n" + bytes(100), "no raw bench file"),
+        (b"\x89MCAP0\r\n" + bytes(100), "log.csv"),
         (b"time [s],x [m]\n0,1\n1,\n", "an empty cell"),
     ],
 )
