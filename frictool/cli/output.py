@@ -45,7 +45,8 @@ def command_line(name: str, arguments: dict[str, Any]) -> str:
 def replacing(target: Path, inputs: list[Path]) -> Iterator[BinaryIO]:
     """A binary stream that becomes `target` when the block ends well, and leaves nothing behind when it does not.
 
-    `-` is stdout. Raises OutputError where the target is an input, is a directory, or cannot be written.
+    `-` is stdout; a device or a pipe is written to and not replaced, and so is the file that a symbolic link leads to.
+    Raises OutputError where the target is an input, is a directory, or cannot be written.
     """
     if target == STDOUT:
         yield sys.stdout.buffer
@@ -54,6 +55,11 @@ def replacing(target: Path, inputs: list[Path]) -> Iterator[BinaryIO]:
     refuse_inputs(target, inputs)
     if target.is_dir():
         raise OutputError(f"{target}: is a directory; name a file")
+    if target.exists() and not target.is_file():
+        with _device(target) as stream:
+            yield stream
+        return
+    target = target.resolve() if target.is_symlink() else target
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.", suffix=".part")
@@ -73,6 +79,16 @@ def replacing(target: Path, inputs: list[Path]) -> Iterator[BinaryIO]:
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
+
+
+@contextmanager
+def _device(target: Path) -> Iterator[BinaryIO]:
+    """A device or a pipe, opened for writing."""
+    try:
+        with target.open("wb") as stream:
+            yield stream
+    except OSError as error:
+        raise OutputError(f"{target}: cannot be written: {error.strerror or error}") from None
 
 
 def refuse_inputs(target: Path, inputs: list[Path]) -> None:

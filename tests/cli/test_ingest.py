@@ -57,6 +57,23 @@ def test_the_same_inputs_give_the_same_bytes_on_file_and_stdout(raw: Path, tmp_p
     assert json.loads(piped.stderr)["streams"][0]["samples"] == 50
 
 
+def test_a_device_is_written_to_and_not_replaced(raw: Path):
+    full = Path("/dev/full")
+    if not full.is_char_device():
+        pytest.skip("no /dev/full on this machine")
+    refused(run("ingest", raw, "--bench", CLUTCH, "-o", full), 3, "/dev/full: cannot be written: No space left on device")
+    assert full.is_char_device()
+
+
+def test_a_link_stays_a_link(raw: Path, tmp_path: Path):
+    link, target = tmp_path / "link.mcap", tmp_path / "real.mcap"
+    link.symlink_to(target)
+    for _ in range(2):  # first it leads nowhere
+        assert run("ingest", raw, "--bench", CLUTCH, "-o", link).code == 0
+        assert link.is_symlink()
+        assert read_mcap(target).main.time.size == 50
+
+
 def test_provenance_has_names_and_digests_and_no_path(raw: Path, tmp_path: Path):
     target = tmp_path / "log.mcap"
     run("ingest", raw, "--bench", CLUTCH, "-o", target)
