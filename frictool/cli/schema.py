@@ -10,16 +10,19 @@ import click
 from frictool.cli.output import STDOUT, output_option, save_text
 from frictool.documents.registry import DOCUMENTS, json_schema
 
-HELP = """\b
+HELP = (
+    """\b
 Example:
   frictool schema bench -o bench.schema.json
 
-Print the JSON Schema of a document, for the YAML support of an editor.
+Print the JSON Schema of a document, for the YAML support of an editor. NAME is one of
 """
+    + f"{', '.join(DOCUMENTS)}."
+)
 
 
 @click.command("schema", help=HELP)
-@click.argument("name", type=click.Choice(list(DOCUMENTS)))
+@click.argument("name", metavar="NAME", type=click.Choice(list(DOCUMENTS)))
 @output_option(required=False)
 def command(name: str, output: Path | None) -> None:
     text = json.dumps(json_schema(name), indent=2) + "\n"

@@ -61,8 +61,10 @@ def _binary(path: Path) -> None:
 
 
 def _truncated(path: Path) -> None:
+    """Cut within a value: documents in their last map, where they have one, other files in the middle."""
     data = path.read_bytes()
-    path.write_bytes(data[: int(len(data) * 0.5)].rstrip(b"\n")[:-3])
+    cut = data.rfind(b"{") + 4 if path.suffix == ".yaml" and b"{" in data else len(data) // 2
+    path.write_bytes(data[:cut].rstrip(b"\n"))
 
 
 def _directory(path: Path) -> None:
