@@ -16,11 +16,11 @@ import math
 from pathlib import Path
 from typing import NamedTuple
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from frictool.engine.axis import advance
-from frictool.kernels import kernel
 from frictool.plant.axis import AxisParameters, rest
 
 Vector = NDArray[np.float64]
@@ -67,7 +67,7 @@ class Recording(NamedTuple):
     current: Vector
 
 
-@kernel
+@numba.njit  # not kept on disk: this file runs under two names, as a script and as a module of the tests
 def _servo(
     state: Vector, reference: Vector, feedforward: Vector, servo: Vector, p: Vector, step: float, encoder: Counts, drive: Vector
 ) -> int:
@@ -90,7 +90,7 @@ def _servo(
     return 0
 
 
-@kernel
+@numba.njit
 def _ramp(state: Vector, ramp: Vector, turn: Vector, p: Vector, step: float, encoder: Counts, drive: Vector) -> int:
     """Plays figure 4.6: `ramp` = (A per sample, counts, samples of pause, sample period). Returns how many samples were filled, or < 0."""
     command, direction, pause = 0.0, 1.0, 0.0

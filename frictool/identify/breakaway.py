@@ -6,8 +6,8 @@ the onset that the motion after it tells (`onset`), for which the inertia and th
 of them widens the interval.
 
     breakaway = mean of the mean in either direction, so that an offset of the effort cancels
-    interval  = Student's, of the spread from one onset to the next, and the ranges of the axis's parameters taken as uniform,
-                added in quadrature
+    interval  = Student's, of the spread from one onset to the next, and the ranges of the axis's parameters, and of the place within
+                its count in which the axis rests, taken as uniform; added in quadrature
 
 Onsets inside the backlash after a reversal are left out: there only the motor moves.
 """
@@ -29,10 +29,11 @@ from frictool.identify.strokes import find_strokes
 
 SHORTEST_REST = 30  # samples without a count, for a line to be fitted
 STRAIGHT = 0.8  # least squared correlation of effort and time at rest: a ramp
-MOVED_COUNTS = 2.5  # a motion shows by more counts than this
+MOVED_COUNTS = 0.5  # a motion ends further than this from where it began: one count to and fro is none
 CHANGES_USED = 4  # of the encoder after the onset: later ones tell more of the inertia than of the onset
 FEWEST_ONSETS = 5
 RELATIVE_NOISE = 1e-3  # of the effort: the least that its noise is taken for
+START = "start"
 LEFT_THE_RAMP = 5.0  # standard deviations of the effort: the ramp was taken back
 
 
@@ -84,7 +85,7 @@ def find_onsets(record: Record, bench: Bench) -> list[Onset]:
     width = bench.mechanics.backlash
     gap = 0.0 if width is None else max(width.interval) + 2.0 * record.resolution
     strokes, (starts, ends) = find_strokes(record), _rests(record)
-    following = np.append(starts[1:], record.position.size)
+    following = np.append(starts[1:] + 1, record.position.size)  # a rest begins with the place where the motion has ended
     found = []
     for start, end, until in zip(starts, ends, following, strict=True):
         direction = float(strokes.sign[end])
@@ -105,7 +106,7 @@ def _onset(record: Record, start: int, end: int, until: int, direction: float) -
     rate, level = np.polyfit(time, effort, 1)
     noise = float(np.std(effort - level - rate * time))
     seen = direction * (record.position[end:until] - record.position[end - 1])
-    if rate <= 0.0 or np.corrcoef(time, effort)[0, 1] ** 2 < STRAIGHT or not np.any(seen >= MOVED_COUNTS * record.resolution):
+    if rate <= 0.0 or np.corrcoef(time, effort)[0, 1] ** 2 < STRAIGHT or seen[-1] < MOVED_COUNTS * record.resolution:
         return None
     # a held effort acts half a sample later than its row says
     shift = 0.5 * record.period if record.lag == 0.0 else 0.0
@@ -120,14 +121,17 @@ def _onset(record: Record, start: int, end: int, until: int, direction: float) -
 
 
 def efforts(onsets: list[Onset], axis: Mapping[str, float], resolution: float) -> Vector:
-    """|effort| (n,) at each onset, for an axis with these `inertia`, `viscous`, `coulomb` and `offset` in SI."""
+    """|effort| (n,) at each onset, for an axis with these `inertia`, `viscous`, `coulomb` and `offset` in SI.
+
+    `start`: which share of a count the axis is expected to travel before the encoder changes.
+    """
     out = np.empty(len(onsets))
     for k, onset in enumerate(onsets):
         # in the axis's own frame the offset takes its share of the effort before friction does
         ramp = np.array([onset.level - onset.direction * axis["offset"], onset.rate])
         coefficients = np.array([axis["inertia"], axis["viscous"], axis["coulomb"]])
         span = search_span(resolution, onset.rate, axis["inertia"], CHANGES_USED)
-        t0, status = onset_time(onset.time, onset.seen, ramp, coefficients, resolution, span)
+        t0, status = onset_time(onset.time, onset.seen, ramp, coefficients, resolution, axis[START] * resolution, span)
         out[k] = onset.level + onset.rate * t0 if status == OK else np.nan
     return out
 
@@ -142,12 +146,14 @@ def breakaway(records: list[Record], bench: Bench, axis: Mapping[str, Interval],
     used = {side: group for side, group in sides.items() if len(group) >= FEWEST_ONSETS}
     if not used:
         raise NothingUsable(f"{len(onsets)} breakaways under a growing effort; at least {FEWEST_ONSETS} in one direction are needed")
+    axis = {**axis, START: Interval(0.5, 0.0, 1.0)}
     nominal, step = {name: known.value for name, known in axis.items()}, records[0].resolution
     by_side = {side: _friction(group, nominal, step, len(used)) for side, group in used.items()}
     means = {side: float(np.mean(values)) for side, values in by_side.items()}
     value = float(np.mean(list(means.values())))
     statistical = _statistical(list(by_side.values()), confidence)
-    half = float(np.hypot(statistical, _systematic(used, axis, nominal, step, confidence)))
+    variance = _variance_of_unknowns(used, axis, nominal, step) + _variance_of_steps(onsets, records)
+    half = float(np.hypot(statistical, ndtri(0.5 + 0.5 * confidence) * np.sqrt(variance)))
     late = np.mean([np.mean([o.level for o in group]) for group in used.values()])
     early = np.mean([np.mean(efforts(group, nominal, step)) for group in used.values()])
     interval = Interval(value, value - half, value + half)
@@ -170,15 +176,21 @@ def _statistical(groups: list[Vector], confidence: float) -> float:
     return float(stdtrit(freedom, 0.5 + 0.5 * confidence) * np.sqrt(total))
 
 
-def _systematic(
-    used: dict[float, list[Onset]], axis: Mapping[str, Interval], nominal: dict[str, float], resolution: float, confidence: float
+def _variance_of_unknowns(
+    used: dict[float, list[Onset]], axis: Mapping[str, Interval], nominal: dict[str, float], resolution: float
 ) -> float:
-    """Half width that the ranges of the axis's parameters add: each moved to its ends, uniform within, in quadrature."""
+    """What the ranges of the axis's parameters add to the variance: each moved to its ends, uniform within."""
     variance = 0.0
     for name, known in axis.items():
         ends = [
             float(np.mean([np.mean(_friction(group, {**nominal, name: value}, resolution, len(used))) for group in used.values()]))
             for value in (known.low, known.high)
         ]
-        variance += (0.5 * (ends[1] - ends[0])) ** 2 / 3.0
-    return float(ndtri(0.5 + 0.5 * confidence) * np.sqrt(variance))
+        variance += (ends[1] - ends[0]) ** 2 / 12.0
+    return variance
+
+
+def _variance_of_steps(onsets: list[Onset], records: list[Record]) -> float:
+    """A held effort grows in steps, and the breakaway lies anywhere within one; the same place each time if the ramp starts from 0."""
+    held = any(record.lag == 0.0 for record in records)
+    return (max(onset.rate for onset in onsets) * records[0].period) ** 2 / 12.0 if held else 0.0

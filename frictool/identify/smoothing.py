@@ -15,9 +15,10 @@ difference of a bump g with sum 1. Convolving the equation of motion with g give
 so that smoothing costs no bias whatever W is: J, viscous, coulomb and offset are those of the unsmoothed equation. (Straight lines
 between the samples of a lagging current would put -0.07 % on the clutch's inertia.)
 
-Window (documented rule): the smallest odd W for which the noise that the position leaves on the acceleration is at most 0.75 % of
-the acceleration itself (rms), between 11 samples and a sixth of the median stroke. The noise of the position is that of the
-encoder's quantisation, step/sqrt(12), or what its fourth differences show, whichever is larger.
+Window (documented rule): the smallest odd W for which the noise that the position leaves on the acceleration is at most a given
+share of the acceleration itself (rms), between 11 samples and a sixth of the median stroke. The noise of the position is that of the
+encoder's quantisation, step/sqrt(12), or what its fourth differences show, whichever is larger. A share s attenuates the inertia
+by s^2; which share is small enough is for the regression to say (`least_squares`).
 """
 
 from __future__ import annotations
@@ -32,7 +33,6 @@ from frictool.identify.record import Record, Vector
 DEGREE = 3
 SHORTEST = 11  # samples
 STROKE_SHARE = 1.0 / 6.0  # a window longer than this fraction of a stroke leaves too little of it
-NOISE_SHARE = 0.0075  # of the acceleration's rms: a share s attenuates the inertia by s^2
 FOURTH_DIFFERENCE_GAIN = math.sqrt(70.0)  # rms of (1, -4, 6, -4, 1)
 
 
@@ -70,13 +70,13 @@ def position_noise(record: Record) -> float:
     return max(record.resolution / math.sqrt(12.0), measured)
 
 
-def choose_window(record: Record, stroke_samples: float) -> int:
-    """The window in samples, odd, by the rule above; `stroke_samples` is the median length of a stroke."""
+def choose_window(record: Record, stroke_samples: float, share: float) -> int:
+    """The window in samples, odd, by the rule above; `stroke_samples` is the median length of a stroke, `share` that of the noise."""
     longest = max(_odd(stroke_samples * STROKE_SHARE), SHORTEST)
     if record.position.size <= longest:
         return SHORTEST
     acceleration = np.convolve(record.position - record.position[0], acceleration_filter(longest, record.period)[::-1], "valid")
-    wanted = NOISE_SHARE * float(np.sqrt(np.mean(acceleration**2)))
+    wanted = share * float(np.sqrt(np.mean(acceleration**2)))
     noise = position_noise(record)
     for window in range(SHORTEST, longest, 2):
         if noise * float(np.linalg.norm(acceleration_filter(window, record.period))) <= wanted:

@@ -75,6 +75,6 @@ def test_the_window_grows_with_the_encoder_step_up_to_a_share_of_the_stroke() ->
     for step in (1e-7, 1e-4, 1e-2):
         record = make_record("sine", time, np.floor(path / step) * step, np.zeros(3000), resolution=step, lag=0.0)
         assert position_noise(record) == pytest.approx(step / 12.0**0.5, rel=0.25)
-        windows.append(choose_window(record, 500.0))
+        windows.append(choose_window(record, 500.0, 0.0075))
     assert windows[0] == 11
     assert 11 < windows[1] < windows[2] == 83

@@ -1,0 +1,110 @@
+"""Do the intervals of `identify` cover at their stated rate? Over seeds of the synthetic clutch and of the mass of table 4.1.
+
+Each seed has its own noise, its own encoder phase, its own turns, and its own axis: inertia drawn from the bench's interval, every
+friction within 20 % of the sample logs'. A count of covers is judged against the binomial distribution at the stated rate: it
+fails where so few covers would come by chance once in a thousand runs. More covers than stated are no failure: the breakaway's interval
+holds the bench's whole range of inertia, and is wide for that.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.stats import binom
+
+from frictool.documents.bench import Bench
+from frictool.identify.identification import identify
+from frictool.identify.least_squares import least_squares
+from frictool.identify.methods import DEFAULT, Settings
+from frictool.plant.axis import AxisParameters
+from sample_logs.make import TRUTH, ramp, sines
+from tests.identify.benches import MASS, clutch, mass_bench, mass_sine, record
+
+RATE = 0.95
+CHANCE = 1e-3
+SEEDS = 100
+MASS_SEEDS = 400
+FINE_STEP = 2.0 * np.pi / 4096.0
+
+
+def experiment(seed: int, encoder_step: float = TRUTH.encoder_step) -> tuple[AxisParameters, Bench]:
+    """The axis of a seed, and the bench that knows it as the clutch's bench does."""
+    generator, bench = np.random.default_rng([seed, 9]), clutch()
+    low, high = bench.mechanics.inertia.interval
+    scale = generator.uniform(0.8, 1.2, 3)
+    truth = TRUTH._replace(
+        inertia=generator.uniform(low, high),
+        viscous=TRUTH.viscous * scale[0],
+        coulomb=TRUTH.coulomb * scale[1],
+        breakaway=TRUTH.breakaway * scale[1],
+        offset=TRUTH.offset * scale[2],
+        encoder_step=encoder_step,
+    )
+    return truth, bench
+
+
+def covered(seed: int, encoder_step: float = TRUTH.encoder_step) -> dict[str, bool]:
+    """Whether the interval of each identified parameter holds the truth."""
+    truth, bench = experiment(seed, encoder_step)
+    logs = [record(make(seed, truth), truth, name) for name, make in (("sines", sines), ("ramp", ramp))]
+    result = identify(logs, [], bench, DEFAULT, Settings(RATE))
+    return {name: bool(found.low <= getattr(truth, name) <= found.high) for name, found in result.identified.items()}
+
+
+def _coverage(encoder_step: float, expected: set[str]) -> dict[str, Any]:
+    hits = [covered(seed, encoder_step) for seed in range(SEEDS)]
+    counts = {name: sum(hit.get(name, False) for hit in hits) for name in sorted(expected)}
+    identified = all(set(hit) == expected for hit in hits)
+    least = int(binom.ppf(CHANCE, SEEDS, RATE))
+    return {
+        "passed": identified and min(counts.values()) >= least,
+        "seeds": SEEDS,
+        "stated_rate": RATE,
+        "least_accepted": least,
+        "covered": counts,
+        "inertia_identified": sum("inertia" in hit for hit in hits),
+    }
+
+
+def clutch_coarse() -> dict[str, Any]:
+    """Encoder of 56 points: friction and breakaway are identified and covered, inertia never."""
+    return _coverage(TRUTH.encoder_step, {"viscous", "coulomb", "offset", "breakaway"})
+
+
+def clutch_fine() -> dict[str, Any]:
+    """Encoder of 4096 points: inertia too."""
+    return _coverage(FINE_STEP, {"inertia", "viscous", "coulomb", "offset", "breakaway"})
+
+
+def table_4_1() -> dict[str, Any]:
+    """The mass of table 4.1: rms errors in % at most 1.2 times those of the trial's Savitzky-Golay, and coverage."""
+    names, limits = ("inertia", "viscous", "coulomb"), np.array([3.5, 0.134, 0.42])
+    errors, hits = [], np.zeros(3, dtype=int)
+    with tempfile.TemporaryDirectory() as folder:
+        bench = mass_bench(Path(folder))
+    for seed in range(MASS_SEEDS):
+        found = [least_squares([mass_sine(seed)], bench, RATE).parameters[name] for name in names]
+        truth = [getattr(MASS, name) for name in names]
+        errors.append([interval.value / value - 1.0 for interval, value in zip(found, truth, strict=True)])
+        hits += [interval.low <= value <= interval.high for interval, value in zip(found, truth, strict=True)]
+    rms = 100.0 * np.sqrt(np.mean(np.square(errors), axis=0))
+    least = int(binom.ppf(CHANCE, MASS_SEEDS, RATE))
+    return {
+        "passed": bool(np.all(rms <= 1.2 * limits)) and int(hits.min()) >= least,
+        "seeds": MASS_SEEDS,
+        "rms_percent": dict(zip(names, rms.tolist(), strict=True)),
+        "trial_percent": dict(zip(names, limits.tolist(), strict=True)),
+        "covered": dict(zip(names, hits.tolist(), strict=True)),
+        "least_accepted": least,
+    }
+
+
+CHECKS: dict[str, Callable[[], dict[str, Any]]] = {
+    "identify: coverage, clutch, 56 points": clutch_coarse,
+    "identify: coverage, clutch, 4096 points": clutch_fine,
+    "identify: table 4.1": table_4_1,
+}

@@ -1,0 +1,103 @@
+"""Breakaway ramps: the delay of the encoder is corrected, the backlash left out, what is not known of the axis widens the interval."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictool.engine.axis import advance
+from frictool.identify.breakaway import breakaway, find_onsets, is_ramp
+from frictool.identify.outcome import Interval, NothingUsable
+from frictool.identify.record import Record, make_record
+from frictool.plant.axis import AxisParameters, rest
+from sample_logs.make import TRUTH, ramp, sines, steps
+from tests.identify.benches import clutch, mass_bench, record
+
+KNOWN = {
+    name: Interval(getattr(TRUTH, name), getattr(TRUTH, name), getattr(TRUTH, name)) for name in ("inertia", "viscous", "coulomb", "offset")
+}
+
+
+@pytest.fixture(scope="module")
+def log() -> Record:
+    return record(ramp(1))
+
+
+def test_breakaway_of_a_known_axis_is_right_in_either_direction(log: Record) -> None:
+    found = breakaway([log], clutch(), KNOWN, 0.95)
+    assert found.interval.value == pytest.approx(TRUTH.breakaway, rel=2e-3)
+    assert found.interval.low <= TRUTH.breakaway <= found.interval.high
+    assert found.forward == pytest.approx(TRUTH.breakaway + TRUTH.offset, rel=3e-3)
+    assert found.backward == pytest.approx(TRUTH.breakaway - TRUTH.offset, rel=3e-3)
+
+
+def test_the_largest_effort_before_motion_is_seen_is_late(log: Record) -> None:
+    """The thesis's own interval [u_max - xi, u_max] does not hold the breakaway: it is seen more than 7 steps of the ramp late."""
+    found = breakaway([log], clutch(), KNOWN, 0.95)
+    step_of_ramp = 25.0 * TRUTH.constant * 1e-3
+    assert found.delay > 7.0 * step_of_ramp
+    seen = np.mean([onset.level for onset in find_onsets(log, clutch())])
+    assert seen > TRUTH.breakaway + 7.0 * step_of_ramp
+
+
+def test_what_is_not_known_widens_the_interval(log: Record) -> None:
+    bench = clutch()
+    sharp = breakaway([log], bench, KNOWN, 0.95).interval
+    vague = breakaway([log], bench, {**KNOWN, "inertia": Interval(1.32e-5, 1.11e-5, 1.53e-5)}, 0.95).interval
+    blind = breakaway([log], bench, {**KNOWN, "coulomb": Interval(0.099, 0.018, 0.18)}, 0.95).interval
+    assert sharp.half_width < vague.half_width < blind.half_width
+    for interval in (vague, blind):
+        assert interval.low < TRUTH.breakaway < interval.high
+
+
+def test_onsets_inside_the_backlash_are_left_out(log: Record) -> None:
+    levels = np.array([onset.level for onset in find_onsets(log, clutch())])
+    assert levels.min() > 0.09  # 0.055 N m +- offset inside the backlash
+    assert len(find_onsets(log, clutch())) > 60
+
+
+def test_one_direction_needs_the_offset(log: Record) -> None:
+    half = slice(0, int(np.argmax(log.position)))
+    forward = make_record("forward", log.time[half], log.position[half], log.effort[half], log.resolution, log.lag)
+    found = breakaway([forward], clutch(), KNOWN, 0.95)
+    assert np.isnan(found.backward)
+    assert found.interval.value == pytest.approx(TRUTH.breakaway, rel=3e-3)
+    unknown = {**KNOWN, "offset": Interval(0.0, -0.01, 0.01)}
+    assert breakaway([forward], clutch(), unknown, 0.95).interval.half_width > 0.01
+
+
+def test_kinds_of_logs(log: Record) -> None:
+    assert is_ramp(log, clutch())
+    assert not is_ramp(record(sines(1)), clutch())
+    assert not is_ramp(record(steps(1)), clutch())
+    still = make_record("still", np.arange(3000) * 1e-3, np.zeros(3000), np.zeros(3000), TRUTH.encoder_step, 0.003)
+    assert not is_ramp(still, clutch())
+
+
+def test_no_ramp_is_said() -> None:
+    with pytest.raises(NothingUsable, match="at least 5"):
+        breakaway([record(steps(1))], clutch(), KNOWN, 0.95)
+
+
+@pytest.mark.parametrize("counts", [1, 4])
+def test_figure_4_7_a_held_command_on_a_mass(tmp_path: Path, counts: int) -> None:
+    """0.1 kg, breakaway 1.5 N, 0.005 N a sample, taken back to 0 when the encoder has moved by 1 or by 4 counts."""
+    mass = AxisParameters(inertia=0.1, viscous=0.4, coulomb=1.0, breakaway=1.5, encoder_step=1e-4)
+    state, parameters = np.asarray(rest(0.3e-4)), mass.as_array()
+    position, effort, command, before = np.empty(20_000), np.empty(20_000), 0.0, 0
+    for k in range(20_000):
+        count = int(np.floor(state[0] / 1e-4))
+        command, before = (0.0, count) if count >= before + counts else (command + 0.005, before)
+        position[k], effort[k] = count * 1e-4, command
+        assert advance(state, command, parameters, 1e-3) == 0
+    log = make_record("mass", np.arange(20_000) * 1e-3, position, effort, 1e-4, 0.0)
+    truth = {"inertia": 0.1, "viscous": 0.4, "coulomb": 1.0, "offset": 0.0}
+    axis = {name: Interval(value, value, value) for name, value in truth.items()}
+    found = breakaway([log], mass_bench(tmp_path), axis, 0.95)
+    assert found.interval.low <= 1.5 <= found.interval.high
+    assert found.interval.value == pytest.approx(1.5, abs=2.0 * 0.005)
+    assert found.interval.half_width < 4.0 * 0.005
+    assert found.onsets > 40
+    assert found.delay > 3.0 * 0.005  # the thesis: [u_max - xi, u_max]

@@ -1,0 +1,119 @@
+"""`frictool identify` as a user meets it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from frictool.documents.model import Model
+from frictool.documents.registry import load
+from sample_logs.make import LOGS, SEED, TRUTH, csv
+from tests.cli.run import refused, run
+from tests.identify.benches import CLUTCH, EMPS, ROOT, data
+
+SINES, RAMP = ROOT / "sample_logs" / "sines.csv", ROOT / "sample_logs" / "ramp.csv"
+
+
+@pytest.mark.parametrize("name", list(LOGS))
+def test_sample_logs_are_what_their_seed_makes(name: str) -> None:
+    assert (ROOT / "sample_logs" / f"{name}.csv").read_bytes() == csv(LOGS[name](SEED)).encode()
+
+
+def test_json_and_model_of_the_sample_logs(tmp_path: Path) -> None:
+    target = tmp_path / "model.yaml"
+    result = run("identify", SINES, RAMP, "--bench", CLUTCH, "-o", target, "--json")
+    assert result.code == 0, result.stderr
+    found = json.loads(result.stdout)
+    assert found["method"] == "least-squares"
+    assert set(found["parameters"]) == {"viscous", "coulomb", "offset", "breakaway"}
+    for name, interval in found["parameters"].items():
+        assert interval["low"] <= getattr(TRUTH, name) <= interval["high"], name
+    assert found["parameters"]["viscous"]["unit"] == "N m s/rad"
+    assert set(found["not_identified"]) == {"inertia"}
+    assert 0.0 < found["force_error"] < 0.01
+    assert 1.0 < found["condition"] < 20.0
+    assert found["logs"] == [{"name": "sines.csv", "kind": "sliding"}, {"name": "ramp.csv", "kind": "ramp"}]
+    model = load(target, Model)
+    assert model.parameters.inertia.source == "bench"
+    assert model.parameters.coulomb.value == found["parameters"]["coulomb"]["value"]
+    assert model.fit is not None
+    assert model.fit.force_error == found["force_error"]
+    assert [entry.name for entry in model.provenance.inputs] == ["sines.csv", "ramp.csv", "bench.yaml"]
+
+
+def test_text_and_stdout_and_bytes_twice(tmp_path: Path) -> None:
+    line = ("identify", SINES, "--ramp", RAMP, "--bench", CLUTCH)
+    text = run(*line)
+    assert text.code == 0
+    for word in ("inertia", "bench", "identified", "interval at 95 %", "not identified: inertia", "onsets"):
+        assert word in text.stdout
+    piped, again = run(*line, "-o", "-"), run(*line, "-o", tmp_path / "model.yaml")
+    assert again.code == 0
+    assert piped.out == (tmp_path / "model.yaml").read_bytes()
+    assert "interval at 95 %" in piped.stderr
+
+
+def test_help_opens_with_an_example_and_says_when_each_method_is_right() -> None:
+    shown = run("identify", "--help").stdout
+    assert shown.index("Example:") < shown.index("Options:")
+    for words in ("least-squares", "inverse-dynamic", "any encoder, sticks and backlash", "a fine encoder, no backlash"):
+        assert words in shown
+
+
+def test_emps_by_the_published_pipeline(tmp_path: Path) -> None:
+    log = data("emps", "DATA_EMPS.mat")
+    result = run("identify", log, "--bench", EMPS, "--method", "inverse-dynamic", "--json", "-o", tmp_path / "model.yaml")
+    assert result.code == 0, result.stderr
+    found = json.loads(result.stdout)["parameters"]
+    assert found["inertia"]["value"] == pytest.approx(95.1089, rel=2e-3)
+    assert found["viscous"]["value"] == pytest.approx(203.5034, rel=1e-2)
+    assert found["coulomb"]["value"] == pytest.approx(20.3935, rel=1e-2)
+    assert found["offset"]["value"] == pytest.approx(-3.1648, rel=2e-2)
+    assert load(tmp_path / "model.yaml", Model).parameters.inertia.source == "identified"
+
+
+def test_a_still_log_is_the_answer_no(tmp_path: Path) -> None:
+    log, target = tmp_path / "still.csv", tmp_path / "model.yaml"
+    rows = "".join(f"{k / 1000:.3f},5,0.1\n" for k in range(2000))
+    log.write_text("time [s],encoder [count],current [A]\n" + rows)
+    refused(run("identify", log, "--bench", CLUTCH, "-o", target), 1, "no sample slips", "no log of breakaway ramps")
+    assert not target.exists()
+
+
+def test_a_missing_channel_is_a_wrong_file(tmp_path: Path) -> None:
+    log, target = tmp_path / "log.csv", tmp_path / "model.yaml"
+    log.write_text("time [s],encoder [count]\n" + "".join(f"{k / 1000:.3f},{k}\n" for k in range(2000)))
+    refused(run("identify", log, "--bench", CLUTCH, "-o", target), 3, "current")
+    assert not target.exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--window", "20"), "even"),
+        (("--cutoff-hz", "50"), "inverse-dynamic"),
+        (("--method", "inverse-dynamic", "--window", "21"), "least-squares"),
+        (("--confidence", "1.5"), "confidence"),
+    ],
+)
+def test_options_that_do_not_fit(options: tuple[str, ...], words: str) -> None:
+    result = run("identify", SINES, "--bench", CLUTCH, *options)
+    assert result.code == 2
+    assert words in result.stderr
+
+
+def test_without_logs() -> None:
+    assert run("identify", "--bench", CLUTCH).code == 2
+
+
+def test_options_change_the_result() -> None:
+    line = ("identify", SINES, "--bench", CLUTCH, "--json")
+    plain, wide, narrow = (json.loads(run(*line, *options).stdout) for options in ((), ("--confidence", "0.99"), ("--window", "21")))
+    assert wide["parameters"]["coulomb"]["high"] > plain["parameters"]["coulomb"]["high"]
+    assert narrow["details"]["window"] == 21
+    pipeline = [
+        json.loads(run(*line, "--method", "inverse-dynamic", *options).stdout) for options in ((), ("--cutoff-hz", "30", "--decimate", "5"))
+    ]
+    assert pipeline[0]["samples"] * 2 == pytest.approx(pipeline[1]["samples"], abs=2)
