@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import struct
 import zlib
 from dataclasses import dataclass, field
@@ -44,7 +45,7 @@ from frictool.logs.source import open_log
 
 RECORD_BYTES = 1 << 30  # no record of a canonical log comes near
 _HEAD = struct.Struct("<BQ")
-_U64 = struct.Struct("<Q")
+_SHIFT = re.compile(r"-?[0-9]{1,18}")
 
 
 @dataclass
@@ -190,7 +191,7 @@ class _Reader:
             if opcode == MESSAGE_OPCODE:
                 number = int.from_bytes(data[position + RECORD_HEAD : position + RECORD_HEAD + 2], "little")
                 found.setdefault(number, bytearray()).extend(data[position:end])
-            else:
+            elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):  # a chunk holds nothing else, and above all no chunk
                 self.record(opcode, data[position + RECORD_HEAD : end])
             position = end
         for number, records in found.items():
@@ -206,7 +207,7 @@ class _Reader:
             self.fail("is no canonical log: it has no channel")
         units = self.metadata.get(UNITS, {})
         shift = self.metadata.get(TIME, {}).get(SHIFT_KEY, "0")
-        if not shift.lstrip("-").isdecimal() or len(shift) > 19:
+        if not _SHIFT.fullmatch(shift):
             self.fail(f"metadata {TIME}.{SHIFT_KEY}: found {shift!r}; allowed: a whole number")
         streams = tuple(self.log_stream(channel, units, int(shift)) for channel in self.channels.values())
         return Log(streams, {name: entries for name, entries in self.metadata.items() if name not in (UNITS, TIME)}, str(self.path))

@@ -20,6 +20,7 @@ from mcap_ros2.decoder import DecoderFactory
 from frictool.errors import LogError
 from frictool.logs.log import Log, Stream
 from frictool.logs.mcap_format import read_mcap, write_mcap
+from frictool.logs.mcap_writer import CanonicalWriter, Head
 from tests.logs.example import GOLDEN, as_bytes, golden_log, measured, same
 
 
@@ -169,6 +170,27 @@ def test_a_chunk_that_declares_more_than_it_holds_is_refused():
             chunk_data(body(1000, compression, packed[:-5]))
     with pytest.raises(ValueError, match="unknown compression"):
         chunk_data(body(1000, b"rar", plain))
+
+
+@pytest.mark.parametrize("shift", ["--5", "1.5", "", "9" * 30])
+def test_a_shift_that_is_no_number_is_refused(shift: str):
+    out = io.BytesIO()
+    writer = CanonicalWriter(out, (Head("/axis", ("position",), ("rad",)),), {})
+    writer._describe("time", {"shift_ns": shift})
+    writer.chunk(0, np.array([1, 2]), [np.array([0.0, 1.0])])
+    writer.finish()
+    with pytest.raises(LogError, match="shift_ns: found .*; allowed: a whole number"):
+        read_bytes(out.getvalue())
+
+
+def test_a_log_without_its_units_is_refused():
+    out = io.BytesIO()
+    writer = CanonicalWriter(out, (Head("/axis", ("position",), ("rad",)),), {})
+    writer._describe("units", {"/axis.speed": "rad/s"})  # the later record counts
+    writer.chunk(0, np.array([1, 2]), [np.array([0.0, 1.0])])
+    writer.finish()
+    with pytest.raises(LogError, match=r"metadata 'units' has no '/axis.position'"):
+        read_bytes(out.getvalue())
 
 
 def test_an_mcap_with_other_messages_is_named():
