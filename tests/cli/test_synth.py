@@ -1,0 +1,65 @@
+"""`frictool synth` from the command line: what it prints, what it writes, and when it refuses."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from frictool.documents.controller import Controller
+from frictool.documents.registry import load
+from frictool.documents.writing import to_yaml
+from tests.cli.run import refused, run
+from tests.synth.example import ROOT, clutch_model
+
+RIG = ROOT / "configs/clutch"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "model.yaml").write_text(to_yaml(clutch_model()))
+    shutil.copy(RIG / "spec.yaml", tmp_path)
+    shutil.copy(RIG / "designs/speed.yaml", tmp_path / "design.yaml")
+    return tmp_path
+
+
+def _arguments(folder: Path) -> list[str | Path]:
+    return ["synth", folder / "model.yaml", "--spec", folder / "spec.yaml", "--design", folder / "design.yaml"]
+
+
+def test_json_tells_what_the_document_holds(folder: Path) -> None:
+    result = run(*_arguments(folder), "-o", folder / "controller.yaml", "--json")
+    assert result.code == 0
+    told = json.loads(result.stdout)
+    stored = load(folder / "controller.yaml", Controller)
+    assert told["gamma"] == stored.verified.gamma_asked
+    assert told["gamma_verified"] == stored.verified.gamma_verified
+    assert told["order"] == len(stored.speed_controller.discrete.a)
+    assert told["sample_period_s"] == 0.001
+    assert len(told["vertices"]) == 16
+    assert all(vertex["stable"] and vertex["modulus_margin"] >= 0.5 for vertex in told["vertices"])
+    assert stored.provenance.command == "frictool synth model.yaml --spec spec.yaml --design design.yaml"
+    assert [source.name for source in stored.provenance.inputs] == ["model.yaml", "spec.yaml", "design.yaml"]
+
+
+def test_the_same_inputs_give_the_same_bytes(folder: Path) -> None:
+    for name in ("first.yaml", "second.yaml"):
+        assert run(*_arguments(folder), "-o", folder / name).code == 0
+    assert (folder / "first.yaml").read_bytes() == (folder / "second.yaml").read_bytes()
+    to_stdout = run(*_arguments(folder), "-o", "-")
+    assert to_stdout.out == (folder / "first.yaml").read_bytes()
+
+
+def test_a_design_that_is_not_verified_is_exit_4_and_no_file(folder: Path) -> None:
+    spec = (folder / "spec.yaml").read_text()
+    (folder / "spec.yaml").write_text(spec.replace("modulus_margin: 0.5", "modulus_margin: 0.95"))
+    result = run(*_arguments(folder), "-o", folder / "controller.yaml")
+    refused(result, 4, "not verified", "vertex v", "modulus margin")
+    assert not (folder / "controller.yaml").exists()
+
+
+def test_documents_of_another_rig_are_refused(folder: Path) -> None:
+    shutil.copy(ROOT / "configs/emps/spec.yaml", folder / "spec.yaml")
+    refused(run(*_arguments(folder)), 3, "axis: found linear")
