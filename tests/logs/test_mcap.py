@@ -179,7 +179,7 @@ def test_a_shift_that_is_no_number_is_refused(shift: str):
     writer._describe("time", {"shift_ns": shift})
     writer.chunk(0, np.array([1, 2]), [np.array([0.0, 1.0])])
     writer.finish()
-    with pytest.raises(LogError, match="shift_ns: found .*; allowed: a whole number"):
+    with pytest.raises(LogError, match=r"shift_ns: found .*; allowed: a whole number"):
         read_bytes(out.getvalue())
 
 
