@@ -11,13 +11,14 @@ import math
 import random
 from dataclasses import dataclass
 
-from frictool.control.cascade import BRAKE, FILTERED, LIMITED, MODE, REST, RUN, control_step, initial_state
+from frictool.control.cascade import BRAKE, FILTERED, FILTERED_SPEED, LIMITED, MODE, REST, RUN, SPEED, control_step, initial_state
 from frictool.control.packing import pack
 from frictool.documents.controller import Controller
 from frictool.errors import NoSolutionError
 
 SEED = 1
-PHASE = 1500  # most samples that one phase waits
+PHASE, LONGEST = 1500, 20_000  # most samples that one phase waits; longer, up to the second, where the prefilter is slow
+SETTLING = 15.0  # time constants of the prefilter
 BANDS = 32.0  # amplitude in bands of the position law where the bench states no travel
 LAG = 10.0  # samples in which the position follows the filtered reference
 
@@ -46,12 +47,15 @@ class _Bench:
     def __init__(self, controller: Controller) -> None:
         travel = controller.bench.mechanics.travel
         self.low, self.high = (travel.low, travel.high) if travel else (0.0, BANDS * controller.position_law.band)
-        self.band = controller.position_law.band
+        law = controller.position_law
+        self.band, self.settled = law.band, 0.1 * law.settled_speed
+        self.slow = 0.1 * law.rest_speed if law.action == "brake" else math.inf
         self.step = controller.bench.encoder.resolution
         self.random = random.Random(SEED)
         self.position = self.counted(0.9 * self.low + 0.1 * self.high)
         self.parameters = pack(controller)
         self.state = initial_state(self.parameters, self.position)
+        self.patience = _settling_samples(controller)
         self.rows: list[Row] = []
         self.modes: list[tuple[float, float]] = []
 
@@ -69,13 +73,12 @@ class _Bench:
         self.modes.append((float(self.state[MODE]), float(self.state[LIMITED])))
 
     def follow(self, reference: float) -> None:
-        """A move that ends at rest."""
-        moved = False
-        for _ in range(PHASE):
+        """A move that ends at rest, the prefilter at rest as well: at the peak of its overshoot it only seems to be."""
+        for _ in range(self.patience):
             self.sample(reference)
             self.position += (float(self.state[FILTERED]) - self.position) / LAG
-            moved = moved or self.state[MODE] == RUN
-            if moved and self.state[MODE] == REST:
+            arrived = abs(self.state[FILTERED] - reference) <= 0.1 * self.band
+            if self.state[MODE] == REST and arrived and abs(self.state[FILTERED_SPEED]) <= self.settled:
                 break
 
     def shake(self, samples: int) -> None:
@@ -86,12 +89,16 @@ class _Bench:
             self.position += (float(self.state[FILTERED]) - self.position) / LAG
 
     def push(self, bands: float) -> None:
-        """The axis is pushed out of the band and falls back into it, faster than the speed of rest."""
+        """The axis is pushed out of the band, held until its measured speed has died down, and falls back faster than the speed of rest."""
         reference, start = self.rows[-1][0], self.position
-        for distance, samples in ((bands * self.band, 3), (0.0, 60)):
-            self.position = start + distance
-            for _ in range(samples):
-                self.sample(reference)
+        self.position = start + bands * self.band
+        for held in range(PHASE):
+            self.sample(reference)
+            if held >= 2 and abs(self.state[SPEED]) <= self.slow:
+                break
+        self.position = start
+        for _ in range(60):
+            self.sample(reference)
 
     def block(self, reference: float) -> None:
         """The axis is stuck until the drive has been at its limit for some samples."""
@@ -101,6 +108,15 @@ class _Bench:
             limited += self.state[LIMITED] != 0.0
             if limited == 50:
                 break
+
+
+def _settling_samples(controller: Controller) -> int:
+    """Samples in which a step's filtered reference settles, within PHASE and LONGEST."""
+    if controller.prefilter is None:
+        return PHASE
+    damping = controller.prefilter.damping
+    rate = controller.prefilter.natural_frequency_rad_s * min(damping, 0.5 / damping)  # of the slower pole, or less
+    return math.ceil(min(max(SETTLING / (rate * controller.sample_period_s), PHASE), LONGEST))
 
 
 def golden_vectors(controller: Controller) -> GoldenVectors:

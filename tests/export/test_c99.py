@@ -17,7 +17,7 @@ from frictool.documents.controller import Controller, PositionLaw
 from frictool.export.c99 import c_sources, literal
 from frictool.export.identifier import c_identifier, comment_text
 from frictool.export.vectors import golden_vectors
-from tests.control.example import BRAKE_LAW, CUT_LAW, clutch_controller
+from tests.control.example import BRAKE_LAW, CUT_LAW, clutch_controller, speed_controller
 from tests.control.test_cascade import random_controller
 
 CC = shutil.which("cc")
@@ -135,6 +135,15 @@ def test_vectors_visit_everything_the_controller_can_do(case: str) -> None:
     drives = [drive for _, _, drive in vectors.rows]
     assert max(drives) == 50.0
     assert min(drives) == -50.0
+
+
+def test_vectors_wait_for_a_slow_prefilter() -> None:
+    """Sampled at 10 kHz, a prefilter of 30 rad/s settles in thousands of samples."""
+    fast = msgspec.structs.replace(CASES["brake"], sample_period_s=1e-4, speed_controller=speed_controller(1e-4))
+    vectors = golden_vectors(fast)
+    assert min(vectors.run, vectors.limited) > 100
+    assert min(vectors.brake, vectors.rest) > 10
+    assert vectors.samples < 40_000
 
 
 def test_same_controller_same_bytes_and_every_coefficient_exact() -> None:
