@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from frictool.documents.model import Model
     from frictool.identify.identification import Identification
     from frictool.identify.inverse_dynamic import Pipeline
+    from frictool.identify.record import Record
 
 HELP = f"""\b
 Example:
@@ -73,13 +74,9 @@ def command(
     from frictool.identify.identification import identify
     from frictool.identify.methods import Settings
     from frictool.identify.model import model_of
-    from frictool.identify.record import record_of
-    from frictool.logs.reading import read_log
 
-    records = [record_of(read_log(path, document), document) for path in logs]
-    ramps = [record_of(read_log(path, document), document) for path in ramp]
     settings = Settings(confidence, window, _pipeline(filters) if method == "inverse-dynamic" else None)
-    result = identify(records, ramps, document, method, settings)
+    result = identify(_records(logs, document), _records(ramp, document), document, method, settings)
 
     inputs = [*logs, *ramp, bench]
     given = {f"--{name.replace('_', '-')}": value for name, value in filters.items()}
@@ -91,6 +88,13 @@ def command(
         print_json(summary(result, document), output)
     else:
         say(table(result, model), output)
+
+
+def _records(paths: tuple[Path, ...], bench: Bench) -> list[Record]:
+    from frictool.identify.record import record_of
+    from frictool.logs.reading import read_log
+
+    return [record_of(read_log(path, bench), bench) for path in paths]
 
 
 def _check_options(method: str, window: int | None, filters: dict[str, Any]) -> None:
