@@ -140,13 +140,18 @@ def _play(position: Vector, speed: Vector, feedforward: Vector, generator: np.ra
     return _recording(encoder, drive, generator)
 
 
-def _half_sines(generator: np.random.Generator) -> tuple[Vector, Vector, Vector]:
-    """Position, speed and acceleration of the reference, each (n,): up and down strokes of half a period at each of SPEEDS."""
-    low = generator.uniform(*LOW_TURN)
-    parts = []
+def _half_sines(generator: np.random.Generator, repeated: bool) -> tuple[Vector, Vector, Vector]:
+    """Position, speed and acceleration of the reference, each (n,): up and down strokes of half a period at each of SPEEDS.
+
+    repeated: all strokes turn where the first ones do.
+    """
+    low, high = generator.uniform(*LOW_TURN), 0.0
+    parts: list[tuple[Vector, Vector, Vector]] = []
     for top_speed in SPEEDS:
         for _ in range(round(SECONDS_EACH * top_speed / (2.0 * math.pi * 0.5 * (HIGH_TURN[0] - LOW_TURN[0])))):
-            high, following = generator.uniform(*HIGH_TURN), generator.uniform(*LOW_TURN)
+            if not (repeated and parts):
+                high = generator.uniform(*HIGH_TURN)
+            following = low if repeated else generator.uniform(*LOW_TURN)
             for start, end in ((low, high), (high, following)):
                 samples = round(math.pi * 0.5 * abs(end - start) / (top_speed * PERIOD))
                 rate = math.pi / (samples * PERIOD)
@@ -158,10 +163,10 @@ def _half_sines(generator: np.random.Generator) -> tuple[Vector, Vector, Vector]
     return joined[0], joined[1], joined[2]
 
 
-def sines(seed: int, truth: AxisParameters = TRUTH) -> Recording:
-    """Half sines at several speeds, joined where they turn."""
+def sines(seed: int, truth: AxisParameters = TRUTH, repeated: bool = False) -> Recording:
+    """Half sines at several speeds, joined where they turn; `repeated` ones turn at the same places all the time."""
     generator = np.random.default_rng([seed, 1])
-    position, speed, acceleration = _half_sines(generator)
+    position, speed, acceleration = _half_sines(generator, repeated)
     feedforward = (truth.inertia * acceleration + truth.viscous * speed) / truth.constant
     return _play(position, speed, feedforward, generator, truth)
 

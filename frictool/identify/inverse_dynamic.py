@@ -72,7 +72,8 @@ def _decimated(record: Record, pipeline: Pipeline) -> Samples:
     kept = slice(pipeline.skip, None)
     rows = np.column_stack((acceleration, velocity, np.sign(velocity), record.effort))[kept]
     rows, every = _decimate(rows, pipeline), pipeline.decimate
-    return Samples(rows[:, 0], rows[:, 1], rows[:, 3], stroke[kept][::every], rows[:, 2])
+    counts = np.abs(rows[:, 1]) * every * record.period / record.resolution
+    return Samples(rows[:, 0], rows[:, 1], rows[:, 3], stroke[kept][::every], rows[:, 2], counts)
 
 
 def _central(values: Vector, period: float) -> Vector:

@@ -44,7 +44,7 @@ class Solution:
 def solve(regressors: Matrix, target: Vector, weight: Vector, cluster: NDArray[np.int64]) -> Solution:
     """Minimises sum (weight (target - regressors value))^2 over n rows.
 
-    regressors (n, p), target (n,), weight (n,), cluster (n,) ascending numbers. Raises Singular where p parameters do not follow.
+    regressors (n, p), target (n,), weight (n,), cluster (n,) numbers. Raises Singular where p parameters do not follow.
     """
     rows, right = regressors * weight[:, None], target * weight
     scale = np.linalg.norm(rows, axis=0)
@@ -62,6 +62,9 @@ def solve(regressors: Matrix, target: Vector, weight: Vector, cluster: NDArray[n
 
 def _jackknife(rows: Matrix, residual: Vector, r: Matrix, cluster: NDArray[np.int64]) -> tuple[Vector, Vector]:
     """Standard deviations and degrees of freedom, each (p,), with one cluster left out at a time."""
+    if np.any(np.diff(cluster) < 0):
+        order = np.argsort(cluster, kind="stable")
+        rows, residual, cluster = rows[order], residual[order], cluster[order]
     starts = np.concatenate(([0], np.flatnonzero(np.diff(cluster)) + 1))
     count, size = starts.size, rows.shape[1]
     if count < 2:

@@ -7,22 +7,25 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.identify.clusters import clusters
 from frictool.identify.outcome import SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.record import Vector
 from frictool.identify.regression import Singular, solve
 
-FEWEST_CLUSTERS = 12  # with fewer strokes each is cut into equal parts, so that a spread can be told at all
-
 
 @dataclass(frozen=True)
 class Samples:
-    """Rows of effort = inertia a + viscous v + coulomb s + offset: (n,) in SI, `stroke` (n,) ascending; `sign`: s, filtered as the rest."""
+    """Rows of effort = inertia a + viscous v + coulomb s + offset: (n,) in SI, `stroke` (n,) ascending; `sign`: s, filtered as the rest;
+
+    `counts`: how many encoder counts pass in the row.
+    """
 
     acceleration: Vector
     velocity: Vector
     effort: Vector
     stroke: NDArray[np.int64]
     sign: Vector
+    counts: Vector
 
     @property
     def regressors(self) -> NDArray[np.float64]:
@@ -36,22 +39,8 @@ def joined(parts: list[Samples]) -> Samples:
     for part in parts:
         strokes.append(part.stroke + above)
         above += int(part.stroke[-1]) + 1 if part.stroke.size else 0
-    stack = [np.concatenate([getattr(p, name) for p in parts]) for name in ("acceleration", "velocity", "effort", "sign")]
-    return Samples(stack[0], stack[1], stack[2], np.concatenate(strokes), stack[3])
-
-
-def clusters(stroke: NDArray[np.int64], shortest: int) -> NDArray[np.int64]:
-    """Numbers (n,) of what counts as independent: strokes, each cut into parts of at least `shortest` rows where strokes are few."""
-    first = np.concatenate(([True], np.diff(stroke) != 0))
-    count = int(first.sum())
-    parts = -(-FEWEST_CLUSTERS // count)
-    starts = np.flatnonzero(first)
-    lengths = np.diff(np.append(starts, stroke.size))
-    within = np.arange(stroke.size) - np.repeat(starts, lengths)
-    cut = np.maximum(np.minimum(parts, lengths // max(shortest, 1)), 1)
-    part = within * np.repeat(cut, lengths) // np.repeat(lengths, lengths)
-    number = np.cumsum(first) * parts + part
-    return np.asarray(np.unique(number, return_inverse=True)[1], dtype=np.int64)
+    stack = [np.concatenate([getattr(p, name) for p in parts]) for name in ("acceleration", "velocity", "effort", "sign", "counts")]
+    return Samples(stack[0], stack[1], stack[2], np.concatenate(strokes), stack[3], stack[4])
 
 
 def fit(samples: Samples, weight: Vector, window: int, confidence: float, details: dict[str, float | int]) -> Fit:
@@ -68,7 +57,7 @@ def fit(samples: Samples, weight: Vector, window: int, confidence: float, detail
         names, columns = names[:3], columns[:, :3]
         reason = "the motion is in one direction only, in which Coulomb friction and offset are one number"
         refused = {"coulomb": reason, "offset": reason}
-    cluster = clusters(samples.stroke, 3 * window)
+    cluster = clusters(samples.stroke, samples.sign, samples.counts, 3 * window)
     try:
         solution = solve(columns, samples.effort, weight, cluster)
     except Singular as error:
@@ -89,7 +78,7 @@ def fit(samples: Samples, weight: Vector, window: int, confidence: float, detail
         None if held_out is None else held_out / size,
         solution.condition,
         samples.velocity.size,
-        {**details, "strokes": int(np.unique(samples.stroke).size), "clusters": int(cluster[-1]) + 1},
+        {**details, "strokes": int(np.unique(samples.stroke).size), "clusters": int(cluster.max()) + 1},
     )
 
 

@@ -80,6 +80,25 @@ def clutch_fine() -> dict[str, Any]:
     return _coverage(FINE_STEP, {"inertia", "viscous", "coulomb", "offset", "breakaway"})
 
 
+def clutch_repeated() -> dict[str, Any]:
+    """Sines that turn at the same places all the time: their strokes repeat the encoder's error, which is no noise to average out."""
+    names, hits, clusters = ("viscous", "coulomb", "offset"), np.zeros(3, dtype=int), []
+    for seed in range(SEEDS):
+        truth, bench = experiment(seed)
+        fit = least_squares([record(sines(seed, truth, repeated=True), truth)], bench, RATE)
+        hits += [fit.parameters[name].low <= getattr(truth, name) <= fit.parameters[name].high for name in names]
+        clusters.append(fit.details["clusters"])
+    least = int(binom.ppf(CHANCE, SEEDS, RATE))
+    return {
+        "passed": int(hits.min()) >= least,
+        "seeds": SEEDS,
+        "stated_rate": RATE,
+        "least_accepted": least,
+        "covered": dict(zip(names, hits.tolist(), strict=True)),
+        "clusters": float(np.median(clusters)),
+    }
+
+
 def table_4_1() -> dict[str, Any]:
     """The mass of table 4.1: rms errors in % at most 1.2 times those of the trial's Savitzky-Golay, and coverage."""
     names, limits = ("inertia", "viscous", "coulomb"), np.array([3.5, 0.134, 0.42])
@@ -106,5 +125,6 @@ def table_4_1() -> dict[str, Any]:
 CHECKS: dict[str, Callable[[], dict[str, Any]]] = {
     "identify: coverage, clutch, 56 points": clutch_coarse,
     "identify: coverage, clutch, 4096 points": clutch_fine,
+    "identify: coverage, clutch, strokes that repeat each other": clutch_repeated,
     "identify: table 4.1": table_4_1,
 }

@@ -10,6 +10,7 @@ import pytest
 from frictool.identify.least_squares import least_squares
 from frictool.identify.outcome import NothingUsable
 from frictool.identify.record import Record, make_record
+from sample_logs import make
 from sample_logs.make import TRUTH, sines, steps
 from tests.identify.benches import MASS, clutch, mass_bench, mass_sine, record
 
@@ -40,15 +41,15 @@ def test_a_fine_encoder_gives_inertia() -> None:
     assert found.parameters["inertia"].value == pytest.approx(TRUTH.inertia, rel=2e-3)
 
 
-def test_an_exact_sensor_leaves_next_to_no_error() -> None:
-    """No noise, a perfect encoder: what is left is the method's own bias, a few 1e-5."""
+def test_an_exact_sensor_leaves_next_to_no_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No noise, a perfect encoder: what is left is the method's own bias."""
+    monkeypatch.setattr(make, "NOISE", 0.0)
+    monkeypatch.setattr(make, "CURRENT_DIGITS", 12)
     exact = TRUTH._replace(encoder_step=1e-7)
-    log = sines(1, exact)
-    clean = log._replace(current=log.current)
-    found = least_squares([record(clean, exact)], clutch(), 0.95)
-    for name in ("inertia", "viscous", "coulomb"):
-        interval = found.parameters[name]
-        assert abs(interval.value - getattr(TRUTH, name)) < 4.0 * interval.half_width / 1.96
+    found = least_squares([record(sines(1, exact), exact)], clutch(), 0.95)
+    for name, interval in found.parameters.items():
+        assert interval.value == pytest.approx(getattr(TRUTH, name), rel=1e-4)
+    assert found.force_error < 1e-4
 
 
 def test_intervals_widen_with_confidence(coarse: Record) -> None:

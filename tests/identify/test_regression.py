@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.identify.regression import Singular, solve
-from frictool.identify.samples import clusters
 
 
 @settings(derandomize=True, deadline=None, max_examples=40)
@@ -63,10 +62,10 @@ def test_one_cluster_tells_no_spread() -> None:
     assert np.isinf(found.deviation).all()
 
 
-def test_few_strokes_are_cut_into_parts() -> None:
-    stroke = np.repeat([3, 5, 9], [100, 100, 7])
-    number = clusters(stroke, 10)
-    assert number[-1] == 8  # 4 + 4 + 1
-    assert np.all(np.diff(number) >= 0)
-    assert len(set(number[:100])) == 4
-    assert clusters(np.repeat(np.arange(30), 100), 10)[-1] == 29
+def test_clusters_need_not_lie_together() -> None:
+    generator = np.random.default_rng(5)
+    rows, target, cluster = generator.normal(size=(60, 2)), generator.normal(size=60), np.repeat(np.arange(6), 10)
+    mixed = generator.permutation(60)
+    found, again = solve(rows, target, np.ones(60), cluster), solve(rows[mixed], target[mixed], np.ones(60), cluster[mixed])
+    assert again.deviation == pytest.approx(found.deviation)
+    assert again.freedom == pytest.approx(found.freedom)
