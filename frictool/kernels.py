@@ -7,6 +7,7 @@ It lies beside the package, or in the user's cache folder where the installation
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import os
 import tempfile
@@ -58,6 +59,17 @@ if FOLDER is not None:
 def kernel(function: F) -> F:
     """Compiles a function of floats and arrays on its first call: no Python objects, IEEE arithmetic in the order written."""
     return cast(F, numba.njit(cache=FOLDER is not None)(function))
+
+
+def parallel_kernel(function: F) -> F:
+    """As `kernel`, its `prange` loops over all cores. If none writes what another reads, threads change nothing."""
+    return cast(F, numba.njit(cache=FOLDER is not None, parallel=True)(function))
+
+
+@functools.cache
+def pointer(compiled: Callable[..., Any], signature: str) -> Any:
+    """A kernel as a value of the type `signature`, as "float64(float64, float64[::1])": what takes it is compiled once for all of them."""
+    return numba.cfunc(signature, cache=FOLDER is not None)(cast(Any, compiled).py_func)
 
 
 def is_compiled(module: str, name: str) -> bool:

@@ -6,6 +6,8 @@ code  name            meaning
 0     OK              done
 1     TOO_MANY_EVENTS more than MAX_EVENTS stops, breakaways and contacts in one call: the state is that of the last event
 2     NOT_FINITE      the state, the command or the duration is not a finite number: the state is as it was
+3     EVENTS_FULL     the array for the events is full: the state is that at the event that found no room
+4     STEP_TOO_SMALL  the tolerance asks for a step that is lost in the rounding of the time
 ====  ==============  ===================================================================================================
 """
 
@@ -14,8 +16,12 @@ from __future__ import annotations
 OK = 0
 TOO_MANY_EVENTS = 1
 NOT_FINITE = 2
+EVENTS_FULL = 3
+STEP_TOO_SMALL = 4
 
 MESSAGES = {
     TOO_MANY_EVENTS: "the axis stops and starts more often within one sample than the engine resolves",
     NOT_FINITE: "the simulation left the range of floating-point numbers",
+    EVENTS_FULL: "more events happened than there was room for",
+    STEP_TOO_SMALL: "the tolerance cannot be kept: the steps would be lost in rounding",
 }

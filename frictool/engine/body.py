@@ -1,0 +1,116 @@
+"""One mass on a support with friction: what the engine needs to know of it, and how its state and its events are laid out.
+
+             ◀── friction
+    effort u ──▶ [ m ] ──▶ v          lower stop │        x        │ upper stop
+
+The friction law is a kernel `slip_force(v, direction, law)` and the two breakaway forces. From `straight_from` on it is a straight line,
+direction coulomb + viscous v, to rounding: there the engine moves in closed form, below it (the Stribeck layer) in steps.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = NDArray[np.float64]
+
+# parameters; pairs are (backward, forward), so that index base + (direction > 0) finds its own
+MASS, BREAKAWAY, COULOMB, VISCOUS, VISCOUS_BEYOND = 0, 1, 3, 5, 7
+LAYER, KNEE, LOWER_STOP, UPPER_STOP, RESTITUTION, SPEED_SCALE, TOLERANCE = 9, 10, 11, 12, 13, 14, 15
+BODY_SIZE = 16
+
+# state
+POSITION, VELOCITY, INTEGRAL_STATE, DIRECTION, REGION = range(5)
+STATE_SIZE = 5
+
+# regions of a slip
+IN_LAYER, STRAIGHT, BEYOND_KNEE = 0, 1, 2
+
+# events, one row each: time, kind, position, velocity just before
+NO_EVENT, BREAKS_AWAY, SLIPS_BACK, STOPS, LEAVES_LAYER, ENTERS_LAYER, PASSES_KNEE, BOUNCES, RESTS_AT_STOP = range(9)
+EVENT_NAMES = ("", "breakaway", "reversal", "stop", "leaves layer", "enters layer", "knee", "bounce", "rests at end stop")
+EVENT_SIZE = 4
+
+# samples, one row each
+SAMPLE_POSITION, SAMPLE_VELOCITY, SAMPLE_EFFORT, SAMPLE_FRICTION, SAMPLE_MODE = range(5)
+SAMPLE_SIZE = 5
+
+TOLERANCE_DEFAULT = 1e-8
+
+
+@dataclass(frozen=True)
+class Body:
+    """A mass [kg | kg m2] with its friction, SI; forces in N where the axis is linear, N m where it is rotary.
+
+    `slip_force`: a kernel (v, direction, law) -> force, `law` its parameters. Pairs are (backward, forward), all >= 0.
+    """
+
+    mass: float
+    slip_force: Any
+    law: Vector
+    breakaway: tuple[float, float]
+    coulomb: tuple[float, float]
+    viscous: tuple[float, float] = (0.0, 0.0)
+    straight_from: float = 0.0  # m/s; inf: never
+    speed_scale: float = 1.0  # m/s: speeds are computed to `tolerance` of it, or of themselves
+    knee: float = math.inf  # m/s: beyond it the friction goes on with `viscous_beyond`; not below straight_from
+    viscous_beyond: tuple[float, float] = (0.0, 0.0)
+    stops: tuple[float, float] = (-math.inf, math.inf)  # m
+    restitution: float = 0.0  # speed after an end stop over speed before
+    tolerance: float = TOLERANCE_DEFAULT
+
+    def as_array(self) -> Vector:
+        """The parameters (16,) for the kernels. ValueError where they describe no body."""
+        array = np.empty(BODY_SIZE)
+        array[MASS] = self.mass
+        for base, pair in (
+            (BREAKAWAY, self.breakaway),
+            (COULOMB, self.coulomb),
+            (VISCOUS, self.viscous),
+            (VISCOUS_BEYOND, self.viscous_beyond),
+        ):
+            if not all(0.0 <= side < math.inf for side in pair):
+                raise ValueError(f"friction is at least 0 in each direction, found {pair}")
+            array[base : base + 2] = pair
+        array[LAYER:KNEE] = self.straight_from
+        array[KNEE:] = self.knee, *self.stops, self.restitution, self.speed_scale, self.tolerance
+        self._check()
+        return array
+
+    def _check(self) -> None:
+        """ValueError with the first inequality that does not hold."""
+        if not 0.0 < self.mass < math.inf:
+            raise ValueError(f"a mass is above 0 and finite, found {self.mass}")
+        if not 1e-14 <= self.tolerance <= 1e-2:
+            raise ValueError(f"a tolerance is between 1e-14 and 1e-2, found {self.tolerance}")
+        if not 0.0 <= self.restitution < 1.0:
+            raise ValueError(f"a restitution is at least 0 and below 1, found {self.restitution}")
+        if not self.stops[0] < self.stops[1]:
+            raise ValueError(f"the lower end stop lies below the upper one, found {self.stops}")
+        if not (self.straight_from >= 0.0 and self.speed_scale > 0.0 and self.knee >= self.straight_from):
+            raise ValueError(
+                "speeds are positive and the knee is not inside the layer, found "
+                f"straight_from {self.straight_from}, speed_scale {self.speed_scale}, knee {self.knee}"
+            )
+        for side, direction in enumerate((-1.0, 1.0)):
+            start = direction * float(self.slip_force(0.0, direction, self.law))
+            if not start <= self.breakaway[side] * (1.0 + 1e-12):
+                raise ValueError(
+                    f"the breakaway {self.breakaway[side]} is below the friction {start} at which slip in its direction begins"
+                )
+
+
+def at_rest(position: float = 0.0) -> Vector:
+    """The state (5,) of a body at rest at `position` [m | rad]."""
+    return np.array([position, 0.0, 0.0, 0.0, IN_LAYER])
+
+
+def moving(position: float, velocity: float) -> Vector:
+    """The state (5,) of a body that slips at `velocity` [m/s | rad/s]; the region is found on the first step."""
+    if velocity == 0.0:
+        return at_rest(position)
+    return np.array([position, velocity, 0.0, math.copysign(1.0, velocity), IN_LAYER])

@@ -1,0 +1,161 @@
+"""One piece of the motion of a body: at rest, in the Stribeck layer, or on the straight part of the law.
+
+A piece is a set of polynomials of the time since its start, rows x, v, q (and u at rest), together with how long they hold.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.body import (
+    BEYOND_KNEE,
+    BREAKAWAY,
+    COULOMB,
+    DIRECTION,
+    IN_LAYER,
+    INTEGRAL_STATE,
+    KNEE,
+    LAYER,
+    LOWER_STOP,
+    MASS,
+    POSITION,
+    REGION,
+    SPEED_SCALE,
+    TOLERANCE,
+    UPPER_STOP,
+    VELOCITY,
+    VISCOUS,
+    VISCOUS_BEYOND,
+)
+from frictool.engine.dormand_prince import Force, dense_output, layer_step
+from frictool.engine.drive import AMPLITUDE, DERIVATIVE, INTEGRAL, OFFSET, PROPORTIONAL, SLOPE, TARGET, TARGET_SPEED, effort
+from frictool.engine.polynomial import NEVER, first_fall
+from frictool.engine.series import TERMS, motion, reach
+from frictool.engine.status import NOT_FINITE, OK, STEP_TOO_SMALL
+from frictool.kernels import kernel
+
+Vector = NDArray[np.float64]
+
+ROUNDING = 2.0**-50  # efforts smaller than this part of their terms are zero
+SHORTEST_STEP = 2.0**-50  # of the time, or of the run
+FIRST_STEP = 1e-2  # of the time in which the largest force would cross the layer
+GROWTH, SHRINKAGE, SAFETY = 5.0, 0.2, 0.9
+
+
+@kernel
+def side(direction: float) -> int:
+    """Index of a direction in a pair (backward, forward)."""
+    return 1 if direction > 0.0 else 0
+
+
+@kernel
+def friction_line(body: Vector, region: float, direction: float) -> tuple[float, float]:
+    """(friction, viscous) of the straight law: friction + viscous v, signed."""
+    index = side(direction)
+    coulomb, viscous = direction * body[COULOMB + index], body[VISCOUS + index]
+    if region != BEYOND_KNEE:
+        return coulomb, viscous
+    beyond = body[VISCOUS_BEYOND + index]
+    return coulomb + direction * (viscous - beyond) * body[KNEE], beyond
+
+
+@kernel
+def friction(force: Force, law: Vector, body: Vector, state: Vector, v: float, u: float) -> float:
+    """The friction force at speed v; at rest it is the effort, as far as the support and not an end stop holds it."""
+    if state[DIRECTION] == 0.0:
+        held: float = min(max(u, -body[BREAKAWAY]), body[BREAKAWAY + 1])
+        return held
+    if state[REGION] == IN_LAYER:
+        curve: float = force(v, state[DIRECTION], law)
+        return curve
+    constant, viscous = friction_line(body, state[REGION], state[DIRECTION])
+    return constant + viscous * v
+
+
+@kernel
+def _gross(state: Vector, t: float, drive: Vector) -> float:
+    """Sum of the sizes of the terms of the effort: what its rounding is relative to."""
+    free: float = abs(drive[AMPLITUDE]) + abs(drive[OFFSET]) + abs(drive[SLOPE] * t)
+    error = abs(state[POSITION]) + abs(drive[TARGET]) + abs(drive[TARGET_SPEED] * t)
+    fed_back: float = (
+        abs(drive[PROPORTIONAL]) * error + abs(drive[DERIVATIVE] * state[VELOCITY]) + abs(drive[INTEGRAL] * state[INTEGRAL_STATE])
+    )
+    return free + fed_back
+
+
+@kernel
+def rest_piece(state: Vector, body: Vector, drive: Vector, t: float, longest: float, piece: Vector, probe: Vector) -> tuple[float, float]:
+    """One piece at rest; returns how long it is and the direction in which the body then breaks away, or 0."""
+    motion(state, t, drive, body[MASS], 0.0, 0.0, False, 0.0, piece)
+    spent, towards = min(longest, reach(piece[3])), 0.0
+    for direction in (-1.0, 1.0):
+        blocked = state[POSITION] >= body[UPPER_STOP] if direction > 0.0 else state[POSITION] <= body[LOWER_STOP]
+        if blocked:
+            continue
+        threshold = body[BREAKAWAY + side(direction)]
+        for k in range(TERMS):
+            probe[k] = -direction * piece[3, k]
+        probe[0] += threshold
+        if abs(probe[0]) <= ROUNDING * (threshold + _gross(state, t, drive)):
+            probe[0] = 0.0
+        crossing = first_fall(probe, spent)
+        if crossing != NEVER:
+            spent, towards = crossing, direction
+    return spent, towards
+
+
+@kernel
+def _acceleration(force: Force, law: Vector, body: Vector, state: Vector, drive: Vector, t: float) -> float:
+    """v' at t, with what rounding leaves of it taken out where slip begins."""
+    u = effort(t, state[POSITION], state[VELOCITY], state[INTEGRAL_STATE], drive)
+    opposing = friction(force, law, body, state, state[VELOCITY], u)
+    if state[VELOCITY] == 0.0 and abs(u - opposing) <= ROUNDING * (abs(opposing) + _gross(state, t, drive)):
+        return 0.0
+    gained: float = (u - opposing) / body[MASS]
+    return gained
+
+
+@kernel
+def layer_piece(
+    force: Force,
+    law: Vector,
+    body: Vector,
+    state: Vector,
+    drive: Vector,
+    t: float,
+    longest: float,
+    wish: float,
+    slopes: Vector,
+    piece: Vector,
+) -> tuple[float, float, int]:
+    """One accepted step in the layer: its length, the length to try next, a status."""
+    start, mass = _acceleration(force, law, body, state, drive, t), body[MASS]
+    h, cut = wish, wish > longest
+    if h == 0.0:
+        largest = body[BREAKAWAY] + body[BREAKAWAY + 1] + _gross(state, t, drive)
+        h = FIRST_STEP * min(body[LAYER], body[SPEED_SCALE]) * mass / largest if largest > 0.0 else longest
+    shortest = SHORTEST_STEP * max(abs(t), longest)
+    while True:
+        h = min(h, longest)
+        error = layer_step(force, law, mass, state[DIRECTION], drive, t, h, start, state, slopes)
+        allowed = body[TOLERANCE] * max(body[SPEED_SCALE], abs(state[VELOCITY]))
+        if error <= allowed:
+            factor = GROWTH if error == 0.0 else min(GROWTH, SAFETY * (allowed / error) ** 0.2)
+            dense_output(state, slopes, h, piece)
+            return h, max(wish, h * factor) if cut else h * factor, OK
+        if h <= shortest:
+            return h, h, STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
+        cut = False
+        h *= max(SHRINKAGE, SAFETY * (allowed / error) ** 0.2) if math.isfinite(error) else SHRINKAGE
+
+
+@kernel
+def straight_piece(force: Force, law: Vector, body: Vector, state: Vector, drive: Vector, t: float, longest: float, piece: Vector) -> float:
+    """One piece in closed form; returns its length."""
+    start = _acceleration(force, law, body, state, drive, t)
+    constant, viscous = friction_line(body, state[REGION], state[DIRECTION])
+    motion(state, t, drive, body[MASS], constant, viscous, True, start, piece)
+    return min(longest, reach(piece[1]))

@@ -1,0 +1,105 @@
+"""Where a polynomial first falls to zero: events on a piece of trajectory p(t) = c[0] + c[1] t + ... + c[n-1] t^(n-1), 0 <= t <= h.
+
+The curvature is bounded by the coefficients, so that no crossing hides between two points that are looked at:
+
+    p(t) >= min(p(a), p(b)) - bound (b - a)^2 / 8        on [a, b]
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.kernels import kernel
+
+Vector = NDArray[np.float64]
+
+NEVER = -1.0
+RESOLUTION = 2.0**-40  # of the piece: two crossings nearer than this are seen as none
+MAX_HALVINGS = 10_000  # a grazing piece needs about a hundred
+MAX_ITERATIONS = 200  # bisection alone needs 60-110
+
+
+@kernel
+def value(c: Vector, t: float) -> float:
+    """p(t) by Horner's rule."""
+    total = 0.0
+    for k in range(c.shape[0] - 1, -1, -1):
+        total = total * t + c[k]
+    return total
+
+
+@kernel
+def slope(c: Vector, t: float) -> float:
+    """p'(t)."""
+    total = 0.0
+    for k in range(c.shape[0] - 1, 0, -1):
+        total = total * t + k * c[k]
+    return total
+
+
+@kernel
+def curvature_bound(c: Vector, h: float) -> float:
+    """A number that |p''| does not exceed on [0, h]."""
+    total = 0.0
+    for k in range(c.shape[0] - 1, 1, -1):
+        total = total * h + k * (k - 1) * abs(c[k])
+    return total
+
+
+@kernel
+def _root(c: Vector, low: float, high: float) -> float:
+    """The zero in [low, high], p falling: Newton's method kept inside a shrinking bracket."""
+    t = 0.5 * (low + high)
+    for _ in range(MAX_ITERATIONS):
+        ahead, rate = value(c, t), slope(c, t)
+        if ahead > 0.0:
+            low = t
+        else:
+            high = t
+        new = t - ahead / rate if rate < 0.0 else low
+        if not low < new < high:
+            new = 0.5 * (low + high)
+        if abs(new - t) <= 2.0**-52 * t or high - low <= 2.0**-52 * high:
+            return new
+        t = new
+    return t
+
+
+@kernel
+def _first_zero(c: Vector, h: float) -> float:
+    """First t in (0, h] at which p, positive at 0, is zero; or NEVER. From left to right on intervals that prove themselves."""
+    bound, low, width = curvature_bound(c, h), 0.0, h
+    start = c[0]
+    for _ in range(MAX_HALVINGS):
+        high = min(low + width, h)
+        width = high - low
+        end, sag = value(c, high), 0.125 * bound * width * width
+        tiny = width <= RESOLUTION * h
+        if end <= 0.0 and (tiny or slope(c, low) < -bound * width or slope(c, high) < -bound * width):
+            return _root(c, low, high)
+        if end > 0.0 and (tiny or min(start, end) > sag or abs(slope(c, low)) > bound * width):
+            if high >= h:
+                return NEVER
+            low, start, width = high, end, 2.0 * width
+        else:
+            width *= 0.5
+    return NEVER
+
+
+@kernel
+def first_fall(c: Vector, h: float) -> float:
+    """First t in [0, h] at which p falls to zero from above, or NEVER; 0 where p starts below zero, or at zero and falls.
+
+    A zero at t = 0 is divided out, so that a motion that starts from rest is not seen to stop there.
+    """
+    if h <= 0.0:
+        return NEVER
+    lead = 0
+    while lead < c.shape[0] and c[lead] == 0.0:
+        lead += 1
+    if lead == c.shape[0]:
+        return NEVER
+    if c[lead] < 0.0:
+        return 0.0
+    return _first_zero(c[lead:], h)

@@ -1,0 +1,206 @@
+"""Moves a body with dry friction from event to event under drives that follow one another; exact but for one tolerance.
+
+    at rest            x and v stay; the effort is a power series; breakaway where it reaches the threshold, solved to rounding
+    in the layer       Dormand-Prince with error control; events on its dense output
+    straight           power series to rounding: Coulomb and viscous friction of fixed sign (engine/series.py)
+
+The direction belongs to the phase: no integrator ever sees sign(v). Whatever would cycle without end (3.5) is resolved by rule:
+- an effort on the breakaway threshold to rounding counts as being on it, and breaks away only if it rises;
+- a slip that starts with an acceleration of zero to rounding starts with zero;
+- leaving the layer and entering it again are different speeds, both where the law is straight; so are the two sides of the knee;
+- a rebound from an end stop whose flight lasts less than SHORTEST_FLIGHT of the run rests there (event RESTS_AT_STOP).
+What these do not resolve ends the call with a status, at the time that it returns.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.body import (
+    BREAKS_AWAY,
+    COULOMB,
+    DIRECTION,
+    IN_LAYER,
+    LAYER,
+    MASS,
+    NO_EVENT,
+    POSITION,
+    REGION,
+    SAMPLE_EFFORT,
+    SAMPLE_FRICTION,
+    SAMPLE_MODE,
+    SAMPLE_POSITION,
+    SAMPLE_VELOCITY,
+    SLIPS_BACK,
+    SPEED_SCALE,
+    STOPS,
+    VELOCITY,
+    VISCOUS,
+    VISCOUS_BEYOND,
+)
+from frictool.engine.dormand_prince import STAGES, Force
+from frictool.engine.drive import DERIVATIVE, FREQUENCY, INTEGRAL, PROPORTIONAL, effort
+from frictool.engine.phases import friction, layer_piece, rest_piece, straight_piece
+from frictool.engine.polynomial import value
+from frictool.engine.series import TERMS
+from frictool.engine.status import EVENTS_FULL, NOT_FINITE, OK, TOO_MANY_EVENTS
+from frictool.engine.transitions import arrive, region, slip_event
+from frictool.kernels import kernel
+
+Vector = NDArray[np.float64]
+
+DENSE_TERMS = 5
+STEPS_PER_EVENT = 1000.0
+
+
+@kernel
+def _pieces_allowed(body: Vector, drive: Vector, span: float, events: int) -> float:
+    """A cap that no run should meet: it grows with the room for events, the fastest rate of the loop and, in an endless layer, the law."""
+    viscous = max(body[VISCOUS], body[VISCOUS + 1], body[VISCOUS_BEYOND], body[VISCOUS_BEYOND + 1])
+    rate = (viscous + abs(drive[DERIVATIVE])) / body[MASS] + drive[FREQUENCY]
+    rate += math.sqrt(abs(drive[PROPORTIONAL]) / body[MASS]) + (abs(drive[INTEGRAL]) / body[MASS]) ** (1.0 / 3.0)
+    if body[LAYER] == math.inf:
+        rate += 10.0 * max(body[COULOMB], body[COULOMB + 1]) / (body[MASS] * body[SPEED_SCALE])
+    allowed: float = STEPS_PER_EVENT * (events + 1) + 100.0 * rate * span
+    return allowed
+
+
+@kernel
+def _fill(
+    force: Force,
+    law: Vector,
+    body: Vector,
+    state: Vector,
+    drive: Vector,
+    t: float,
+    until: float,
+    piece: Vector,
+    times: Vector,
+    samples: Vector,
+    filled: int,
+) -> int:
+    """Fills the samples whose time is on a piece [t, until); returns how many are filled now. The state is that at t."""
+    while filled < times.shape[0] and times[filled] < until:
+        ahead = times[filled] - t
+        x, v, q = value(piece[0], ahead), value(piece[1], ahead), value(piece[2], ahead)
+        row = samples[filled]
+        row[SAMPLE_POSITION], row[SAMPLE_VELOCITY], row[SAMPLE_EFFORT] = x, v, effort(times[filled], x, v, q, drive)
+        row[SAMPLE_FRICTION], row[SAMPLE_MODE] = friction(force, law, body, state, v, row[SAMPLE_EFFORT]), state[DIRECTION]
+        filled += 1
+    return filled
+
+
+@kernel
+def _advance_piece(
+    force: Force,
+    law: Vector,
+    body: Vector,
+    state: Vector,
+    drive: Vector,
+    t: float,
+    longest: float,
+    wish: float,
+    scratch: tuple[Vector, Vector, Vector],
+) -> tuple[float, int, float, float, int, int]:
+    """The piece that starts at t: its length, the event that ends it, the direction that breaks away, the next step, terms, a status."""
+    piece, probe, slopes = scratch
+    if state[DIRECTION] == 0.0:
+        spent, towards = rest_piece(state, body, drive, t, longest, piece, probe)
+        return spent, BREAKS_AWAY if towards != 0.0 else NO_EVENT, towards, 0.0, TERMS, OK
+    terms, status = TERMS, OK
+    if state[REGION] == IN_LAYER:
+        spent, wish, status = layer_piece(force, law, body, state, drive, t, longest, wish, slopes, piece)
+        terms = DENSE_TERMS
+    else:
+        spent = straight_piece(force, law, body, state, drive, t, longest, piece)
+    if status == OK:
+        spent, kind = slip_event(state, body, piece[:, :terms], spent, probe[:terms])
+    else:
+        spent, kind = 0.0, NO_EVENT
+    return spent, kind, 0.0, wish if kind == NO_EVENT else 0.0, terms, status
+
+
+@kernel
+def _record(events: Vector, happened: int, t: float, kind: int, x: float, v: float) -> None:
+    """Writes one event; a breakaway at the instant of a stop is a reversal."""
+    if kind == BREAKS_AWAY and happened > 0 and events[happened - 1, 1] == STOPS and events[happened - 1, 0] == t:
+        kind = SLIPS_BACK
+    row = events[happened]
+    row[0], row[1], row[2], row[3] = t, kind, x, v
+
+
+@kernel
+def _segment(
+    force: Force,
+    law: Vector,
+    body: Vector,
+    state: Vector,
+    drive: Vector,
+    t: float,
+    end: float,
+    span: float,
+    times: Vector,
+    samples: Vector,
+    filled: int,
+    events: Vector,
+    happened: int,
+) -> tuple[int, float, int, int]:
+    """Under one drive up to `end`: status, the time reached, samples filled and events recorded so far."""
+    scratch = (np.zeros((4, TERMS)), np.zeros(TERMS), np.empty((3, STAGES)))
+    left, wish = _pieces_allowed(body, drive, end - t, events.shape[0]), 0.0
+    while t < end:
+        left -= 1.0
+        spent, kind, towards, wish, terms, status = _advance_piece(force, law, body, state, drive, t, end - t, wish, scratch)
+        if status != OK or left < 0.0:
+            return status if status != OK else TOO_MANY_EVENTS, t, filled, happened
+        piece = scratch[0][:, :terms]
+        later = t + spent if spent < end - t else end
+        filled = _fill(force, law, body, state, drive, t, later, piece, times, samples, filled)
+        for row in range(3):
+            state[row] = value(piece[row], spent)
+        t = later
+        if kind != NO_EVENT:
+            if happened == events.shape[0]:
+                return EVENTS_FULL, t, filled, happened
+            speed = state[VELOCITY]
+            kind = arrive(state, body, drive, t, kind, towards, span)
+            _record(events, happened, t, kind, state[POSITION], speed)
+            happened += 1
+    return OK, t, filled, happened
+
+
+@kernel
+def run(
+    force: Force,
+    law: Vector,
+    body: Vector,
+    state: Vector,
+    start: float,
+    ends: Vector,
+    drives: Vector,
+    times: Vector,
+    samples: Vector,
+    events: Vector,
+) -> tuple[int, float, int]:
+    """Moves `state` (5,), in place, from `start` [s] through segments that end at `ends` (s,) with `drives` (s, 10).
+
+    law (any,): parameters of `force(v, direction, law)`. body (16,): engine/body.py. times (n,), ascending, within the run; samples
+    (n, 5) and events (m, 4) are filled. Returns a status of engine/status.py, the time reached and the number of events; where the
+    status is not OK, samples after that time are left as they are.
+    """
+    t, filled, happened, span = start, 0, 0, ends[-1] - start
+    if not (math.isfinite(span) and np.all(np.isfinite(state))):
+        return NOT_FINITE, t, 0
+    state[REGION] = region(body, abs(state[VELOCITY]))
+    for k in range(ends.shape[0]):
+        status, t, filled, happened = _segment(
+            force, law, body, state, drives[k], t, ends[k], span, times, samples, filled, events, happened
+        )
+        if status != OK:
+            return status, t, happened
+    last = state[:3].copy().reshape((3, 1))
+    _fill(force, law, body, state, drives[-1], t, math.inf, last, times, samples, filled)
+    return OK, t, happened

@@ -1,0 +1,107 @@
+"""A run of the exact engine from Python: a body, drives that follow one another, times to look at; samples and events come back."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from frictool.engine.body import (
+    BREAKS_AWAY,
+    EVENT_SIZE,
+    SAMPLE_EFFORT,
+    SAMPLE_FRICTION,
+    SAMPLE_MODE,
+    SAMPLE_POSITION,
+    SAMPLE_SIZE,
+    SAMPLE_VELOCITY,
+    Body,
+    at_rest,
+)
+from frictool.engine.drive import Drive
+from frictool.engine.status import OK
+from frictool.engine.stick_slip import run
+from frictool.kernels import pointer
+
+Vector = NDArray[np.float64]
+
+FORCE = "float64(float64, float64, float64[::1])"
+ROOM_FOR_EVENTS = 10_000
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """What happened, SI. `samples` (n, 5) at `time` (n,); `events` (m, 4): time, kind, position, velocity (engine/body.py).
+
+    Where `status` (engine/status.py) is not OK the run ended at `reached` [s] and later samples are not a number.
+    """
+
+    status: int
+    reached: float
+    time: Vector
+    samples: Vector
+    events: Vector
+    state: Vector
+
+    @property
+    def position(self) -> Vector:
+        """x (n,) [m | rad]."""
+        return self.samples[:, SAMPLE_POSITION]
+
+    @property
+    def velocity(self) -> Vector:
+        """v (n,) [m/s | rad/s]; exactly 0 at rest."""
+        return self.samples[:, SAMPLE_VELOCITY]
+
+    @property
+    def effort(self) -> Vector:
+        """u (n,) [N | N m]."""
+        return self.samples[:, SAMPLE_EFFORT]
+
+    @property
+    def friction(self) -> Vector:
+        """The friction force (n,) [N | N m]; at rest what it holds."""
+        return self.samples[:, SAMPLE_FRICTION]
+
+    @property
+    def mode(self) -> Vector:
+        """0 (n,) at rest, else the direction of slip."""
+        return self.samples[:, SAMPLE_MODE]
+
+    def times_of(self, kind: int = BREAKS_AWAY) -> Vector:
+        """When events of this kind happened [s]."""
+        found: Vector = self.events[self.events[:, 1] == kind, 0]
+        return found
+
+
+def simulate(
+    body: Body,
+    segments: Sequence[tuple[float, Drive]],
+    times: ArrayLike,
+    *,
+    state: Vector | None = None,
+    start: float = 0.0,
+    room: int = ROOM_FOR_EVENTS,
+) -> Trajectory:
+    """Runs from `start` [s] through `segments`, each (its end [s], its drive), sampled at `times` (n,).
+
+    `state` (5,), at rest at 0 if not given, is not changed. `room`: for how many events; one more ends the run with EVENTS_FULL.
+    ValueError where the segments or the times are not in order, or where body or drive make no sense.
+    """
+    asked = np.array(times, dtype=np.float64, ndmin=1)
+    ends = np.array([end for end, _ in segments], dtype=np.float64)
+    if not ends.size or not np.all(np.diff(np.concatenate([[start], ends])) > 0.0):
+        raise ValueError(f"segments end one after another, after {start} s; found {ends.tolist()}")
+    if asked.size and not (np.all(np.diff(asked) >= 0.0) and start <= asked[0] and asked[-1] <= ends[-1]):
+        raise ValueError(f"times ascend within {start} to {ends[-1]} s")
+    now = (at_rest() if state is None else np.array(state, dtype=np.float64)).copy()
+    samples, events = np.full((asked.size, SAMPLE_SIZE), np.nan), np.zeros((room, EVENT_SIZE))
+    drives = np.stack([drive.as_array() for _, drive in segments])
+    law = np.array(body.law, dtype=np.float64)
+    force = pointer(body.slip_force, FORCE)
+    status, reached, happened = run(force, law, body.as_array(), now, start, ends, drives, asked, samples, events)
+    if status != OK:
+        samples[asked > reached] = np.nan
+    return Trajectory(status, reached, asked, samples, events[:happened].copy(), now)

@@ -1,0 +1,106 @@
+"""The mass of table 3.1 and a slow way to move it: scipy's DOP853 at 1e-12, phase by phase, with event functions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from frictool.engine.body import Body
+from frictool.engine.drive import Drive
+from frictool.kernels import kernel
+
+Vector = NDArray[np.float64]
+
+MASS, COULOMB, BREAKAWAY, STRIBECK_SPEED, EXPONENT, VISCOUS = 1.0, 1.0, 1.5, 1e-3, 2.0, 0.4
+LAYER = 6.4 * STRIBECK_SPEED  # exp(-(0.98 * 6.4)^2) = 8e-18
+
+
+@kernel
+def stribeck(v: float, direction: float, p: Vector) -> float:
+    """(2.34); p: F_c, F_s, v_s, delta, sigma_v."""
+    return direction * (p[0] + (p[1] - p[0]) * math.exp(-(abs(v / p[2]) ** p[3]))) + p[4] * v
+
+
+def table31(**changes: Any) -> Body:
+    """The body of table 3.1, with these fields of `Body` changed."""
+    fields: dict[str, Any] = {
+        "mass": MASS,
+        "slip_force": stribeck,
+        "law": np.array([COULOMB, BREAKAWAY, STRIBECK_SPEED, EXPONENT, VISCOUS]),
+        "breakaway": (BREAKAWAY, BREAKAWAY),
+        "coulomb": (COULOMB, COULOMB),
+        "viscous": (VISCOUS, VISCOUS),
+        "straight_from": LAYER,
+        "speed_scale": STRIBECK_SPEED,
+    }
+    return Body(**(fields | changes))
+
+
+def _effort(drive: Drive, t: float, y: Vector) -> float:
+    x, v, q = (float(value) for value in y)
+    free = drive.offset + drive.slope * t + drive.amplitude * math.sin(drive.frequency * t + drive.phase)
+    return free - drive.proportional * (x - drive.target - drive.target_speed * t) - drive.derivative * v - drive.integral * q
+
+
+def _slip(
+    body: Body, drive: Drive, direction: float, t: float, end: float, y: Vector, options: dict[str, Any]
+) -> tuple[float, Vector, bool]:
+    """One slip from (x, v, q) at t: its end, the state there, whether it stopped."""
+
+    def field(at: float, now: Vector) -> list[float]:
+        friction = float(body.slip_force.py_func(now[1], direction, body.law))
+        return [now[1], (_effort(drive, at, now) - friction) / body.mass, now[0] - drive.target - drive.target_speed * at]
+
+    def stop(_: float, now: Vector) -> float:
+        return direction * float(now[1])
+
+    stop.terminal, stop.direction = True, -1  # type: ignore[attr-defined]
+    solution = solve_ivp(field, (t, end), y, events=stop, **options)
+    return float(solution.t[-1]), solution.y[:, -1], bool(solution.t_events[0].size)
+
+
+def _breakaway(body: Body, drive: Drive, t: float, end: float, y: Vector) -> tuple[float, float]:
+    """When the body at rest since t breaks away before `end`, and in which direction; (end, 0) where it does not."""
+
+    def at(s: float) -> float:
+        rate = float(y[0]) - drive.target
+        moved = rate * (s - t) - 0.5 * drive.target_speed * (s * s - t * t)
+        return _effort(drive, s, np.array([y[0], 0.0, y[2] + moved]))
+
+    grid = np.linspace(t, end, 20_001)
+    for direction, threshold in ((-1.0, body.breakaway[0]), (1.0, body.breakaway[1])):
+        if direction * at(t) > threshold:
+            return t, direction
+    over = [(s, d) for d, f in ((-1.0, body.breakaway[0]), (1.0, body.breakaway[1])) for s in grid[1:] if d * at(float(s)) > f][:1]
+    first = min(((float(s), d) for s, d in over), default=None)
+    if first is None:
+        return end, 0.0
+    threshold = body.breakaway[1 if first[1] > 0 else 0]
+    gap: Callable[[float], float] = lambda s: first[1] * at(s) - threshold  # noqa: E731
+    return float(brentq(gap, first[0] - (end - t) / 20_000, first[0], xtol=1e-15, rtol=1e-15)), first[1]
+
+
+TIGHT: dict[str, Any] = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-15, "max_step": 0.05}
+
+
+def reference_breakaways(body: Body, drive: Drive, end: float, options: dict[str, Any] = TIGHT) -> tuple[list[float], Vector]:
+    """Breakaway times up to `end` from rest at 0, and the state (x, v, q) at the end."""
+    t, y, found, direction = 0.0, np.zeros(3), [], 0.0
+    while t < end:
+        if direction == 0.0:
+            later, direction = _breakaway(body, drive, t, end, y)
+            y = np.array([y[0], 0.0, y[2] + (y[0] - drive.target) * (later - t) - 0.5 * drive.target_speed * (later**2 - t**2)])
+            t = later
+            if direction:
+                found.append(t)
+            continue
+        t, y, stopped = _slip(body, drive, direction, t, end, y, options)
+        if stopped:
+            y, direction = np.array([y[0], 0.0, y[2]]), 0.0
+    return found, y
