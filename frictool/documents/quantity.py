@@ -25,6 +25,7 @@ SI_UNITS: dict[str, tuple[str, str]] = {
     "inertia": ("kg m^2", "kg"),
     "effort": ("N m", "N"),
     "viscous": ("N m s/rad", "N s/m"),
+    "stiffness": ("N m/rad", "N/m"),
     "effort per ampere": ("N m/A", "N/A"),
     "effort per volt": ("N m/V", "N/V"),
     "current": ("A", "A"),
@@ -84,6 +85,8 @@ PositiveVelocity = Annotated[Quantity, _of("velocity", 0.0, exclusive=True)]
 Inertia = Annotated[Quantity, _of("inertia", 0.0, exclusive=True)]
 Effort = Annotated[Quantity, _of("effort")]
 NonNegativeEffort = Annotated[Quantity, _of("effort", 0.0)]
+PositiveEffort = Annotated[Quantity, _of("effort", 0.0, exclusive=True)]
+Stiffness = Annotated[Quantity, _of("stiffness", 0.0, exclusive=True)]
 Viscous = Annotated[Quantity, _of("viscous", 0.0)]
 DriveConstant = Annotated[Quantity, _of("effort per drive", 0.0, exclusive=True)]
 DriveLimit = Annotated[Quantity, _of("drive", 0.0, exclusive=True)]

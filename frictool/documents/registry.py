@@ -10,6 +10,7 @@ import msgspec
 from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design
+from frictool.documents.friction import Friction
 from frictool.documents.model import Model
 from frictool.documents.reading import Reader, compose, read_text
 from frictool.documents.scenario import Scenario
@@ -23,6 +24,7 @@ DOCUMENTS: dict[str, type[msgspec.Struct]] = {
     "design": Design,
     "controller": Controller,
     "scenario": Scenario,
+    "friction": Friction,
 }
 
 T = TypeVar("T", bound=msgspec.Struct)

@@ -1,0 +1,119 @@
+"""Runs the four tests on each law and judges it; the event-exact Stribeck law is what the others are compared with (3.7)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from frictool.compare import drift, limit_cycle, presliding, protocol, stick_slip
+from frictool.compare.published import Difference, differences
+from frictool.compare.setting import Setting
+from frictool.compare.trajectory import Trajectory, Vector
+
+REFERENCE = "stribeck"  # a rigid stick and the Stribeck curve, event-exact: LuGre is a comparison and not the truth
+POINTS_PER_LEG = 1000  # of the presliding path
+SAMPLES = {"stick_slip": 60_001, "limit_cycle": 60_001, "drift": 102_001}  # of the kept trajectories
+
+
+class Simulator(Protocol):
+    """What runs a law. `compare/laws.py` is the one that the command uses."""
+
+    def names(self) -> tuple[str, ...]:
+        """The laws that can be run, in the order of the table."""
+
+    def title(self, law: str) -> str:
+        """What people call it."""
+
+    def parameters(self, law: str) -> int:
+        """How many physical parameters it has to be identified, those of the simulation excluded."""
+
+    def run(self, law: str, segments: tuple[protocol.Segment, ...], samples: int) -> Trajectory:
+        """A run from rest through all segments, with `samples` equidistant samples."""
+
+    def creep(self, law: str, path: Vector, speed: float) -> Vector | None:
+        """The friction [N | N m] along a prescribed path at a prescribed speed; None where the contact is rigid below breakaway."""
+
+    def properties(self, law: str) -> dict[str, str]:
+        """The cells of table 2.1, by row, that follow from probes of the law."""
+
+
+@dataclass(frozen=True)
+class Tested:
+    """One law: its figures, its verdicts, and what they were measured on."""
+
+    title: str
+    stick_slip: stick_slip.StickSlip
+    limit_cycle: limit_cycle.LimitCycle
+    presliding: presliding.Presliding
+    drift: drift.Drift
+    verdicts: dict[str, str]
+    properties: dict[str, str]
+    runs: dict[str, Trajectory] = field(repr=False)
+    loop: tuple[Vector, Vector] | None = field(repr=False)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """All laws asked for, by name, and where tables 2.1 and 3.2 differ from the print."""
+
+    setting: Setting
+    reference: stick_slip.StickSlip
+    reference_cycle: limit_cycle.LimitCycle
+    laws: dict[str, Tested]
+    differences: tuple[Difference, ...]
+
+
+def compare(
+    setting: Setting, simulator: Simulator, laws: tuple[str, ...], progress: Callable[[int, int, str], None] = lambda done, total, law: None
+) -> Comparison:
+    """Every test on every law of `laws`. `progress(done, total, law)` is called before each and at the end."""
+    progress(0, len(laws), laws[0])
+    reference_runs = _runs(setting, simulator, REFERENCE)
+    pulled, cycling = _measured(setting, reference_runs)
+    found = {}
+    for done, law in enumerate(laws):
+        progress(done, len(laws), law)
+        runs = reference_runs if law == REFERENCE else _runs(setting, simulator, law)
+        found[law] = _tested(setting, simulator, law, runs, pulled.period_s, cycling.period_s)
+    progress(len(laws), len(laws), "")
+    verdicts = {law: tested.verdicts for law, tested in found.items()}
+    properties = {law: tested.properties for law, tested in found.items()}
+    return Comparison(setting, pulled, cycling, found, tuple(differences(verdicts, properties)))
+
+
+def _runs(setting: Setting, simulator: Simulator, law: str) -> dict[str, Trajectory]:
+    inputs = {"stick_slip": protocol.stick_slip, "limit_cycle": protocol.limit_cycle, "drift": protocol.drift}
+    return {test: simulator.run(law, make(setting.scales), SAMPLES[test]) for test, make in inputs.items()}
+
+
+def _measured(setting: Setting, runs: dict[str, Trajectory]) -> tuple[stick_slip.StickSlip, limit_cycle.LimitCycle]:
+    return stick_slip.measure(runs["stick_slip"]), limit_cycle.measure(runs["limit_cycle"], setting.presliding)
+
+
+def _tested(
+    setting: Setting, simulator: Simulator, law: str, runs: dict[str, Trajectory], period: float | None, cycle_period: float | None
+) -> Tested:
+    pulled, cycling = _measured(setting, runs)
+    loop, contact = _presliding(setting, simulator, law)
+    wander = drift.measure(runs["drift"], setting.presliding, setting.scales.time)
+    parameters = str(simulator.parameters(law))
+    verdicts = {
+        "stick_slip": pulled.verdict(period),
+        "limit_cycle": cycling.verdict(cycle_period),
+        "presliding": contact.verdict,
+        "drift": wander.verdict,
+        "parameters": parameters,
+    }
+    measured = {"presliding": "+" if contact.compliance else "-", "non_drift": wander.verdict, "parameters": parameters}
+    nonlocal_memory = {"nonlocal_memory": "+" if contact.verdict == "+" else "-"}
+    properties = {**simulator.properties(law), **measured, **nonlocal_memory}
+    return Tested(simulator.title(law), pulled, cycling, contact, wander, verdicts, properties, runs, loop)
+
+
+def _presliding(setting: Setting, simulator: Simulator, law: str) -> tuple[tuple[Vector, Vector] | None, presliding.Presliding]:
+    path, turning = protocol.presliding_path(setting.presliding, POINTS_PER_LEG)
+    friction = simulator.creep(law, path, protocol.CREEP_SPEED * setting.scales.speed)
+    if friction is None:
+        return None, presliding.RIGID
+    return (path, friction), presliding.measure(path, friction, turning, setting.breakaway, setting.presliding)

@@ -1,0 +1,33 @@
+"""The comparison as one HTML file: tables and figures. No script, no request to anywhere."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+
+import jinja2
+from markupsafe import Markup
+
+from frictool.compare import text
+from frictool.compare.comparison import Comparison
+from frictool.compare.pictures import pictures
+from frictool.documents.provenance import Provenance
+
+
+def page(found: Comparison, provenance: Provenance) -> str:
+    """The HTML text; the same inputs give the same bytes. Every text from a file is escaped by the template."""
+    template = files("frictool.compare").joinpath("page.html.jinja").read_text(encoding="utf-8")
+    environment = jinja2.Environment(
+        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
+    )
+    return environment.from_string(template).render(
+        setting=found.setting,
+        tables=[
+            ("Figures", text.figures(found)),
+            ("The four tests of 3.7", text.verdicts(found)),
+            ("Properties of the laws", text.properties(found)),
+        ],
+        differences=found.differences,
+        rows=text.ROWS,
+        pictures=[(picture.number, picture.title, Markup(picture.svg)) for picture in pictures(found)],
+        provenance=provenance,
+    )

@@ -1,0 +1,142 @@
+"""What the laws are compared with: the parameters of table 3.1, or of any actuator, in SI, and the scales of the tests.
+
+The inputs of 3.7 are written for a mass of 1 kg, 1 N of Coulomb friction and a time constant m/sigma_v of 2.5 s. Any other actuator
+is tested by similarity: its force, time and length stand for the newton, second and metre of the thesis.
+
+    force = F_c        time = (m/sigma_v)/2.5        length = F_c time^2/m        (time = 1 s without viscous friction)
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from frictool.documents.friction import Friction
+from frictool.documents.model import Model
+from frictool.documents.quantity import Axis
+
+TIME_CONSTANT = 2.5  # s: m/sigma_v of table 3.1
+# of table 3.1, in units of force, time and length: for an actuator whose log cannot show them
+STRIBECK_VELOCITY, PRESLIDING, EFFORT_LIMIT, DEAD_BAND = 1e-3, 1e-5, 2.0, 1e-3
+STEP, SWITCH_VELOCITY, DECAY = 1e-5, 1e-4, 1e3
+PLASTIC_FROM, PREISACH_INTERVALS, CENTRED_CYCLES = 0.9, 20, 10
+
+
+@dataclass(frozen=True)
+class Scales:
+    """The units of the tests: force [N | N m], time [s], length [m | rad]."""
+
+    force: float
+    time: float
+    length: float
+
+    @property
+    def speed(self) -> float:
+        """[m/s | rad/s]"""
+        return self.length / self.time
+
+
+def scales_of(mass: float, coulomb: float, viscous: float) -> Scales:
+    """The units of the tests for an actuator; (1, 1, 1) for table 3.1."""
+    time = mass / viscous / TIME_CONSTANT if viscous > 0.0 else 1.0
+    return Scales(coulomb, time, coulomb * time * time / mass)
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Every parameter of every law, SI (N m and rad where the axis is rotary)."""
+
+    name: str
+    axis: Axis
+    mass: float
+    coulomb: float
+    breakaway: float
+    viscous: float
+    stribeck_velocity: float
+    stribeck_exponent: float
+    presliding: float  # z_max
+    plastic_from: float  # z_ba/z_max
+    stiffness: float  # sigma_0 = k_1
+    damping: float  # sigma_1 = k_2
+    dead_band: float
+    effort_limit: float
+    step: float  # T_e
+    switch_velocity: float  # Sigma
+    decay: float  # p_0
+    preisach_intervals: int
+    centred_cycles: int
+
+    @property
+    def scales(self) -> Scales:
+        return scales_of(self.mass, self.coulomb, self.viscous)
+
+
+def from_friction(document: Friction) -> Setting:
+    """The setting of a `friction.yaml`; stiffness and damping by (3.35) where it gives none."""
+    stiffness = document.bristle_stiffness.value if document.bristle_stiffness else document.breakaway.value / document.presliding.value
+    damping = document.bristle_damping.value if document.bristle_damping else 2.0 * math.sqrt(document.inertia.value * stiffness)
+    return Setting(
+        name=document.name,
+        axis=document.axis,
+        mass=document.inertia.value,
+        coulomb=document.coulomb.value,
+        breakaway=document.breakaway.value,
+        viscous=document.viscous.value,
+        stribeck_velocity=document.stribeck_velocity.value,
+        stribeck_exponent=document.stribeck_exponent,
+        presliding=document.presliding.value,
+        plastic_from=document.plastic_from,
+        stiffness=stiffness,
+        damping=damping,
+        dead_band=document.dead_band.value if document.dead_band else document.stribeck_velocity.value,
+        effort_limit=document.effort_limit.value,
+        step=document.hybrid.step_s,
+        switch_velocity=document.hybrid.switch_velocity.value,
+        decay=document.hybrid.decay_rad_s,
+        preisach_intervals=document.hybrid.preisach_intervals,
+        centred_cycles=document.hybrid.centred_cycles,
+    )
+
+
+def similar(name: str, axis: Axis, mass: float, coulomb: float, breakaway: float, viscous: float) -> Setting:
+    """Table 3.1 at the actuator's scales, with what is known of the actuator in its place."""
+    scales = scales_of(mass, coulomb, viscous)
+    stiffness = breakaway / (PRESLIDING * scales.length)
+    return Setting(
+        name=name,
+        axis=axis,
+        mass=mass,
+        coulomb=coulomb,
+        breakaway=breakaway,
+        viscous=viscous,
+        stribeck_velocity=STRIBECK_VELOCITY * scales.speed,
+        stribeck_exponent=2.0,
+        presliding=PRESLIDING * scales.length,
+        plastic_from=PLASTIC_FROM,
+        stiffness=stiffness,
+        damping=2.0 * math.sqrt(mass * stiffness),
+        dead_band=DEAD_BAND * scales.speed,
+        effort_limit=EFFORT_LIMIT * scales.force,
+        step=STEP * scales.time,
+        switch_velocity=SWITCH_VELOCITY * scales.speed,
+        decay=DECAY / scales.time,
+        preisach_intervals=PREISACH_INTERVALS,
+        centred_cycles=CENTRED_CYCLES,
+    )
+
+
+def from_model(model: Model) -> Setting:
+    """The setting of an identified actuator; what its logs cannot show (v_s, z_max, ...) is table 3.1's by similarity.
+
+    ValueError where it has no Coulomb friction. A breakaway below the Coulomb friction counts as equal to it.
+    """
+    found = model.parameters
+    coulomb = found.coulomb.value
+    if coulomb <= 0.0:
+        raise ValueError("parameters.coulomb: found 0; friction laws are compared on an actuator with dry friction")
+    return similar(model.name, model.axis, found.inertia.value, coulomb, max(found.breakaway.value, coulomb), max(found.viscous.value, 0.0))
+
+
+def table_3_1() -> Setting:
+    """Table 3.1 as it can be simulated: T_e = 1e-5 s, z_ba = 0.9 z_max (the text of configs/mass/friction.yaml)."""
+    return similar("table 3.1", "linear", 1.0, 1.0, 1.5, 0.4)

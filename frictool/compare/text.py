@@ -1,0 +1,77 @@
+"""A comparison for people: three tables of plain text, and the cells that differ from the thesis."""
+
+from __future__ import annotations
+
+from frictool.compare.comparison import Comparison, Tested
+from frictool.compare.published import PROPERTIES, TESTS
+from frictool.documents.quantity import si_unit
+
+ROWS = {
+    "dynamic": "static/dynamic",
+    "stiction": "stiction",
+    "rising_static_friction": "rising static friction",
+    "frictional_memory": "frictional memory",
+    "presliding": "presliding",
+    "stribeck_effect": "Stribeck effect",
+    "viscous": "viscous friction",
+    "nonlocal_memory": "non-local memory",
+    "non_drift": "non-drift",
+    "parameters": "parameters",
+    "stick_slip": "stick-slip",
+    "limit_cycle": "limit cycle",
+    "drift": "non-drift",
+}
+
+
+def number(value: float | None, digits: int = 4) -> str:
+    """A figure, or a dash where there is none."""
+    return "–" if value is None else f"{value:.{digits}g}"
+
+
+def figures(found: Comparison) -> list[tuple[str, ...]]:
+    """The table of figures, heading first."""
+    unit = si_unit("position", found.setting.axis)
+    heading = ("law", "sticks", "period s", f"jump {unit}", "stuck", f"cycle {unit}", "period s", "closure", "area", "drift z_max")
+    return [heading, *((name, *_row(tested)) for name, tested in found.laws.items())]
+
+
+def _row(found: Tested) -> tuple[str, ...]:
+    pulled, cycle, contact = found.stick_slip, found.limit_cycle, found.presliding
+    lasts = cycle.period_s is not None
+    return (
+        str(pulled.sticks),
+        number(pulled.period_s, 5),
+        number(pulled.jump),
+        number(pulled.stuck_share, 3),
+        number(cycle.amplitude, 3) if lasts else "dies out",
+        number(cycle.period_s),
+        "rigid" if not contact.compliance else f"{contact.closure:.3f}",
+        "rigid" if not contact.compliance else f"{contact.area:.3f}",
+        f"{found.drift.z_max_units:.2g}",
+    )
+
+
+def verdicts(found: Comparison) -> list[tuple[str, ...]]:
+    """Table 3.2, a law a row."""
+    rows = (*TESTS, "parameters")
+    return [("table 3.2", *(ROWS[row] for row in rows)), *((name, *(t.verdicts[row] for row in rows)) for name, t in found.laws.items())]
+
+
+def properties(found: Comparison) -> list[tuple[str, ...]]:
+    """Table 2.1, a property a row."""
+    return [("table 2.1", *found.laws), *((ROWS[row], *(t.properties[row] for t in found.laws.values())) for row in PROPERTIES)]
+
+
+def lines(found: Comparison) -> list[str]:
+    """The whole text."""
+    out = []
+    for table in (figures(found), verdicts(found), properties(found)):
+        out += [*_aligned(table), ""]
+    for item in found.differences:
+        out.append(f"table {item.table}, {item.law}, {ROWS[item.row]}: computed {item.computed}, printed {item.printed}")
+    return out
+
+
+def _aligned(table: list[tuple[str, ...]]) -> list[str]:
+    widths = [max(len(row[column]) for row in table) for column in range(len(table[0]))]
+    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
