@@ -1,0 +1,39 @@
+"""Coulomb friction with sign(v) smoothed to (2/pi) atan(v/v_r) (2.4.2.1): an approximation, which creeps under any effort."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.friction.coulomb_tanh import SMOOTHING_VELOCITY
+from frictool.friction.law import Law, StaticKernels
+from frictool.friction.parameter import COULOMB
+from frictool.friction.static import never_sticks, no_band, true_velocity
+from frictool.kernels import kernel
+
+Vector = NDArray[np.float64]
+
+
+@kernel
+def slip_force(v: float, direction: float, p: Vector) -> float:
+    """(2/pi) F_c atan(v/v_r) [N | N m]; the direction is the velocity's own."""
+    return float(2.0 / math.pi * p[0] * math.atan(v / p[1]))
+
+
+@kernel
+def slip_slope(v: float, direction: float, p: Vector) -> float:
+    """Derivative of `slip_force` by v."""
+    ratio = v / p[1]
+    return float(2.0 / math.pi * p[0] / p[1] / (1.0 + ratio * ratio))
+
+
+LAW = Law(
+    "coulomb_atan",
+    "Coulomb smoothed by atan",
+    "(2.30), 2.4.2.1",
+    (COULOMB, SMOOTHING_VELOCITY),
+    StaticKernels(slip_force, slip_slope, never_sticks, no_band, true_velocity),
+    approximation=True,
+)

@@ -1,0 +1,49 @@
+"""Dahl's law with any exponent i > 0, (2.37)-(2.38).
+
+    F = sigma z        z' = v |a|^i sign(a),   a = 1 - sigma z sign(v)/F_c
+
+For i = 1 this is z' = v (1 - sigma z sign(v)/F_c), (2.38). In steady slip |F| = F_c. Dissipates with the storage sigma z^2/2.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.friction.dynamic import no_memory, scalar_reset
+from frictool.friction.law import DynamicKernels, Law
+from frictool.friction.parameter import POSITIVE_COULOMB, STIFFNESS, LawParameter
+from frictool.friction.status import NOT_FINITE, OK
+from frictool.kernels import kernel
+
+Vector = NDArray[np.float64]
+EXPONENT = LawParameter("exponent", "", "", exclusive=True, maximum=100.0, default=1.0)  # i
+
+
+@kernel
+def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
+    """Fills out (1,) with z' [m/s | rad/s]. Returns friction/status.py."""
+    towards = 1.0 if v >= 0.0 else -1.0
+    a = 1.0 - p[1] * z[0] * towards / p[0]
+    slipped = v * math.copysign(abs(a) ** p[2], a)
+    if not math.isfinite(slipped):
+        return NOT_FINITE
+    out[0] = slipped
+    return OK
+
+
+@kernel
+def force(z: Vector, zdot: Vector, v: float, p: Vector) -> float:
+    """sigma z [N | N m]."""
+    return float(p[1] * z[0])
+
+
+LAW = Law(
+    "dahl",
+    "Dahl",
+    "(2.37)-(2.38)",
+    (POSITIVE_COULOMB, STIFFNESS, EXPONENT),
+    DynamicKernels(rate, force, no_memory, scalar_reset),
+)

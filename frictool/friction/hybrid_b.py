@@ -1,0 +1,96 @@
+"""Hybrid version B, linear presliding (3.32)-(3.36). State z = [z], the presliding.
+
+    mode 0   z' = v, m v' = u - k1 z - k2 v     C_{0->1}: (z >= z_max and u > F_s) or (z <= -z_max and u < -F_s)
+    mode 1   Stribeck's law, z = +-z_max        C_{1->0}: (3.2)
+    k1 = F_s/z_max, k2 = 2 sqrt(m F_s/z_max)    (3.35): F_s is borne at z_max, critically damped
+
+(3.12)-(3.13) print k1 and k2 in each other's place; (3.17), (3.32) have them as here. (3.13), (3.32) print x = x_{1->0} + z: x moves on
+from where the body was captured, x_{1->0} is x - z at the switch. A driver that integrates x' = v has it so.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.friction.dynamic import scalar_reset
+from frictool.friction.hybrid import HYBRID, MASS, SLIPPING, STUCK, captured, sliding_force
+from frictool.friction.law import HybridKernels, Law
+from frictool.friction.parameter import PRESLIDING_LIMIT
+from frictool.friction.status import NOT_FINITE, OK
+from frictool.friction.stribeck import BREAKAWAY
+from frictool.kernels import kernel
+
+Vector = NDArray[np.float64]
+LIMIT = 7
+
+
+@kernel
+def presliding_stiffness(p: Vector) -> float:
+    """k1 [N/m | N m/rad], (3.35)."""
+    return float(p[BREAKAWAY] / p[LIMIT])
+
+
+@kernel
+def presliding_damping(p: Vector) -> float:
+    """k2 [N s/m | N m s/rad], (3.35)."""
+    return 2.0 * math.sqrt(p[MASS] * p[BREAKAWAY] / p[LIMIT])
+
+
+@kernel
+def mode_after(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
+    """The mode that follows, (3.34)."""
+    if mode == SLIPPING:
+        return STUCK if captured(v, u, p) else SLIPPING
+    broken = (z[0] >= p[LIMIT] and u > p[BREAKAWAY]) or (z[0] <= -p[LIMIT] and u < -p[BREAKAWAY])
+    return SLIPPING if broken else STUCK
+
+
+@kernel
+def enter(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
+    """Slip leaves the contact at its limit in the slip's direction, |z| = z_max (3.33). Returns friction/status.py."""
+    if mode == SLIPPING:
+        z[0] = math.copysign(p[LIMIT], u)
+    elif v != 0.0:
+        z[0] = math.copysign(p[LIMIT], v)
+    return OK
+
+
+@kernel
+def force(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
+    """Friction [N | N m], (3.32), (3.33)."""
+    if mode == STUCK:
+        return float(presliding_stiffness(p) * z[0] + presliding_damping(p) * v)
+    return sliding_force(v, u, p)
+
+
+@kernel
+def acceleration(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
+    """v' [m/s^2 | rad/s^2]."""
+    return float((u - force(mode, v, u, z, p)) / p[MASS])
+
+
+@kernel
+def rate(mode: int, v: float, z: Vector, p: Vector, out: Vector) -> int:
+    """Fills out with z' [m/s | rad/s] in its first place, 0 behind. Returns friction/status.py."""
+    out[:] = 0.0
+    if mode == STUCK:
+        out[0] = v
+    return OK if math.isfinite(v) else NOT_FINITE
+
+
+@kernel
+def commit(mode: int, z: Vector, p: Vector) -> int:
+    """There is no memory. Returns friction/status.py."""
+    return OK
+
+
+LAW = Law(
+    "hybrid_b",
+    "Hybrid B, linear presliding",
+    "(3.32)-(3.36)",
+    (*HYBRID, PRESLIDING_LIMIT),
+    HybridKernels(mode_after, enter, force, acceleration, rate, commit, scalar_reset),
+)

@@ -1,0 +1,74 @@
+"""Hybrid version C, presliding by the Preisach operator (3.37)-(3.39). State: [z, memory of friction/reversals.py].
+
+    mode 0   z' = v, m v' = u - Preisach(z) - k2 v      mode 1, C_{0->1}, C_{1->0}: as version B
+
+(3.37) prints no damping, with which the stuck body rings for ever on the hysteresis' own slope: k2 is version B's (3.35).
+Slip saturates the operator: all reversals are forgotten.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.friction import hybrid_b
+from frictool.friction.hybrid import HYBRID, MASS, STUCK, sliding_force
+from frictool.friction.hybrid_b import LIMIT, mode_after, presliding_damping, rate
+from frictool.friction.law import HybridKernels, Law
+from frictool.friction.parameter import PRESLIDING_LIMIT
+from frictool.friction.preisach import preisach_force, preisach_move
+from frictool.friction.preisach_cycles import masing_everett
+from frictool.friction.reversals import COUNT, DEPTH, FIRST, FORCE, POSITION
+from frictool.friction.status import OK
+from frictool.friction.stribeck import BREAKAWAY
+from frictool.kernels import kernel
+
+Vector = NDArray[np.float64]
+MEMORY, FIXED = 1, 8
+
+
+@kernel
+def enter(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
+    """As version B; the operator saturates with z. Returns friction/status.py."""
+    status = hybrid_b.enter(mode, v, u, z, p)
+    z[MEMORY + COUNT] = 0.0
+    z[MEMORY + POSITION] = z[MEMORY + FORCE] = math.copysign(1.0, z[0])
+    return status
+
+
+@kernel
+def force(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
+    """Friction [N | N m], (3.37), (3.38)."""
+    if mode == STUCK:
+        return preisach_force(z[MEMORY:], z[0], p[FIXED:], p[BREAKAWAY], p[LIMIT]) + presliding_damping(p) * v
+    return sliding_force(v, u, p)
+
+
+@kernel
+def acceleration(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
+    """v' [m/s^2 | rad/s^2]."""
+    return float((u - force(mode, v, u, z, p)) / p[MASS])
+
+
+@kernel
+def commit(mode: int, z: Vector, p: Vector) -> int:
+    """Moves the operator to the accepted z. Returns friction/status.py."""
+    return preisach_move(z[MEMORY:], z[0], p[FIXED:], p[LIMIT]) if mode == STUCK else OK
+
+
+@kernel
+def reset(p: Vector) -> Vector:
+    """State of a contact that never moved, with room for DEPTH nested reversals."""
+    return np.zeros(MEMORY + FIRST + 2 * DEPTH)
+
+
+LAW = Law(
+    "hybrid_c",
+    "Hybrid C, presliding by Preisach",
+    "(3.37)-(3.39)",
+    (*HYBRID, PRESLIDING_LIMIT),
+    HybridKernels(mode_after, enter, force, acceleration, rate, commit, reset),
+    tail=masing_everett,
+)

@@ -1,0 +1,35 @@
+"""Coulomb friction alone, (2.30): F = F_c sign(v) in slip, F = u up to F_c at rest."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.friction import coulomb
+from frictool.friction.law import Law, StaticKernels
+from frictool.friction.parameter import COULOMB
+from frictool.friction.static import coulomb_breakaway, no_band, true_velocity
+from frictool.kernels import kernel
+
+Vector = NDArray[np.float64]
+
+
+@kernel
+def slip_force(v: float, direction: float, p: Vector) -> float:
+    """Friction [N | N m] that opposes a motion in `direction`."""
+    return coulomb.slip_force(v, direction, p[0], 0.0)
+
+
+@kernel
+def slip_slope(v: float, direction: float, p: Vector) -> float:
+    """Derivative of `slip_force` by v: 0."""
+    return 0.0
+
+
+LAW = Law(
+    "coulomb",
+    "Coulomb",
+    "(2.30)",
+    (COULOMB,),
+    StaticKernels(slip_force, slip_slope, coulomb_breakaway, no_band, true_velocity),
+)

@@ -1,0 +1,34 @@
+"""Karnopp's law (2.35)-(2.36): SVC with a band in which the velocity that is reported, v_m, is zero.
+
+Inside the band m v' = u - held_force(u): the momentum goes on being integrated while v_m = 0 stops the position, hence no drift.
+Outside, m v' = u - F_c sign(v) - sigma_0 v: (2.36) prints + sigma_0 v, which would drive the body.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.friction.law import Law, StaticKernels
+from frictool.friction.parameter import BREAKAWAY, COULOMB, VISCOUS
+from frictool.friction.static import breakaway_level
+from frictool.friction.svc import slip_force, slip_slope
+from frictool.friction.svc_band import BAND, band
+from frictool.kernels import kernel
+
+Vector = NDArray[np.float64]
+
+
+@kernel
+def seen_velocity(v: float, p: Vector) -> float:
+    """v_m of (2.35): the velocity that moves the body, 0 inside the band."""
+    return 0.0 if abs(v) <= p[3] else v
+
+
+LAW = Law(
+    "karnopp",
+    "Karnopp",
+    "(2.35)-(2.36)",
+    (COULOMB, BREAKAWAY, VISCOUS, BAND),
+    StaticKernels(slip_force, slip_slope, breakaway_level, band, seen_velocity),
+)

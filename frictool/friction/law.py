@@ -1,0 +1,122 @@
+"""What a friction law is: its parameters, and the kernels that one driver per kind runs.
+
+    kind     state                            driver
+    static   none                             engine: slips with a fixed direction, sticks up to the breakaway
+    dynamic  z, integrated, and a memory      integrates `rate`, calls `commit` after each accepted step
+    hybrid   mode, z and a memory             the same, and asks `mode_after` at each step, `enter` at each switch
+
+Kernels of a kind have one signature (friction/signatures.py), so that a compiled driver takes them as arguments.
+In the parameter array p the fixed parameters come first, in the order of `parameters`, then the law's tail where it has one
+(elements of a Maxwell bank, Everett table), in units of breakaway and presliding limit.
+p[0] is the Coulomb force in every law; p[1] the breakaway in every law that has one.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.friction.parameter import Axis, LawParameter
+
+Vector = NDArray[np.float64]
+Kernel = Callable[..., Any]
+
+
+class StaticKernels(NamedTuple):
+    """Friction as a function of velocity; `direction` is +1 or -1, fixed by the driver's mode."""
+
+    slip_force: Kernel  # (v, direction, p) -> force [N | N m]
+    slip_slope: Kernel  # (v, direction, p) -> its derivative by v
+    breakaway: Kernel  # (direction, p) -> force that a body at rest bears in that direction
+    band: Kernel  # (p) -> half width of the velocities that count as rest; 0 for exact laws
+    seen_velocity: Kernel  # (v, p) -> velocity that the law reports: v, or v_m of (2.35)
+
+
+class DynamicKernels(NamedTuple):
+    """Friction with internal state; z (n,) and its rate out (n,) are float64 arrays."""
+
+    rate: Kernel  # (z, v, p, out) -> status; fills out
+    force: Kernel  # (z, zdot, v, p) -> force [N | N m]
+    commit: Kernel  # (z, v, p) -> status; takes an accepted step into the memory, in place
+    reset: Kernel  # (p) -> z at rest, never moved
+
+
+class HybridKernels(NamedTuple):
+    """Two modes (friction/hybrid.py) that see the effort u as well as the velocity."""
+
+    mode_after: Kernel  # (mode, v, u, z, p) -> mode
+    enter: Kernel  # (mode, v, u, z, p) -> status; prepares z, in place, for the mode just entered
+    force: Kernel  # (mode, v, u, z, p) -> force [N | N m]
+    acceleration: Kernel  # (mode, v, u, z, p) -> v' [m/s^2 | rad/s^2]
+    rate: Kernel  # (mode, v, z, p, out) -> status; fills out
+    commit: Kernel  # (mode, z, p) -> status; takes an accepted step into the memory, in place
+    reset: Kernel  # (p) -> z at rest, never moved
+
+
+@dataclass(frozen=True)
+class Law:
+    """A friction law. `equations`: numbers in the thesis. `approximation`: it replaces another law and does not stick.
+
+    `tail`: the default of what follows the fixed parameters in p; None where nothing follows.
+    """
+
+    name: str
+    title: str
+    equations: str
+    parameters: tuple[LawParameter, ...]
+    kernels: StaticKernels | DynamicKernels | HybridKernels
+    approximation: bool = False
+    tail: Callable[[], Vector] | None = None
+
+    @property
+    def kind(self) -> Literal["static", "dynamic", "hybrid"]:
+        if isinstance(self.kernels, StaticKernels):
+            return "static"
+        return "dynamic" if isinstance(self.kernels, DynamicKernels) else "hybrid"
+
+    def index(self, name: str) -> int:
+        """Where a parameter lies in p. Raises ValueError with the nearest name."""
+        names = [parameter.name for parameter in self.parameters]
+        if name in names:
+            return names.index(name)
+        near = difflib.get_close_matches(name, names, n=1)
+        hint = f"; did you mean {near[0]}?" if near else f"; allowed: {', '.join(names)}"
+        raise ValueError(f"{self.name} has no parameter {name}{hint}")
+
+    def pack(self, values: Mapping[str, float], axis: Axis = "linear", tail: Vector | None = None) -> Vector:
+        """The kernels' array p from SI values by name. Raises ValueError, one line: unknown, missing or out of range.
+
+        `tail` replaces the default tail: `maxwell_bank.bank_tail` or `preisach_cycles.everett_tail` make one from measurements.
+        """
+        for name in values:
+            self.index(name)
+        fixed = np.array([self._value(parameter, values, axis) for parameter in self.parameters])
+        self._check_order(fixed, axis)
+        if self.tail is None:
+            if tail is not None:
+                raise ValueError(f"{self.name} takes no table beside its parameters")
+            return fixed
+        table = self.tail() if tail is None else np.asarray(tail, dtype=np.float64)
+        if table.ndim != 1 or not np.all(np.isfinite(table)):
+            raise ValueError(f"the table of {self.name} has shape {table.shape}; allowed: one row of finite numbers")
+        return np.concatenate([fixed, table])
+
+    def _value(self, parameter: LawParameter, values: Mapping[str, float], axis: Axis) -> float:
+        value = values.get(parameter.name, parameter.default)
+        if value is None:
+            raise ValueError(f"{self.name} needs {parameter.name} [{parameter.unit(axis) or '1'}]")
+        return parameter.checked(value, axis)
+
+    def _check_order(self, fixed: Vector, axis: Axis) -> None:
+        for parameter, value in zip(self.parameters, fixed, strict=True):
+            if parameter.at_least is None:
+                continue
+            bound = fixed[self.index(parameter.at_least)]
+            if value < bound:
+                unit = f" {parameter.unit(axis)}".rstrip()
+                raise ValueError(f"{parameter.name} is {value:g}{unit}; allowed: >= {parameter.at_least}, {bound:g}{unit}")

@@ -1,0 +1,82 @@
+"""The Leuven law (2.49)-(2.51) with a bank of Maxwell-slip elements as its hysteresis force F_h.
+
+    z' = v (1 - sign(a) |a|^i),  a = F_h(z) sign(v)/g(v)        F = F_h(z) + sigma_1 z' + sigma_v v
+
+(2.49) prints a without sign(v): z would then run away for v < 0. In [8], [9] g carries the sign of the velocity, and so it is here.
+State: [z, z at the last accepted step, deflections of the elements]; within a step the bank is evaluated from its last accepted place.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.friction.law import DynamicKernels, Law
+from frictool.friction.maxwell_bank import bank_force, bank_move, parabolic_bank
+from frictool.friction.parameter import DAMPING, POSITIVE_STRIBECK, PRESLIDING_LIMIT, LawParameter
+from frictool.friction.status import NOT_FINITE, OK
+from frictool.friction.stribeck import BREAKAWAY, VISCOUS, curve
+from frictool.kernels import kernel
+
+Vector = NDArray[np.float64]
+EXPONENT = LawParameter("exponent", "", "", exclusive=True, maximum=100.0, default=1.0)  # i
+LIMIT, SIGMA_1, POWER, FIXED = 5, 6, 7, 8
+Z, ACCEPTED, DEFLECTIONS = 0, 1, 2
+
+
+@kernel
+def presliding_rate(hysteresis: float, v: float, p: Vector) -> float:
+    """z' [m/s | rad/s] of (2.49) where the hysteresis force is `hysteresis`."""
+    a = math.copysign(1.0, v) * hysteresis / curve(v, p)
+    return v * (1.0 - math.copysign(abs(a) ** p[POWER], a))
+
+
+@kernel
+def hysteresis_force(z: Vector, p: Vector) -> float:
+    """F_h at the state's z [N | N m]."""
+    return bank_force(z[DEFLECTIONS:], z[Z] - z[ACCEPTED], p[FIXED:], p[BREAKAWAY], p[LIMIT])
+
+
+@kernel
+def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
+    """Fills out with z' [m/s | rad/s] in its first place and 0 behind: the memory moves in `commit`. Returns friction/status.py."""
+    slipped = presliding_rate(hysteresis_force(z, p), v, p)
+    if not math.isfinite(slipped):
+        return NOT_FINITE
+    out[:] = 0.0
+    out[Z] = slipped
+    return OK
+
+
+@kernel
+def force(z: Vector, zdot: Vector, v: float, p: Vector) -> float:
+    """Friction [N | N m], (2.51)."""
+    return float(hysteresis_force(z, p) + p[SIGMA_1] * zdot[Z] + p[VISCOUS] * v)
+
+
+@kernel
+def commit(z: Vector, v: float, p: Vector) -> int:
+    """Moves the bank to the accepted z. Returns friction/status.py."""
+    if not math.isfinite(z[Z]):
+        return NOT_FINITE
+    bank_move(z[DEFLECTIONS:], z[Z] - z[ACCEPTED], p[FIXED:], p[LIMIT])
+    z[ACCEPTED] = z[Z]
+    return OK
+
+
+@kernel
+def reset(p: Vector) -> Vector:
+    """State (2 + N,) of a contact that never moved."""
+    return np.zeros(DEFLECTIONS + (p.shape[0] - FIXED) // 2)
+
+
+LAW = Law(
+    "leuven",
+    "Leuven, Maxwell-slip hysteresis",
+    "(2.49)-(2.51)",
+    (*POSITIVE_STRIBECK, PRESLIDING_LIMIT, DAMPING, EXPONENT),
+    DynamicKernels(rate, force, commit, reset),
+    tail=parabolic_bank,
+)

@@ -1,0 +1,63 @@
+"""The Leuven law (2.49)-(2.51) with Masing's hysteresis as its force F_h: friction/leuven.py with another memory.
+
+State: [z, memory of friction/reversals.py].
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.friction.law import DynamicKernels, Law
+from frictool.friction.leuven import EXPONENT, LIMIT, SIGMA_1, presliding_rate
+from frictool.friction.masing import masing_force, masing_move
+from frictool.friction.parameter import DAMPING, POSITIVE_STRIBECK, PRESLIDING_LIMIT
+from frictool.friction.reversals import DEPTH, FIRST
+from frictool.friction.status import NOT_FINITE, OK
+from frictool.friction.stribeck import BREAKAWAY, VISCOUS
+from frictool.kernels import kernel
+
+Vector = NDArray[np.float64]
+Z, MEMORY = 0, 1
+
+
+@kernel
+def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
+    """Fills out with z' [m/s | rad/s] in its first place and 0 behind: the memory moves in `commit`. Returns friction/status.py."""
+    slipped = presliding_rate(masing_force(z[MEMORY:], z[Z], p[BREAKAWAY], p[LIMIT]), v, p)
+    if not math.isfinite(slipped):
+        return NOT_FINITE
+    out[:] = 0.0
+    out[Z] = slipped
+    return OK
+
+
+@kernel
+def force(z: Vector, zdot: Vector, v: float, p: Vector) -> float:
+    """Friction [N | N m], (2.51)."""
+    return float(masing_force(z[MEMORY:], z[Z], p[BREAKAWAY], p[LIMIT]) + p[SIGMA_1] * zdot[Z] + p[VISCOUS] * v)
+
+
+@kernel
+def commit(z: Vector, v: float, p: Vector) -> int:
+    """Moves the hysteresis to the accepted z. Returns friction/status.py."""
+    if not math.isfinite(z[Z]):
+        return NOT_FINITE
+    return masing_move(z[MEMORY:], z[Z], p[BREAKAWAY], p[LIMIT])
+
+
+@kernel
+def reset(p: Vector) -> Vector:
+    """State of a contact that never moved, with room for DEPTH nested reversals."""
+    return np.zeros(MEMORY + FIRST + 2 * DEPTH)
+
+
+LAW = Law(
+    "leuven_masing",
+    "Leuven, Masing hysteresis",
+    "(2.49)-(2.51), annex A",
+    (*POSITIVE_STRIBECK, PRESLIDING_LIMIT, DAMPING, EXPONENT),
+    DynamicKernels(rate, force, commit, reset),
+)

@@ -1,0 +1,49 @@
+"""The LuGre law (2.40)-(2.42).
+
+    z' = v - sigma_0 |v| z/g(v)        F = sigma_0 z + sigma_1 z' + sigma_v v
+
+g is the curve of friction/stribeck.py: steady slip follows Stribeck's law. Dissipates, with the storage sigma_0 z^2/2, as long as
+sigma_1 |v| <= 4 g(v); drifts under any effort (table 3.2).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.friction.dynamic import no_memory, scalar_reset
+from frictool.friction.law import DynamicKernels, Law
+from frictool.friction.parameter import DAMPING, POSITIVE_STRIBECK, STIFFNESS
+from frictool.friction.status import NOT_FINITE, OK
+from frictool.friction.stribeck import VISCOUS, curve
+from frictool.kernels import kernel
+
+Vector = NDArray[np.float64]
+SIGMA_0, SIGMA_1 = 5, 6
+
+
+@kernel
+def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
+    """Fills out (1,) with z' [m/s | rad/s], (2.40). Returns friction/status.py."""
+    slipped = v - p[SIGMA_0] * abs(v) * z[0] / curve(v, p)
+    if not math.isfinite(slipped):
+        return NOT_FINITE
+    out[0] = slipped
+    return OK
+
+
+@kernel
+def force(z: Vector, zdot: Vector, v: float, p: Vector) -> float:
+    """Friction [N | N m], (2.42)."""
+    return float(p[SIGMA_0] * z[0] + p[SIGMA_1] * zdot[0] + p[VISCOUS] * v)
+
+
+LAW = Law(
+    "lugre",
+    "LuGre",
+    "(2.40)-(2.42)",
+    (*POSITIVE_STRIBECK, STIFFNESS, DAMPING),
+    DynamicKernels(rate, force, no_memory, scalar_reset),
+)

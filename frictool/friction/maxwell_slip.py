@@ -1,0 +1,84 @@
+"""The generalised Maxwell-slip law ([29] of the thesis, named in 2.4.3.1): elements in parallel, each sticking or slipping.
+
+    sticking   F_i' = k_i v                                       until |F_i| reaches w_i g(v)
+    slipping   F_i' = C (w_i sign(v) - F_i/g(v))                  until the velocity changes sign
+    F = sum F_i + sigma_v v
+
+C [N/s] is how fast slipping friction follows Stribeck's curve g: frictional memory, with the time constant g/C.
+State: [F_1 .. F_N, mode_1 .. mode_N], mode 0 sticking, +-1 slipping in that direction; modes change in `commit` only.
+Elements as in friction/maxwell_bank.py: k_i = w_i F_s/(d_i z_max).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.friction.law import DynamicKernels, Law
+from frictool.friction.maxwell_bank import parabolic_bank
+from frictool.friction.parameter import POSITIVE_STRIBECK, PRESLIDING_LIMIT, LawParameter
+from frictool.friction.status import NOT_FINITE, OK
+from frictool.friction.stribeck import BREAKAWAY, VISCOUS, curve
+from frictool.kernels import kernel
+
+Vector = NDArray[np.float64]
+ATTRACTION = LawParameter("attraction", "N/s", "N m/s", exclusive=True)  # C
+LIMIT, PULL, FIXED = 5, 6, 7
+
+
+@kernel
+def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
+    """Fills out (2 N,) with F_i' [N/s | N m/s], and 0 for the modes. Returns friction/status.py."""
+    count = z.shape[0] // 2
+    level, towards = curve(v, p), math.copysign(1.0, v)
+    total = 0.0
+    for i in range(count):
+        weight = p[FIXED + count + i]
+        if z[count + i] * v > 0.0:
+            out[i] = p[PULL] * (weight * towards - z[i] / level)
+        else:
+            out[i] = weight * p[BREAKAWAY] / (p[FIXED + i] * p[LIMIT]) * v
+        out[count + i] = 0.0
+        total += out[i]
+    return OK if math.isfinite(total) else NOT_FINITE
+
+
+@kernel
+def force(z: Vector, zdot: Vector, v: float, p: Vector) -> float:
+    """Friction [N | N m]."""
+    total = p[VISCOUS] * v
+    for i in range(z.shape[0] // 2):
+        total += z[i]
+    return float(total)
+
+
+@kernel
+def commit(z: Vector, v: float, p: Vector) -> int:
+    """Decides which elements stick and which slip from here on. Returns friction/status.py."""
+    if not math.isfinite(v):
+        return NOT_FINITE
+    count = z.shape[0] // 2
+    level, towards = curve(v, p), math.copysign(1.0, v)
+    for i in range(count):
+        if z[count + i] * v <= 0.0:
+            loaded = v != 0.0 and towards * z[i] >= p[FIXED + count + i] * level
+            z[count + i] = towards if loaded else 0.0
+    return OK
+
+
+@kernel
+def reset(p: Vector) -> Vector:
+    """State (2 N,) of a contact that never moved: no force, all elements stick."""
+    return np.zeros(p.shape[0] - FIXED)
+
+
+LAW = Law(
+    "maxwell_slip",
+    "Generalised Maxwell-slip",
+    "2.4.3.1, [29]",
+    (*POSITIVE_STRIBECK, PRESLIDING_LIMIT, ATTRACTION),
+    DynamicKernels(rate, force, commit, reset),
+    tail=parabolic_bank,
+)

@@ -1,0 +1,43 @@
+"""Friction as a polynomial of position, one per direction (4.44), (4.41).
+
+    C_s(x, direction) = b_n x^n + .. + b_0          C_r = (mean C_r/mean C_s) C_s
+
+A law keeps its mean values; the polynomial, divided by its mean, is a factor of F_c and F_s. Outside the travel the factor is that of
+its end: a cubic fitted on 0..63 rad says nothing beyond. coefficients: lowest power first.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.kernels import kernel
+
+Vector = NDArray[np.float64]
+
+
+@kernel
+def polynomial(coefficients: Vector, x: float) -> float:
+    """sum_i coefficients[i] x^i, by Horner's rule."""
+    total = 0.0
+    for i in range(coefficients.shape[0] - 1, -1, -1):
+        total = total * x + coefficients[i]
+    return total
+
+
+@kernel
+def position_factor(coefficients: Vector, low: float, high: float, x: float) -> float:
+    """Factor >= 0 of F_c and F_s at x [m | rad] within the travel [low, high]."""
+    return max(0.0, polynomial(coefficients, min(max(x, low), high)))
+
+
+def normalised(coefficients: Vector, low: float, high: float) -> tuple[Vector, float]:
+    """The polynomial divided by its mean over [low, high], and that mean. Raises ValueError where the mean is not positive."""
+    b = np.asarray(coefficients, dtype=np.float64)
+    if b.ndim != 1 or b.size == 0 or not np.all(np.isfinite(b)) or not np.isfinite([low, high]).all() or low >= high:
+        raise ValueError(f"a polynomial of position needs finite coefficients and a travel low < high, found [{low:g}, {high:g}]")
+    powers = np.arange(1, b.size + 1)
+    mean = float(np.sum(b * (high**powers - low**powers) / powers) / (high - low))
+    if mean <= 0.0:
+        raise ValueError(f"the polynomial's mean over [{low:g}, {high:g}] is {mean:g}; allowed: > 0")
+    return b / mean, mean

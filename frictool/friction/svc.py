@@ -1,0 +1,35 @@
+"""Static, viscous and Coulomb friction (2.31): F = F_c sign(v) + sigma_v v in slip, F = u up to F_s at rest."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.friction import coulomb
+from frictool.friction.law import Law, StaticKernels
+from frictool.friction.parameter import BREAKAWAY, COULOMB, VISCOUS
+from frictool.friction.static import breakaway_level, no_band, true_velocity
+from frictool.kernels import kernel
+
+Vector = NDArray[np.float64]
+
+
+@kernel
+def slip_force(v: float, direction: float, p: Vector) -> float:
+    """Friction [N | N m] that opposes a motion at v in `direction`."""
+    return coulomb.slip_force(v, direction, p[0], p[2])
+
+
+@kernel
+def slip_slope(v: float, direction: float, p: Vector) -> float:
+    """Derivative of `slip_force` by v: the viscous coefficient."""
+    return float(p[2])
+
+
+LAW = Law(
+    "svc",
+    "Static, viscous and Coulomb",
+    "(2.31)",
+    (COULOMB, BREAKAWAY, VISCOUS),
+    StaticKernels(slip_force, slip_slope, breakaway_level, no_band, true_velocity),
+)

@@ -1,0 +1,30 @@
+"""SVC with a band (2.32): velocities of at most dv count as rest, so that the body drifts in it by up to dv."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.friction.law import Law, StaticKernels
+from frictool.friction.parameter import BREAKAWAY, COULOMB, VISCOUS, LawParameter
+from frictool.friction.static import breakaway_level, true_velocity
+from frictool.friction.svc import slip_force, slip_slope
+from frictool.kernels import kernel
+
+Vector = NDArray[np.float64]
+BAND = LawParameter("band", "m/s", "rad/s", exclusive=True)  # dv
+
+
+@kernel
+def band(p: Vector) -> float:
+    """Half width dv [m/s | rad/s] of the velocities that count as rest."""
+    return float(p[3])
+
+
+LAW = Law(
+    "svc_band",
+    "Static, viscous and Coulomb with a band",
+    "(2.32)",
+    (COULOMB, BREAKAWAY, VISCOUS, BAND),
+    StaticKernels(slip_force, slip_slope, breakaway_level, band, true_velocity),
+)

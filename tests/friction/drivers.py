@@ -1,0 +1,87 @@
+"""One compiled driver per kind: it takes any law of the kind as kernels."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from frictool.friction import signatures as s
+from frictool.friction.hybrid import SLIPPING, STUCK
+
+_f, _i, _a, _m = numba.float64, numba.int64, numba.float64[::1], numba.float64[:, ::1]
+
+FORCE, STATE, POSITION, VELOCITY, MODE, EFFORT = 0, 1, 0, 1, 2, 3
+
+
+@numba.njit(_m(s.SLIP_FORCE, s.SLIP_SLOPE, s.BREAKAWAY, s.BAND, s.SEEN_VELOCITY, _a, _a), cache=True)
+def static_values(slip_force, slip_slope, breakaway, band, seen_velocity, velocities, p):
+    """Rows (slip force, slope, breakaway, band, seen velocity) at each velocity, the direction being the velocity's."""
+    out = np.zeros((velocities.shape[0], 5))
+    for k in range(velocities.shape[0]):
+        v = velocities[k]
+        direction = 1.0 if v >= 0.0 else -1.0
+        out[k, 0] = slip_force(v, direction, p)
+        out[k, 1] = slip_slope(v, direction, p)
+        out[k, 2] = breakaway(direction, p)
+        out[k, 3] = band(p)
+        out[k, 4] = seen_velocity(v, p)
+    return out
+
+
+@numba.njit(_m(s.RATE, s.FORCE, s.COMMIT, s.RESET, _a, _f, _a), cache=True)
+def dynamic_run(rate, force, commit, reset, velocities, step, p):
+    """Rows (force, z[0]) along velocities, straight between samples; Runge-Kutta of order 4. Row 0 is the start."""
+    z = reset(p)
+    k1, k2, k3, k4 = np.zeros_like(z), np.zeros_like(z), np.zeros_like(z), np.zeros_like(z)
+    out = np.zeros((velocities.shape[0], 2))
+    for k in range(velocities.shape[0]):
+        v = velocities[k]
+        status = rate(z, v, p, k1)
+        out[k, 0], out[k, 1] = force(z, k1, v, p), z[0]
+        if k + 1 == velocities.shape[0]:
+            break
+        after = velocities[k + 1]
+        middle = 0.5 * (v + after)
+        status += rate(z + 0.5 * step * k1, middle, p, k2)
+        status += rate(z + 0.5 * step * k2, middle, p, k3)
+        status += rate(z + step * k3, after, p, k4)
+        z += step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+        status += commit(z, after, p)
+        if status != 0:
+            out[k + 1 :] = np.nan
+            break
+    return out
+
+
+@numba.njit(
+    _m(s.MODE_AFTER, s.ENTER, s.HYBRID_FORCE, s.HYBRID_ACCELERATION, s.HYBRID_RATE, s.HYBRID_COMMIT, s.RESET, _a, _f, _f, _a), cache=True
+)
+def hybrid_run(mode_after, enter, force, acceleration, rate, commit, reset, efforts, stiffness, step, p):
+    """Rows (x, v, mode, friction) of a body at rest under the efforts, minus stiffness x; midpoint rule, mode held in each step."""
+    z = reset(p)
+    slope = np.zeros_like(z)
+    mode, x, v = STUCK, 0.0, 0.0
+    out = np.zeros((efforts.shape[0], 4))
+    for k in range(efforts.shape[0]):
+        u = efforts[k] - stiffness * x
+        after = mode_after(mode, v, u, z, p)
+        status = 0
+        if after != mode:
+            mode = after
+            status += enter(mode, v, u, z, p)
+        out[k, 0], out[k, 1], out[k, 2], out[k, 3] = x, v, float(mode), force(mode, v, u, z, p)
+        status += rate(mode, v, z, p, slope)
+        half = v + 0.5 * step * acceleration(mode, v, u, z, p)
+        middle = z + 0.5 * step * slope
+        status += rate(mode, half, middle, p, slope)
+        v += step * acceleration(mode, half, u, middle, p)
+        z += step * slope
+        x += step * half
+        status += commit(mode, z, p)
+        if status != 0:
+            out[k + 1 :] = np.nan
+            break
+    return out
+
+
+__all__ = ["SLIPPING", "STUCK", "dynamic_run", "hybrid_run", "static_values"]
