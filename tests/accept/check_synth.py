@@ -1,0 +1,117 @@
+"""Synthesis at full count: random uncertainties and weights never end in an accepted controller that fails an independent check, and the
+clutch's designs meet thesis 5.4.1 on random plants of the polytope that took no part in the synthesis."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+import numpy as np
+from scipy.linalg import expm
+
+from frictool.documents.controller import Controller, StateSpace, Vertex
+from frictool.documents.design import Design
+from frictool.documents.model import Model
+from frictool.documents.provenance import Provenance
+from frictool.documents.registry import load
+from frictool.documents.scenario import Scenario, Step
+from frictool.documents.spec import Spec
+from frictool.errors import NoSolutionError
+from frictool.plant.polytope import intervals
+from frictool.report.verdict import judge
+from frictool.simulate.step_test import step_test
+from frictool.synth.speed_cascade import design_controller
+from tests.synth.example import ROOT, clutch_model
+
+RIG = ROOT / "configs/clutch"
+HERE = Provenance("a check", "0")
+TRIALS, PLANTS = 60, 300
+
+
+def _independent(system: StateSpace, vertex: Vertex, delay: int) -> tuple[float, float]:
+    """Spectral radius and modulus margin by another route: physical states and a scanned Nyquist curve, no code of frictool."""
+    j, s, k, lag, period = vertex.inertia, vertex.viscous, vertex.constant, 0.003, 1e-3
+    flow = np.array([[-1 / lag, 0, 0, 1 / lag], [k / j, -s / j, 0, 0], [0, 1, 0, 0], [0, 0, 0, 0]])
+    held = expm(flow * period)
+    ad, bd, theta = held[:3, :3], held[:3, 3:], np.array([[0.0, 0.0, 1.0]])
+    a, b, c, d = (np.atleast_2d(np.array(m, dtype=float)) for m in (system.a, system.b, system.c, system.d))
+    n, m = 3, len(a)
+    whole = np.zeros((n + m + delay,) * 2)
+    whole[:n, :n], whole[n : n + m, n : n + m], whole[n : n + m, :n] = ad, a, -b @ theta
+    control = np.hstack([-d @ theta, c])
+    if delay:
+        whole[:n, n + m :] = bd
+        whole[n + m :, : n + m] = control
+    else:
+        whole[:n, : n + m] += bd @ control
+    z = np.exp(1j * np.geomspace(1e-4, np.pi, 3000))[:, None, None]
+    control_response = c @ np.linalg.solve(z * np.eye(m) - a, b[None]) + d
+    loop = control_response * (theta @ np.linalg.solve(z * np.eye(n) - ad, bd[None])) * z**-delay
+    return float(np.max(np.abs(np.linalg.eigvals(whole)))), float(np.min(np.abs(1.0 + loop)))
+
+
+def never_accepts_what_fails() -> dict[str, Any]:
+    """Random intervals and weights: refused with exit 4, or stable at every vertex with the margin that the document says."""
+    rng, spec, design = np.random.default_rng(7), load(RIG / "spec.yaml", Spec), load(RIG / "designs/speed.yaml", Design)
+    accepted, refused, worst, wrong = 0, 0, 0.0, []
+    for trial in range(TRIALS):
+        low = rng.uniform(0.3, 1.0) * 13.4e-3
+        constant = (low, max(low, 13.4e-3), 13.4e-3 * rng.uniform(1.0, 2.0))
+        weights = msgspec.structs.replace(
+            design.weights,
+            bandwidth_rad_s=float(10 ** rng.uniform(0.5, 2.5)),
+            disturbance=float(10 ** rng.uniform(-3, 0)),
+            drive=float(10 ** rng.uniform(-2, 1)),
+            command=float(10 ** rng.uniform(-3, 1)),
+        )
+        model = clutch_model(constant=constant)
+        try:
+            controller = design_controller(model, spec, msgspec.structs.replace(design, weights=weights), HERE)
+        except NoSolutionError:
+            refused += 1
+            continue
+        accepted += 1
+        for vertex in controller.verified.vertices:
+            for check in vertex.checks:
+                radius, margin = _independent(controller.speed_controller.discrete, vertex, check.delay_samples)
+                worst = max(worst, abs(margin / check.modulus_margin - 1.0))
+                if radius >= 1.0 or (check.delay_samples == controller.delay_samples and margin < 0.5 * (1.0 - 1e-6)):
+                    wrong.append((trial, vertex.name, check.delay_samples))
+    passed = not wrong and worst < 1e-2 and accepted > 0 and refused > 0
+    return {"passed": passed, "accepted": accepted, "refused": refused, "wrong": wrong, "worst_margin_difference": worst}
+
+
+def _random_plants(controller: Controller, model: Model, count: int) -> Controller:
+    """The controller with random interior plants in place of its vertices, so that the step test plays them."""
+    rng, box, first = np.random.default_rng(11), intervals(model), controller.verified.vertices[0]
+    plants = [
+        msgspec.structs.replace(first, name=f"r{index:03d}", **{name: float(rng.uniform(*ends)) for name, ends in box.items()})
+        for index in range(count)
+    ]
+    return msgspec.structs.replace(controller, verified=msgspec.structs.replace(controller.verified, vertices=tuple(plants)))
+
+
+def meets_the_specification_on_random_plants() -> dict[str, Any]:
+    """Steps of 50 and 20 rad and a hold of 16 s on plants drawn over the whole of table 5.2."""
+    model, spec = clutch_model(), load(RIG / "spec.yaml", Spec)
+    told: dict[str, Any] = {"plants": PLANTS}
+    passed = True
+    for name in ("speed", "fast"):
+        design = load(RIG / f"designs/{name}.yaml", Design)
+        controller = _random_plants(design_controller(model, spec, design, HERE), model, PLANTS)
+        steps = load(RIG / "scenarios/steps.yaml", Scenario)
+        held = msgspec.structs.replace(steps, steps=(steps.steps[0], Step(reference=steps.steps[-1].reference, duration_s=16.0)))
+        log = step_test(model, controller, held, HERE)
+        good = 0
+        for stream in log.streams[1:]:
+            alone = msgspec.structs.replace(spec, modulus_margin=None)
+            good += all(item.met for item in judge(alone, [type(log)((stream,), log.metadata, stream.topic)], controller).requirements)
+        told[f"{name}_inside"] = good
+        passed = passed and good >= 0.995 * PLANTS
+    return {"passed": passed, **told}
+
+
+CHECKS = {
+    "synth: never an accepted controller that fails": never_accepts_what_fails,
+    "synth: clutch on random plants": meets_the_specification_on_random_plants,
+}
