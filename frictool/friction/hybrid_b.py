@@ -1,11 +1,12 @@
 """Hybrid version B, linear presliding (3.32)-(3.36). State z = [z], the presliding.
 
-    mode 0   z' = v, m v' = u - k1 z - k2 v     C_{0->1}: (z >= z_max and u > F_s) or (z <= -z_max and u < -F_s)
+    mode 0   z' = v, m v' = u - k1 z - k2 v     C_{0->1}: (z >= z_max, u > F_s, v >= 0) or (z <= -z_max, u < -F_s, v <= 0)
     mode 1   Stribeck's law, z = +-z_max        C_{1->0}: (3.2)
     k1 = F_s/z_max, k2 = 2 sqrt(m F_s/z_max)    (3.35): F_s is borne at z_max, critically damped
 
 (3.12)-(3.13) print k1 and k2 in each other's place; (3.17), (3.32) have them as here. (3.13), (3.32) print x = x_{1->0} + z: x moves on
-from where the body was captured, x_{1->0} is x - z at the switch. A driver that integrates x' = v has it so.
+from where the body was captured, x_{1->0} is x - z at the switch. A driver that integrates x' = v has it so. (3.34)
+has no condition on v: a body that springs back while u rises past F_s would leave and be captured at once, (3.27), at the wrong limit.
 """
 
 from __future__ import annotations
@@ -41,10 +42,10 @@ def presliding_damping(p: Vector) -> float:
 
 @kernel
 def mode_after(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
-    """The mode that follows, (3.34)."""
+    """The mode that follows, (3.34): the contact is left outwards only."""
     if mode == SLIPPING:
         return STUCK if captured(v, u, p) else SLIPPING
-    broken = (z[0] >= p[LIMIT] and u > p[BREAKAWAY]) or (z[0] <= -p[LIMIT] and u < -p[BREAKAWAY])
+    broken = (z[0] >= p[LIMIT] and u > p[BREAKAWAY] and v >= 0.0) or (z[0] <= -p[LIMIT] and u < -p[BREAKAWAY] and v <= 0.0)
     return SLIPPING if broken else STUCK
 
 

@@ -2,7 +2,7 @@
 
     mode 0   z' = v, m v' = u - Preisach(z) - k2 v      mode 1, C_{0->1}, C_{1->0}: as version B
 
-(3.37) prints no damping, with which the stuck body rings for ever on the hysteresis' own slope: k2 is version B's (3.35).
+(3.37) prints no damping, with which the stuck body rings (small loops hardly dissipate): k2 is version B's (3.35).
 Slip saturates the operator: all reversals are forgotten.
 """
 

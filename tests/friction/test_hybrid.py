@@ -52,8 +52,23 @@ def test_switches_as_printed(name: str, v: float, u: float, share: float, stuck:
         free = abs(u) > F_S and (np.sign(u) == np.sign(v) or clock >= 1e-3)
         assert after == (SLIPPING if free else STUCK)
     else:
-        broken = (z[0] >= Z_MAX and u > F_S) or (z[0] <= -Z_MAX and u < -F_S)
+        broken = (z[0] >= Z_MAX and u > F_S and v >= 0) or (z[0] <= -Z_MAX and u < -F_S and v <= 0)
         assert after == (SLIPPING if broken else STUCK)
+
+
+@pytest.mark.parametrize("name", VERSIONS)
+@FAST
+@given(v=SPEEDS, u=EFFORTS, share=st.floats(-1.2, 1.2), stuck=st.booleans())
+def test_no_instant_asks_for_two_switches(name: str, v: float, u: float, share: float, stuck: bool) -> None:
+    """3.5: C_{0->1} and C_{1->0} are never both true, so that the mode after a switch stays."""
+    p = packed(LAWS[name], TABLE_3_1[name] | ({"hold_time": 1e-3} if name == "hybrid_a" else {}))
+    law, mode = kernels(name), STUCK if stuck else SLIPPING
+    z = law.reset(p)
+    z[0] = 0.0 if name == "hybrid_a" else share * Z_MAX
+    after = law.mode_after(mode, v, u, z, p)
+    if after != mode:
+        law.enter(after, v, u, z, p)
+        assert law.mode_after(after, v, u, z, p) == after
 
 
 @pytest.mark.parametrize("name", VERSIONS)
