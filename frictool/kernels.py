@@ -67,9 +67,9 @@ def parallel_kernel(function: F) -> F:
 
 
 @functools.cache
-def pointer(compiled: Callable[..., Any], signature: str) -> Any:
-    """A kernel as a value of the type `signature`, as "float64(float64, float64[::1])": what takes it is compiled once for all of them."""
-    return numba.cfunc(signature, cache=FOLDER is not None)(cast(Any, compiled).py_func)
+def pointer(compiled: Callable[..., Any], kind: Any) -> Any:
+    """A kernel as a value of a function type (friction/signatures.py): what takes such values is compiled once for all of them."""
+    return numba.cfunc(kind.signature, cache=FOLDER is not None)(cast(Any, compiled).py_func)
 
 
 def is_compiled(module: str, name: str) -> bool:

@@ -37,6 +37,20 @@ DENSE = (
     (0.0, 40617522 / 29380423, -110615467 / 29380423, 69997945 / 29380423),
 )
 B = np.array(DENSE)
+# the same coefficients as tables, for systems of any size
+NODES = np.array((0.0, C2, C3, C4, C5, 1.0, 1.0))
+TABLEAU = np.array(
+    (
+        (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        (A21, 0.0, 0.0, 0.0, 0.0, 0.0),
+        (A31, A32, 0.0, 0.0, 0.0, 0.0),
+        (A41, A42, A43, 0.0, 0.0, 0.0),
+        (A51, A52, A53, A54, 0.0, 0.0),
+        (A61, A62, A63, A64, A65, 0.0),
+        (A71, 0.0, A73, A74, A75, A76),
+    )
+)
+ERRORS = np.array((E1, 0.0, E3, E4, E5, E6, E7))
 
 
 @kernel

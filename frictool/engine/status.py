@@ -8,6 +8,7 @@ code  name            meaning
 2     NOT_FINITE      the state, the command or the duration is not a finite number: the state is as it was
 3     EVENTS_FULL     the array for the events is full: the state is that at the event that found no room
 4     STEP_TOO_SMALL  the tolerance asks for a step that is lost in the rounding of the time
+5     LAW_FAILED      a kernel of the friction law returned a status of friction/status.py
 ====  ==============  ===================================================================================================
 """
 
@@ -18,10 +19,12 @@ TOO_MANY_EVENTS = 1
 NOT_FINITE = 2
 EVENTS_FULL = 3
 STEP_TOO_SMALL = 4
+LAW_FAILED = 5
 
 MESSAGES = {
     TOO_MANY_EVENTS: "the axis stops and starts more often within one sample than the engine resolves",
     NOT_FINITE: "the simulation left the range of floating-point numbers",
     EVENTS_FULL: "more events happened than there was room for",
     STEP_TOO_SMALL: "the tolerance cannot be kept: the steps would be lost in rounding",
+    LAW_FAILED: "the friction law left the range of floating-point numbers, or its memory is full",
 }

@@ -23,11 +23,13 @@ from frictool.engine.body import (
 from frictool.engine.drive import Drive
 from frictool.engine.status import OK
 from frictool.engine.stick_slip import run
+from frictool.friction.signatures import SLIP_FORCE
 from frictool.kernels import pointer
 
 Vector = NDArray[np.float64]
 
-FORCE = "float64(float64, float64, float64[::1])"
+Segments = Sequence[tuple[float, Drive]]
+
 ROOM_FOR_EVENTS = 10_000
 
 
@@ -76,9 +78,20 @@ class Trajectory:
         return found
 
 
+def checked(segments: Segments, times: ArrayLike, start: float) -> tuple[Vector, Vector, Vector]:
+    """Arrays for the kernels: ends (s,), drives (s, 10), times (n,). ValueError where they are not in order."""
+    asked = np.array(times, dtype=np.float64, ndmin=1)
+    ends = np.array([end for end, _ in segments], dtype=np.float64)
+    if not ends.size or not np.all(np.diff(np.concatenate([[start], ends])) > 0.0):
+        raise ValueError(f"segments end one after another, after {start} s; found {ends.tolist()}")
+    if asked.size and not (np.all(np.diff(asked) >= 0.0) and start <= asked[0] and asked[-1] <= ends[-1]):
+        raise ValueError(f"times ascend within {start} to {ends[-1]} s")
+    return ends, np.stack([drive.as_array() for _, drive in segments]), asked
+
+
 def simulate(
     body: Body,
-    segments: Sequence[tuple[float, Drive]],
+    segments: Segments,
     times: ArrayLike,
     *,
     state: Vector | None = None,
@@ -90,17 +103,11 @@ def simulate(
     `state` (5,), at rest at 0 if not given, is not changed. `room`: for how many events; one more ends the run with EVENTS_FULL.
     ValueError where the segments or the times are not in order, or where body or drive make no sense.
     """
-    asked = np.array(times, dtype=np.float64, ndmin=1)
-    ends = np.array([end for end, _ in segments], dtype=np.float64)
-    if not ends.size or not np.all(np.diff(np.concatenate([[start], ends])) > 0.0):
-        raise ValueError(f"segments end one after another, after {start} s; found {ends.tolist()}")
-    if asked.size and not (np.all(np.diff(asked) >= 0.0) and start <= asked[0] and asked[-1] <= ends[-1]):
-        raise ValueError(f"times ascend within {start} to {ends[-1]} s")
+    ends, drives, asked = checked(segments, times, start)
     now = (at_rest() if state is None else np.array(state, dtype=np.float64)).copy()
     samples, events = np.full((asked.size, SAMPLE_SIZE), np.nan), np.zeros((room, EVENT_SIZE))
-    drives = np.stack([drive.as_array() for _, drive in segments])
     law = np.array(body.law, dtype=np.float64)
-    force = pointer(body.slip_force, FORCE)
+    force = pointer(body.slip_force, SLIP_FORCE)
     status, reached, happened = run(force, law, body.as_array(), now, start, ends, drives, asked, samples, events)
     if status != OK:
         samples[asked > reached] = np.nan

@@ -15,6 +15,7 @@ from frictool.engine.dormand_prince import STAGES, dense_output, layer_step
 from frictool.engine.drive import Drive, effort
 from frictool.engine.polynomial import NEVER, curvature_bound, first_fall, slope, value
 from frictool.engine.series import TERMS, motion, reach
+from frictool.friction.signatures import SLIP_FORCE
 from frictool.kernels import pointer
 from tests.engine.table31 import stribeck
 
@@ -111,7 +112,7 @@ def test_a_step_in_the_layer_is_of_order_five_and_its_output_of_order_four() -> 
     y, array, force = (
         np.array([0.0, 1e-3, 0.1]),
         Drive(1.6, 1.0, 0.0, 0.0, 0.0, 2.0, 0.5, 0.3).as_array(),
-        pointer(stribeck, "float64(float64, float64, float64[::1])"),
+        pointer(stribeck, SLIP_FORCE),
     )
 
     def field(t: float, now: np.ndarray) -> list[float]:
