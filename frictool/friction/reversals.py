@@ -1,6 +1,6 @@
 """The memory of a hysteresis with wiping-out: the reversals that are not yet forgotten (annex A, figure 1).
 
-    memory = [z, F, count, z_1, F_1, z_2, F_2, ...]     where it is now; then the positions and forces of the reversals, oldest first
+    memory = [z, F, count, forgotten, z_1, F_1, z_2, F_2, ...]     where it is now; then the reversals' positions and forces, oldest first
 
 Rules, for an odd hysteresis that starts virgin at z = 0, F = 0:
     no reversal           the virgin curve, outwards                                                              rule I
@@ -8,7 +8,9 @@ Rules, for an odd hysteresis that starts virgin at z = 0, F = 0:
     an inner loop closes  where z passes z_{k-1} again, z_k and z_{k-1} are forgotten and the older branch goes on
     the outer loop        where z passes -z_1 the virgin curve goes on
 Seen from outside, nothing but the position decides: the operator is rate independent and wiped out by larger movements.
-The annex calls the memory a FIFO; it is a stack.
+The annex calls the memory a FIFO; it is a stack. It overflows where more reversals are nested than it holds, as in a slow ringing: then
+the pair of neighbours that differ least from the pairs around them is given up, and `forgotten` counts it. The force stays as it is;
+later, where a loop closes on the branch of that pair, it is off by what the neighbours differ.
 """
 
 from __future__ import annotations
@@ -23,13 +25,14 @@ from frictool.kernels import kernel
 
 Vector = NDArray[np.float64]
 
-POSITION, FORCE, COUNT, FIRST = 0, 1, 2, 3
+POSITION, FORCE, COUNT, FORGOTTEN, FIRST = 0, 1, 2, 3, 4
+FEWEST = 4  # reversals without which there is no inner pair to give up
 DEPTH = 64  # nested reversals that a law's memory holds
 
 
 @kernel
 def new_memory(depth: int) -> Vector:
-    """The memory of a virgin contact that holds `depth` nested reversals, shape (3 + 2 depth,)."""
+    """The memory of a virgin contact that holds `depth` nested reversals, shape (4 + 2 depth,)."""
     return np.zeros(FIRST + 2 * depth)
 
 
@@ -70,15 +73,32 @@ def branch_start(memory: Vector, z: float) -> tuple[bool, float, float]:
 
 
 @kernel
+def _forget_a_pair(memory: Vector, count: int) -> None:
+    """Gives up the two neighbours, neither oldest nor newest, without which the reversals around them change least."""
+    chosen, least = 1, math.inf
+    for j in range(1, count - 2):
+        at = FIRST + 2 * j
+        change = abs(memory[at + 2] - memory[at - 2]) + abs(memory[at + 4] - memory[at])
+        if change < least:
+            chosen, least = j, change
+    for place in range(FIRST + 2 * chosen, FIRST + 2 * (count - 2)):
+        memory[place] = memory[place + 4]
+    memory[FORGOTTEN] += 1.0
+
+
+@kernel
 def remember(memory: Vector, z: float, force: float) -> int:
     """Takes a straight movement to z, where the operator's force is `force`, into the memory. Returns friction/status.py."""
     if not (math.isfinite(z) and math.isfinite(force)):
         return NOT_FINITE
     count, turned = surviving(memory, z)
     if turned:
+        if FIRST + 2 * count + 1 >= memory.shape[0]:
+            if count < FEWEST:
+                return MEMORY_FULL
+            _forget_a_pair(memory, count)
+            count -= 2
         place = FIRST + 2 * count
-        if place + 1 >= memory.shape[0]:
-            return MEMORY_FULL
         memory[place], memory[place + 1] = memory[POSITION], memory[FORCE]
         count += 1
     memory[COUNT] = count

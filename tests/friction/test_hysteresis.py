@@ -11,7 +11,7 @@ from frictool.friction.masing import masing_force, masing_move
 from frictool.friction.maxwell_bank import bank_force, bank_move, bank_tail, parabolic_bank
 from frictool.friction.preisach import everett, preisach_force, preisach_move
 from frictool.friction.preisach_cycles import cell_weights, everett_tail, masing_cycles, masing_everett
-from frictool.friction.reversals import COUNT, FORCE, new_memory
+from frictool.friction.reversals import COUNT, FORCE, FORGOTTEN, new_memory
 from frictool.friction.status import MEMORY_FULL, NOT_FINITE, OK
 from frictool.friction.virgin_curve import virgin_force
 from tests.friction.plain import Masing, Relays
@@ -247,3 +247,22 @@ def test_a_full_memory_and_a_place_that_is_no_number_are_reported_and_change_not
     assert masing_move(memory, float("nan"), 1.0, 1.0) == NOT_FINITE
     assert preisach_move(memory, float("nan"), TABLE, 1.0) == NOT_FINITE
     np.testing.assert_array_equal(memory, before)
+
+
+def ringing(count: int) -> list[float]:
+    """Reversals at 0.9, -0.9 q, 0.9 q^2 ..., q = 0.99, nested in one another."""
+    return [0.9 * (-0.99) ** k for k in range(count)]
+
+
+@pytest.mark.parametrize("path", [masing_path, preisach_path])
+def test_a_slow_ringing_does_not_overflow_the_memory(path) -> None:
+    """200 nested reversals in a memory of 64: the forces while it rings are exact, and so are they after all is wiped out."""
+    short, long = new_memory(64), new_memory(256)
+    np.testing.assert_array_equal(path(ringing(200), memory=short), path(ringing(200), memory=long))
+    assert short[COUNT] <= 64
+    assert short[FORGOTTEN] > 0
+    assert long[FORGOTTEN] == 0
+    back = list(np.linspace(0.0, 0.89, 500))
+    assert np.max(np.abs(path(back, memory=short) - path(back, memory=long))) < 0.01 * BREAKAWAY
+    after = [0.95, -0.3, 0.2]
+    np.testing.assert_allclose(path(after, memory=short), path(after, memory=long), rtol=0, atol=1e-12)

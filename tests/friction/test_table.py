@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,6 +21,11 @@ def test_the_table_lists_each_law_once() -> None:
     assert len(LAWS) == len(ROWS)
     assert set(LAWS) == set(TABLE_3_1)
     assert {law.name for law in ROWS if law.approximation} == {"coulomb_tanh", "coulomb_atan"}
+
+
+def test_the_documentation_names_every_law() -> None:
+    text = (Path(__file__).parents[2] / "docs" / "theory" / "friction.md").read_text(encoding="utf-8")
+    assert [name for name in NAMES if f"`{name}`" not in text] == []
 
 
 @pytest.mark.parametrize("name", NAMES)
