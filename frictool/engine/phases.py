@@ -31,7 +31,7 @@ from frictool.engine.body import (
     VISCOUS_BEYOND,
 )
 from frictool.engine.dormand_prince import Force, dense_output, layer_step
-from frictool.engine.drive import AMPLITUDE, DERIVATIVE, INTEGRAL, OFFSET, PROPORTIONAL, SLOPE, TARGET, TARGET_SPEED, effort
+from frictool.engine.drive import AMPLITUDE, DERIVATIVE, FREQUENCY, INTEGRAL, OFFSET, PROPORTIONAL, SLOPE, TARGET, TARGET_SPEED, effort
 from frictool.engine.polynomial import NEVER, first_fall
 from frictool.engine.series import TERMS, motion, reach
 from frictool.engine.status import NOT_FINITE, OK, STEP_TOO_SMALL
@@ -39,7 +39,7 @@ from frictool.kernels import kernel
 
 Vector = NDArray[np.float64]
 
-ROUNDING = 2.0**-50  # efforts smaller than this part of their terms are zero
+ROUNDING = 2.0**-48  # efforts smaller than this part of their terms are zero
 SHORTEST_STEP = 2.0**-50  # of the time, or of the run
 FIRST_STEP = 1e-2  # of the time in which the largest force would cross the layer
 GROWTH, SHRINKAGE, SAFETY = 5.0, 0.2, 0.9
@@ -77,13 +77,11 @@ def friction(force: Force, law: Vector, body: Vector, state: Vector, v: float, u
 
 @kernel
 def _gross(state: Vector, t: float, drive: Vector) -> float:
-    """Sum of the sizes of the terms of the effort: what its rounding is relative to."""
-    free: float = abs(drive[AMPLITUDE]) + abs(drive[OFFSET]) + abs(drive[SLOPE] * t)
-    error = abs(state[POSITION]) + abs(drive[TARGET]) + abs(drive[TARGET_SPEED] * t)
-    fed_back: float = (
-        abs(drive[PROPORTIONAL]) * error + abs(drive[DERIVATIVE] * state[VELOCITY]) + abs(drive[INTEGRAL] * state[INTEGRAL_STATE])
-    )
-    return free + fed_back
+    """Sum of the sizes of the terms of the effort, and of what a rounding of the time makes of them: its rounding is a part of this."""
+    distance: float = abs(state[POSITION]) + abs(drive[TARGET]) + abs(drive[TARGET_SPEED] * t)
+    free: float = abs(drive[AMPLITUDE]) * (1.0 + abs(drive[FREQUENCY] * t)) + abs(drive[OFFSET]) + abs(drive[SLOPE] * t)
+    summed: float = abs(drive[INTEGRAL]) * (abs(state[INTEGRAL_STATE]) + distance * abs(t))
+    return free + summed + abs(drive[PROPORTIONAL]) * distance + abs(drive[DERIVATIVE] * state[VELOCITY])
 
 
 @kernel
