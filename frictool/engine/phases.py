@@ -40,6 +40,7 @@ from frictool.kernels import kernel
 Vector = NDArray[np.float64]
 
 ROUNDING = 2.0**-48  # efforts smaller than this part of their terms are zero
+TRACE = 2.0**-40  # of the terms of the effort
 SHORTEST_STEP = 2.0**-50  # of the time, or of the run
 FIRST_STEP = 1e-2  # of the time in which the largest force would cross the layer
 GROWTH, SHRINKAGE, SAFETY = 5.0, 0.2, 0.9
@@ -81,12 +82,18 @@ def _gross(state: Vector, t: float, drive: Vector) -> float:
     distance: float = abs(state[POSITION]) + abs(drive[TARGET]) + abs(drive[TARGET_SPEED] * t)
     free: float = abs(drive[AMPLITUDE]) * (1.0 + abs(drive[FREQUENCY] * t)) + abs(drive[OFFSET]) + abs(drive[SLOPE] * t)
     summed: float = abs(drive[INTEGRAL]) * (abs(state[INTEGRAL_STATE]) + distance * abs(t))
-    return free + summed + abs(drive[PROPORTIONAL]) * distance + abs(drive[DERIVATIVE] * state[VELOCITY])
+    fed_back: float = abs(drive[PROPORTIONAL]) * distance + abs(drive[DERIVATIVE] * state[VELOCITY])
+    return free + summed + fed_back
 
 
 @kernel
-def rest_piece(state: Vector, body: Vector, drive: Vector, t: float, longest: float, piece: Vector, probe: Vector) -> tuple[float, float]:
-    """One piece at rest; returns how long it is and the direction in which the body then breaks away, or 0."""
+def rest_piece(
+    state: Vector, body: Vector, drive: Vector, t: float, longest: float, refused: float, piece: Vector, probe: Vector
+) -> tuple[float, float]:
+    """One piece at rest; returns how long it is and the direction in which the body then breaks away, or 0.
+
+    `refused`: a direction in which it has just stopped at the instant at which it broke away: there it needs a trace more.
+    """
     motion(state, t, drive, body[MASS], 0.0, 0.0, False, 0.0, piece)
     spent, towards = min(longest, reach(piece[3])), 0.0
     for direction in (-1.0, 1.0):
@@ -97,7 +104,10 @@ def rest_piece(state: Vector, body: Vector, drive: Vector, t: float, longest: fl
         for k in range(TERMS):
             probe[k] = -direction * piece[3, k]
         probe[0] += threshold
-        if abs(probe[0]) <= ROUNDING * (threshold + _gross(state, t, drive)):
+        size = threshold + _gross(state, t, drive)
+        if direction == refused:
+            probe[0] += TRACE * size
+        elif abs(probe[0]) <= ROUNDING * size:
             probe[0] = 0.0
         crossing = first_fall(probe, spent)
         if crossing != NEVER:

@@ -7,6 +7,7 @@
 The direction belongs to the phase: no integrator ever sees sign(v). Whatever would cycle without end (3.5) is resolved by rule:
 - an effort on the breakaway threshold to rounding counts as being on it, and breaks away only if it rises;
 - a slip that starts with an acceleration of zero to rounding starts with zero;
+- a slip that ends at the instant at which it began leaves its direction asking for a trace more than the breakaway;
 - leaving the layer and entering it again are different speeds, both where the law is straight; so are the two sides of the knee;
 - a rebound from an end stop whose flight lasts less than SHORTEST_FLIGHT of the run rests there (event RESTS_AT_STOP).
 What these do not resolve ends the call with a status, at the time that it returns.
@@ -103,12 +104,13 @@ def _advance_piece(
     t: float,
     longest: float,
     wish: float,
+    refused: float,
     scratch: tuple[Vector, Vector, Vector],
 ) -> tuple[float, int, float, float, int, int]:
     """The piece that starts at t: its length, the event that ends it, the direction that breaks away, the next step, terms, a status."""
     piece, probe, slopes = scratch
     if state[DIRECTION] == 0.0:
-        spent, towards = rest_piece(state, body, drive, t, longest, piece, probe)
+        spent, towards = rest_piece(state, body, drive, t, longest, refused, piece, probe)
         return spent, BREAKS_AWAY if towards != 0.0 else NO_EVENT, towards, 0.0, TERMS, OK
     terms, status = TERMS, OK
     if state[REGION] == IN_LAYER:
@@ -151,9 +153,10 @@ def _segment(
     """Under one drive up to `end`: status, the time reached, samples filled and events recorded so far."""
     scratch = (np.zeros((4, TERMS)), np.zeros(TERMS), np.empty((3, STAGES)))
     left, wish = _pieces_allowed(body, drive, end - t, events.shape[0]), 0.0
+    refused, began = 0.0, -math.inf
     while t < end:
         left -= 1.0
-        spent, kind, towards, wish, terms, status = _advance_piece(force, law, body, state, drive, t, end - t, wish, scratch)
+        spent, kind, towards, wish, terms, status = _advance_piece(force, law, body, state, drive, t, end - t, wish, refused, scratch)
         if status != OK or left < 0.0:
             return status if status != OK else TOO_MANY_EVENTS, t, filled, happened
         piece = scratch[0][:, :terms]
@@ -165,10 +168,14 @@ def _segment(
         if kind != NO_EVENT:
             if happened == events.shape[0]:
                 return EVENTS_FULL, t, filled, happened
-            speed = state[VELOCITY]
+            speed, direction = state[VELOCITY], state[DIRECTION]
             kind = arrive(state, body, drive, t, kind, towards, span)
             _record(events, happened, t, kind, state[POSITION], speed)
             happened += 1
+            if kind == BREAKS_AWAY:
+                began, refused = t, 0.0
+            elif kind == STOPS:
+                refused = direction if t == began else 0.0
     return OK, t, filled, happened
 
 

@@ -1,0 +1,78 @@
+"""Many runs at once on all cores. Runs share nothing that they write, so that results do not depend on the number of threads."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import prange
+from numpy.typing import NDArray
+
+from frictool.engine.axis import advance
+from frictool.engine.body import BREAKS_AWAY
+from frictool.engine.closed_loop import run as run_loop
+from frictool.engine.dormand_prince import Force
+from frictool.engine.status import OK
+from frictool.engine.stick_slip import run as run_body
+from frictool.kernels import parallel_kernel
+
+Vector = NDArray[np.float64]
+
+
+@parallel_kernel
+def replay_axes(axes: Vector, states: Vector, commands: Vector, period: float, positions: Vector, statuses: NDArray[np.int64]) -> None:
+    """Moves many axes (m, 12), states (m, 6) in place, each under its commands (m, n), one held for a `period` [s].
+
+    positions (m, n) [m | rad]: those at the beginning of each period. statuses (m,): engine/status.py; a run that fails stops there.
+    """
+    for i in prange(axes.shape[0]):
+        for k in range(commands.shape[1]):
+            positions[i, k] = states[i, 0]
+            statuses[i] = advance(states[i], commands[i, k], axes[i], period)
+            if statuses[i] != OK:
+                break
+
+
+@parallel_kernel
+def closed_loops(
+    axes: Vector,
+    states: Vector,
+    controllers: Vector,
+    controller_states: Vector,
+    references: Vector,
+    period: float,
+    delay_samples: int,
+    records: Vector,
+    statuses: NDArray[np.int64],
+) -> None:
+    """Many closed loops: engine/closed_loop.py `run` for each row of axes (m, 12), states (m, 6), controllers (m, c), their states
+    (m, s), references (m, n); fills records (m, n, 7) and statuses (m,)."""
+    for i in prange(axes.shape[0]):
+        statuses[i] = run_loop(axes[i], states[i], controllers[i], controller_states[i], references[i], period, delay_samples, records[i])
+
+
+@parallel_kernel
+def breakaway_times(
+    force: Force,
+    laws: Vector,
+    bodies: Vector,
+    states: Vector,
+    ends: Vector,
+    drives: Vector,
+    room: int,
+    found: Vector,
+    counts: NDArray[np.int64],
+    statuses: NDArray[np.int64],
+) -> None:
+    """Many bodies of one law from t = 0: laws (m, p), bodies (m, 16), states (m, 5) in place, each under drives (m, s, 10) to ends (s,).
+
+    found (m, b): the first b breakaway times, as counts (m,) says; `room`: for how many events of each run. statuses (m,).
+    """
+    for i in prange(bodies.shape[0]):
+        events = np.empty((room, 4))
+        none, nothing = np.empty(0), np.empty((0, 5))
+        status, _, happened = run_body(force, laws[i], bodies[i], states[i], 0.0, ends, drives[i], none, nothing, events)
+        counts[i] = 0
+        for k in range(happened):
+            if events[k, 1] == BREAKS_AWAY and counts[i] < found.shape[1]:
+                found[i, counts[i]] = events[k, 0]
+                counts[i] += 1
+        statuses[i] = status

@@ -1,0 +1,97 @@
+"""Many runs at once: each as it is alone, whatever the number of threads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numba
+import numpy as np
+import pytest
+
+from frictool.control.cascade import initial_state
+from frictool.control.packing import pack
+from frictool.engine.axis import advance
+from frictool.engine.batch import breakaway_times, closed_loops, replay_axes
+from frictool.engine.body import at_rest
+from frictool.engine.closed_loop import RECORD_SIZE, run
+from frictool.engine.drive import spring
+from frictool.engine.laws import body_of
+from frictool.engine.status import OK
+from frictool.engine.trajectory import simulate
+from frictool.friction.signatures import SLIP_FORCE
+from frictool.friction.table import LAWS
+from frictool.kernels import pointer
+from frictool.plant.axis import AxisParameters, rest
+from tests.control.example import clutch_controller
+
+PLANTS, PERIOD = 40, 1e-3
+
+
+@pytest.fixture(params=[1, 2])
+def threads(request: pytest.FixtureRequest) -> Iterator[int]:
+    before = numba.get_num_threads()
+    if request.param > before:
+        pytest.skip(f"numba has {before} thread here")
+    numba.set_num_threads(request.param)
+    yield request.param
+    numba.set_num_threads(before)
+
+
+def clutches(seed: int = 4) -> list[AxisParameters]:
+    rng = np.random.default_rng(seed)
+    return [
+        AxisParameters(
+            inertia=1.32e-5, viscous=3.8e-4, coulomb=0.099 * scale, breakaway=0.109 * scale, constant=0.0134, lag=3e-3, drive_limit=50.0,
+            backlash=3.0, backlash_coulomb=0.05 * scale, backlash_breakaway=0.055 * scale, encoder_step=0.112,
+        )
+        for scale in rng.uniform(0.7, 1.3, PLANTS)
+    ]  # fmt: skip
+
+
+def test_replayed_axes(threads: int) -> None:
+    axes = clutches()
+    commands = np.random.default_rng(5).uniform(-30.0, 30.0, (PLANTS, 100))
+    states, positions, statuses = np.stack([rest()] * PLANTS), np.empty(commands.shape), np.zeros(PLANTS, dtype=np.int64)
+    replay_axes(np.stack([axis.as_array() for axis in axes]), states, commands, PERIOD, positions, statuses)
+    assert np.all(statuses == OK)
+    for i, axis in enumerate(axes):
+        state = rest()
+        for k in range(commands.shape[1]):
+            assert positions[i, k] == state[0]
+            advance(state, commands[i, k], axis.as_array(), PERIOD)
+        assert np.array_equal(states[i], state)
+
+
+def test_closed_loops(threads: int) -> None:
+    axes, controller, samples = clutches(), pack(clutch_controller()), 300
+    references, records, statuses = (
+        np.full((PLANTS, samples), 20.0),
+        np.zeros((PLANTS, samples, RECORD_SIZE)),
+        np.zeros(PLANTS, dtype=np.int64),
+    )
+    arrays, own = np.stack([axis.as_array() for axis in axes]), np.stack([initial_state(controller, 0.0)] * PLANTS)
+    closed_loops(arrays, np.stack([rest()] * PLANTS), np.stack([controller] * PLANTS), own, references, PERIOD, 1, records, statuses)
+    assert np.all(statuses == OK)
+    for i in range(PLANTS):
+        record = np.zeros((samples, RECORD_SIZE))
+        run(arrays[i], rest(), controller, initial_state(controller, 0.0), references[i], PERIOD, 1, record)
+        assert np.array_equal(records[i], record)
+    assert np.ptp(records[:, -1, 1]) > 0.0
+
+
+def test_bodies_on_a_spring(threads: int) -> None:
+    law, drive = LAWS["stribeck"], spring(2.0, 0.1)
+    values = {"coulomb": 1.0, "stribeck_velocity": 1e-3, "viscous": 0.4}
+    packed = [law.pack({**values, "breakaway": level}) for level in np.linspace(1.4, 1.8, PLANTS)]
+    bodies = [body_of(law, p, 1.0) for p in packed]
+    found, counts, statuses = np.full((PLANTS, 12), np.nan), np.zeros(PLANTS, dtype=np.int64), np.zeros(PLANTS, dtype=np.int64)
+    arrays = np.stack([body.as_array() for body in bodies])
+    states, drives = np.stack([at_rest()] * PLANTS), np.stack([drive.as_array()[None]] * PLANTS)
+    force = pointer(law.kernels.slip_force, SLIP_FORCE)
+    breakaway_times(force, np.stack(packed), arrays, states, np.array([30.0]), drives, 200, found, counts, statuses)
+    assert np.all(statuses == OK)
+    for i, body in enumerate(bodies):
+        alone = simulate(body, [(30.0, drive)], [])
+        assert np.array_equal(found[i, : counts[i]], alone.times_of())
+        assert np.array_equal(states[i], alone.state)
+    assert counts.min() >= 3
