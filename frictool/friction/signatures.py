@@ -1,11 +1,8 @@
 """Types of the kernels of each kind, for drivers that take them as arguments.
 
-A driver declared with these types is compiled once, kept on disk, and runs every law of the kind through a pointer:
-
-    @numba.njit(numba.float64(SLIP_FORCE, numba.float64), cache=True)
-    def driver(slip_force, v): ...
-
-Without them numba compiles the driver anew for every law in every process.
+A driver that takes `kernels.pointer(kernel, SLIP_FORCE)` is compiled once, kept on disk, and runs every law of the kind; one that takes the
+kernels themselves is compiled anew for every law in every process. Never hand a kernel itself to a driver that is declared with these
+types: numba would keep it under the pointer's key, and load the pointer, which Python cannot call, in its place.
 """
 
 from __future__ import annotations

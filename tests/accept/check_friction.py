@@ -15,7 +15,7 @@ from frictool.friction.preisach import preisach_force, preisach_move
 from frictool.friction.preisach_cycles import cell_weights, everett_tail, masing_cycles, masing_everett
 from frictool.friction.reversals import new_memory
 from frictool.friction.table import LAWS
-from tests.friction.drivers import FORCE, MODE, SLIPPING, STUCK, VELOCITY, dynamic_run, hybrid_run
+from tests.friction.drivers import FORCE, MODE, SLIPPING, STUCK, VELOCITY, dynamic_run, hybrid_run, pointers
 from tests.friction.plain import Relays
 from tests.friction.sets import packed
 
@@ -33,7 +33,7 @@ def stick_slip() -> dict[str, Any]:
     figures: dict[str, Any] = {}
     passed = True
     for name, (period, tolerance) in PUBLISHED.items():
-        rows = hybrid_run(*LAWS[name].kernels, pull, 2.0, step, packed(LAWS[name]))
+        rows = hybrid_run(*pointers(LAWS[name].kernels), pull, 2.0, step, packed(LAWS[name]))
         starts = np.flatnonzero((rows[1:, MODE] == SLIPPING) & (rows[:-1, MODE] == STUCK)) * step
         found = float(np.diff(starts).mean())
         passed &= len(starts) == 9 and abs(found / period - 1) < tolerance and abs(rows[:, VELOCITY].max() / 0.381 - 1) < 0.02
@@ -56,7 +56,7 @@ def presliding_force(name: str, path: np.ndarray) -> np.ndarray:
     steps = np.diff(path, prepend=0.0)
     velocities = np.append(steps, steps[-1]) / np.abs(steps).max() * SLOW
     half = np.repeat(velocities[:-1], 2)  # held for half a step, then led over to the next step's
-    rows = dynamic_run(*LAWS[name].kernels, np.append(half, velocities[-1]), 0.5 * np.abs(steps).max() / SLOW, packed(LAWS[name]))
+    rows = dynamic_run(*pointers(LAWS[name].kernels), np.append(half, velocities[-1]), 0.5 * np.abs(steps).max() / SLOW, packed(LAWS[name]))
     return rows[2::2, FORCE]
 
 

@@ -2,11 +2,27 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numba
 import numpy as np
 
 from frictool.friction import signatures as s
 from frictool.friction.hybrid import SLIPPING, STUCK
+from frictool.friction.law import DynamicKernels, HybridKernels, StaticKernels
+from frictool.kernels import pointer
+
+TYPES: dict[type, tuple[Any, ...]] = {
+    StaticKernels: (s.SLIP_FORCE, s.SLIP_SLOPE, s.BREAKAWAY, s.BAND, s.SEEN_VELOCITY),
+    DynamicKernels: (s.RATE, s.FORCE, s.COMMIT, s.RESET),
+    HybridKernels: (s.MODE_AFTER, s.ENTER, s.HYBRID_FORCE, s.HYBRID_ACCELERATION, s.HYBRID_RATE, s.HYBRID_COMMIT, s.RESET),
+}
+
+
+def pointers(kernels: StaticKernels | DynamicKernels | HybridKernels) -> tuple[Any, ...]:
+    """What the drivers below take in place of the kernels."""
+    return tuple(pointer(kernel, kind) for kernel, kind in zip(kernels, TYPES[type(kernels)], strict=True))
+
 
 _f, _i, _a, _m = numba.float64, numba.int64, numba.float64[::1], numba.float64[:, ::1]
 
@@ -84,4 +100,4 @@ def hybrid_run(mode_after, enter, force, acceleration, rate, commit, reset, effo
     return out
 
 
-__all__ = ["SLIPPING", "STUCK", "dynamic_run", "hybrid_run", "static_values"]
+__all__ = ["SLIPPING", "STUCK", "dynamic_run", "hybrid_run", "pointers", "static_values"]

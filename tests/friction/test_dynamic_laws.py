@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.status import NOT_FINITE, OK
 from frictool.friction.table import LAWS
-from tests.friction.drivers import FORCE, STATE, dynamic_run
+from tests.friction.drivers import FORCE, STATE, dynamic_run, pointers
 from tests.friction.plain import presliding_force, presliding_rate, stribeck_curve
 from tests.friction.sets import STIFF, STRIBECK, TABLE_3_1, packed, values
 
@@ -31,7 +31,7 @@ def kernels(name: str) -> DynamicKernels:
 
 
 def run(name: str, velocities: np.ndarray, step: float, q: dict[str, float] | None = None) -> np.ndarray:
-    return dynamic_run(*kernels(name), velocities, step, packed(LAWS[name], q or TABLE_3_1[name]))
+    return dynamic_run(*pointers(kernels(name)), velocities, step, packed(LAWS[name], q or TABLE_3_1[name]))
 
 
 def largest(law: Law, q: dict[str, float]) -> float:

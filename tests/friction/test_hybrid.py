@@ -14,7 +14,7 @@ from frictool.friction.hybrid_b import presliding_damping, presliding_stiffness
 from frictool.friction.law import HybridKernels
 from frictool.friction.reversals import COUNT
 from frictool.friction.table import LAWS
-from tests.friction.drivers import EFFORT, MODE, POSITION, VELOCITY, hybrid_run
+from tests.friction.drivers import EFFORT, MODE, POSITION, VELOCITY, hybrid_run, pointers
 from tests.friction.plain import stribeck_curve
 from tests.friction.sets import STRIBECK, TABLE_3_1, packed
 
@@ -33,7 +33,7 @@ def kernels(name: str) -> HybridKernels:
 
 
 def run(name: str, efforts: np.ndarray, step: float, stiffness: float = 0.0, **changes: float) -> np.ndarray:
-    return hybrid_run(*kernels(name), efforts, stiffness, step, packed(LAWS[name], TABLE_3_1[name] | changes))
+    return hybrid_run(*pointers(kernels(name)), efforts, stiffness, step, packed(LAWS[name], TABLE_3_1[name] | changes))
 
 
 @pytest.mark.parametrize("name", VERSIONS)

@@ -13,7 +13,7 @@ from frictool.friction.karnopp import seen_velocity
 from frictool.friction.law import StaticKernels
 from frictool.friction.static import held_force
 from frictool.friction.table import LAWS
-from tests.friction.drivers import static_values
+from tests.friction.drivers import pointers, static_values
 from tests.friction.plain import sign, static_force
 from tests.friction.sets import TABLE_3_1, packed, values
 
@@ -25,7 +25,7 @@ FORCE, SLOPE, BREAKAWAY, BAND, SEEN = range(5)
 def at(name: str, velocities: list[float], q: dict[str, float]) -> np.ndarray:
     kernels = LAWS[name].kernels
     assert isinstance(kernels, StaticKernels)
-    return static_values(*kernels, np.array(velocities), packed(LAWS[name], q))
+    return static_values(*pointers(kernels), np.array(velocities), packed(LAWS[name], q))
 
 
 @pytest.mark.parametrize("name", STATIC)

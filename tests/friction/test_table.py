@@ -11,7 +11,7 @@ import pytest
 from frictool.documents.quantity import factor_to_si
 from frictool.friction.law import DynamicKernels, HybridKernels, StaticKernels
 from frictool.friction.table import LAWS, ROWS
-from tests.friction.drivers import dynamic_run, hybrid_run, static_values
+from tests.friction.drivers import dynamic_run, hybrid_run, pointers, static_values
 from tests.friction.sets import STRIBECK, TABLE_3_1, packed
 
 NAMES = sorted(LAWS)
@@ -32,12 +32,12 @@ def test_the_documentation_names_every_law() -> None:
 def test_one_driver_per_kind_runs_the_law(name: str) -> None:
     law, p = LAWS[name], packed(LAWS[name])
     if isinstance(law.kernels, StaticKernels):
-        rows = static_values(*law.kernels, np.array([-1.0, 0.0, 0.02]), p)
+        rows = static_values(*pointers(law.kernels), np.array([-1.0, 0.0, 0.02]), p)
     elif isinstance(law.kernels, DynamicKernels):
-        rows = dynamic_run(*law.kernels, np.full(50, 1e-3), 1e-5, p)
+        rows = dynamic_run(*pointers(law.kernels), np.full(50, 1e-3), 1e-5, p)
     else:
         assert isinstance(law.kernels, HybridKernels)
-        rows = hybrid_run(*law.kernels, np.full(50, 2.0), 0.0, 1e-5, p)
+        rows = hybrid_run(*pointers(law.kernels), np.full(50, 2.0), 0.0, 1e-5, p)
     assert np.all(np.isfinite(rows))
     assert law.kind == {StaticKernels: "static", DynamicKernels: "dynamic", HybridKernels: "hybrid"}[type(law.kernels)]
 
