@@ -42,8 +42,10 @@ Vector = NDArray[np.float64]
 ROUNDING = 2.0**-48  # efforts smaller than this part of their terms are zero
 TRACE = 2.0**-40  # of the terms of the effort
 SHORTEST_STEP = 2.0**-50  # of the time, or of the run
-FIRST_STEP = 1e-2  # of the time in which the largest force would cross the layer
-GROWTH, SHRINKAGE, SAFETY = 5.0, 0.2, 0.9
+FIRST_STEP = 1e-1  # of the time in which the largest force would cross the layer
+GROWTH, SHRINKAGE, SAFETY = 10.0, 0.2, 0.9
+# the next step from this error and the last one: a proportional-integral controller (Gustafsson 1991) sees that the layer gets harder
+NOW, BEFORE, LEAST_ERROR = 0.7 / 5.0, 0.4 / 5.0, 1e-4
 
 
 @kernel
@@ -135,29 +137,32 @@ def layer_piece(
     drive: Vector,
     t: float,
     longest: float,
-    wish: float,
+    pace: Vector,
     slopes: Vector,
     piece: Vector,
-) -> tuple[float, float, int]:
-    """One accepted step in the layer: its length, the length to try next, a status."""
+) -> tuple[float, int]:
+    """One accepted step in the layer: its length and a status. `pace` (2,): the length to try, 0 at first; the log of the last error."""
     start, mass = _acceleration(force, law, body, state, drive, t), body[MASS]
-    h, cut = wish, wish > longest
-    if h == 0.0:
+    if pace[0] == 0.0:
         largest = body[BREAKAWAY] + body[BREAKAWAY + 1] + _gross(state, t, drive)
-        h = FIRST_STEP * min(body[LAYER], body[SPEED_SCALE]) * mass / largest if largest > 0.0 else longest
-    shortest = SHORTEST_STEP * max(abs(t), longest)
+        pace[0] = FIRST_STEP * min(body[LAYER], body[SPEED_SCALE]) * mass / largest if largest > 0.0 else longest
+        pace[1] = 0.0
+    wish, cut = pace[0], pace[0] > longest
+    h, shortest = wish, SHORTEST_STEP * max(abs(t), longest)
+    allowed = body[TOLERANCE] * max(body[SPEED_SCALE], abs(state[VELOCITY]))
     while True:
         h = min(h, longest)
-        error = layer_step(force, law, mass, state[DIRECTION], drive, t, h, start, state, slopes)
-        allowed = body[TOLERANCE] * max(body[SPEED_SCALE], abs(state[VELOCITY]))
-        if error <= allowed:
-            factor = GROWTH if error == 0.0 else min(GROWTH, SAFETY * (allowed / error) ** 0.2)
+        error = layer_step(force, law, mass, state[DIRECTION], drive, t, h, start, state, slopes) / allowed
+        if error <= 1.0:
+            size = math.log(max(error, LEAST_ERROR))
+            factor = min(GROWTH, SAFETY * math.exp(BEFORE * pace[1] - NOW * size))
+            pace[0], pace[1] = max(wish, h * factor) if cut else h * factor, size
             dense_output(state, slopes, h, piece)
-            return h, max(wish, h * factor) if cut else h * factor, OK
+            return h, OK
         if h <= shortest:
-            return h, h, STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
+            return h, STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
         cut = False
-        h *= max(SHRINKAGE, SAFETY * (allowed / error) ** 0.2) if math.isfinite(error) else SHRINKAGE
+        h *= max(SHRINKAGE, SAFETY * error**-0.2) if math.isfinite(error) else SHRINKAGE
 
 
 @kernel

@@ -53,6 +53,9 @@ from frictool.kernels import kernel
 
 Vector = NDArray[np.float64]
 
+# series (4, TERMS), dense output (4, DENSE_TERMS), probe (TERMS,), slopes (3, STAGES), pace (2,)
+Scratch = tuple[Vector, Vector, Vector, Vector, Vector]
+
 DENSE_TERMS = 5
 STEPS_PER_EVENT = 1000.0
 
@@ -103,26 +106,25 @@ def _advance_piece(
     drive: Vector,
     t: float,
     longest: float,
-    wish: float,
     refused: float,
-    scratch: tuple[Vector, Vector, Vector],
-) -> tuple[float, int, float, float, int, int]:
-    """The piece that starts at t: its length, the event that ends it, the direction that breaks away, the next step, terms, a status."""
-    piece, probe, slopes = scratch
+    scratch: Scratch,
+) -> tuple[Vector, float, int, float, int]:
+    """The piece that starts at t, its length, the event that ends it, the direction that breaks away, a status."""
+    piece, dense, probe, slopes, pace = scratch
     if state[DIRECTION] == 0.0:
         spent, towards = rest_piece(state, body, drive, t, longest, refused, piece, probe)
-        return spent, BREAKS_AWAY if towards != 0.0 else NO_EVENT, towards, 0.0, TERMS, OK
-    terms, status = TERMS, OK
+        return piece, spent, BREAKS_AWAY if towards != 0.0 else NO_EVENT, towards, OK
     if state[REGION] == IN_LAYER:
-        spent, wish, status = layer_piece(force, law, body, state, drive, t, longest, wish, slopes, piece)
-        terms = DENSE_TERMS
+        piece = dense
+        spent, status = layer_piece(force, law, body, state, drive, t, longest, pace, slopes, piece)
+        if status != OK:
+            return piece, 0.0, NO_EVENT, 0.0, status
     else:
         spent = straight_piece(force, law, body, state, drive, t, longest, piece)
-    if status == OK:
-        spent, kind = slip_event(state, body, piece[:, :terms], spent, probe[:terms])
-    else:
-        spent, kind = 0.0, NO_EVENT
-    return spent, kind, 0.0, wish if kind == NO_EVENT else 0.0, terms, status
+    spent, kind = slip_event(state, body, piece, spent, probe)
+    if kind != NO_EVENT:
+        pace[0] = 0.0
+    return piece, spent, kind, 0.0, OK
 
 
 @kernel
@@ -151,15 +153,14 @@ def _segment(
     happened: int,
 ) -> tuple[int, float, int, int]:
     """Under one drive up to `end`: status, the time reached, samples filled and events recorded so far."""
-    scratch = (np.zeros((4, TERMS)), np.zeros(TERMS), np.empty((3, STAGES)))
-    left, wish = _pieces_allowed(body, drive, end - t, events.shape[0]), 0.0
+    scratch = (np.zeros((4, TERMS)), np.zeros((4, DENSE_TERMS)), np.zeros(TERMS), np.empty((3, STAGES)), np.zeros(2))
+    left = _pieces_allowed(body, drive, end - t, events.shape[0])
     refused, began = 0.0, -math.inf
     while t < end:
         left -= 1.0
-        spent, kind, towards, wish, terms, status = _advance_piece(force, law, body, state, drive, t, end - t, wish, refused, scratch)
+        piece, spent, kind, towards, status = _advance_piece(force, law, body, state, drive, t, end - t, refused, scratch)
         if status != OK or left < 0.0:
             return status if status != OK else TOO_MANY_EVENTS, t, filled, happened
-        piece = scratch[0][:, :terms]
         later = t + spent if spent < end - t else end
         filled = _fill(force, law, body, state, drive, t, later, piece, times, samples, filled)
         for row in range(3):

@@ -54,11 +54,20 @@ def region(body: Vector, speed: float) -> float:
 @kernel
 def _sooner(row: Vector, sign: float, level: float, longest: float, probe: Vector) -> float:
     """First t at which sign (row - level) falls to zero within `longest`, or NEVER."""
-    n = probe.shape[0]
+    n = row.shape[0]
     for k in range(n):
         probe[k] = sign * row[k]
     probe[0] -= sign * level
-    return first_fall(probe, longest)
+    return first_fall(probe[:n], longest)
+
+
+@kernel
+def _swing(row: Vector, h: float) -> float:
+    """What the quantity does not change by more than within h."""
+    total = 0.0
+    for k in range(row.shape[0] - 1, 0, -1):
+        total = (total + abs(row[k])) * h
+    return total
 
 
 @kernel
@@ -75,10 +84,12 @@ def slip_event(state: Vector, body: Vector, piece: Vector, longest: float, probe
             downwards, lower = BELOW * body[LAYER], ENTERS_LAYER
     else:
         downwards, lower = BELOW_KNEE * body[KNEE], PASSES_KNEE
-    crossing = _sooner(piece[1], direction, direction * downwards, spent, probe)
-    if crossing != NEVER:
-        spent, kind = crossing, lower
-    if upwards != math.inf:
+    now, swing = direction * state[VELOCITY], _swing(piece[1], spent)
+    if now - swing <= downwards:
+        crossing = _sooner(piece[1], direction, direction * downwards, spent, probe)
+        if crossing != NEVER:
+            spent, kind = crossing, lower
+    if now + swing >= upwards:
         crossing = _sooner(piece[1], -direction, direction * upwards, spent, probe)
         if crossing != NEVER:
             spent, kind = crossing, upper
