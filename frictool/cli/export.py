@@ -36,7 +36,9 @@ def command(controller: Path, lang: str, number: str, output: Path, as_json: boo
     document = load(controller, Controller)
     from frictool.export.c99 import c_sources
     from frictool.export.vectors import golden_vectors
+    from frictool.verify.controller import recheck
 
+    recheck(document)
     vectors = golden_vectors(document)
     sha256 = digest(controller)
     words = command_line("export", {"controller": controller, "--lang": lang, "--number": number})

@@ -103,7 +103,25 @@ def _load(logs: tuple[Path, ...], spec: Path, controller: Path | None, bench: Pa
     if bench is not None:
         documents[bench] = columns = load(bench, Bench)
     same_axis(documents)
-    return spec_document, documents[controller] if controller is not None else None, [read_log(path, columns) for path in logs]
+    read = [read_log(path, columns) for path in logs]
+    if controller is None:
+        return spec_document, None, read
+    from frictool.verify.controller import recheck
+
+    recheck(documents[controller])
+    for log in read:
+        _of_this_controller(log, controller)
+    return spec_document, documents[controller], read
+
+
+def _of_this_controller(log: Log, controller: Path) -> None:
+    """Raises LogError where a simulated log names the controllers it was made with, and this is none of them."""
+    from frictool.documents.provenance import digest
+    from frictool.errors import LogError
+
+    inputs = [text for key, text in log.metadata.get("provenance", {}).items() if key.startswith("input")]
+    if log.metadata.get("log", {}).get("kind") == "simulated" and not any(text.endswith(digest(controller)) for text in inputs):
+        raise LogError(log.source, f"was simulated with another controller than {controller}; its inputs are {', '.join(inputs)}")
 
 
 def _contents(

@@ -8,19 +8,27 @@ from scipy import linalg, signal
 
 from frictool.documents.controller import SpeedController, StateSpace
 from frictool.errors import NoSolutionError
+from frictool.verify.norms import spectral_radius
 
 Matrix = NDArray[np.float64]
 Quadruple = tuple[Matrix, Matrix, Matrix, Matrix]
 NEGLIGIBLE = 1e-8
+INFINITE = 1e8  # a zero beyond this is one at infinity
 
 
 def speed_controller(k: Quadruple, period: float) -> SpeedController:
     """Every stored form of the discrete controller `k` = (a, b, c, d) at `period` [s].
 
-    Raises NoSolutionError where the sections do not reproduce the state space (checked on the unit circle to 1e-6 of the peak).
+    Raises NoSolutionError where the controller itself is unstable (it would run away whenever the loop is open: in the limit, at rest),
+    or where the sections do not reproduce the state space (checked on the unit circle to 1e-6 of the peak).
     """
+    radius = spectral_radius(k[0])
+    if radius >= 1.0:
+        raise NoSolutionError(
+            f"the controller found is itself unstable (a pole of modulus {radius:.6g}); raise weights.static_error or weights.command"
+        )
     a, b, c, d = _balanced(k)
-    sections = signal.zpk2sos(*signal.ss2zpk(a, b, c, d))
+    sections = _sections(a, b, c, d)
     angles = np.geomspace(1e-3, np.pi, 200)
     _, from_sections = signal.sosfreqz(sections, worN=angles)
     z = np.exp(1j * angles)
@@ -35,6 +43,22 @@ def speed_controller(k: Quadruple, period: float) -> SpeedController:
         sos=tuple(tuple(float(value) for value in row) for row in sections),
         anti_windup=tuple(float(value) for value in _anti_windup(a, b, c, d)),
     )
+
+
+def _sections(a: Matrix, b: Matrix, c: Matrix, d: Matrix) -> Matrix:
+    """Second-order sections (m, 6) of the transfer function, zeros from the pencil of the system matrix and not from a polynomial."""
+    n = len(a)
+    pencil = linalg.eigvals(np.block([[a, b], [c, d]]), linalg.block_diag(np.eye(n), np.zeros((1, 1))))
+    zeros = pencil[np.isfinite(pencil) & (np.abs(pencil) < INFINITE)]
+    poles = np.linalg.eigvals(a)
+    probe = 2.0  # any point outside the unit circle
+    response = (c @ np.linalg.solve(probe * np.eye(n) - a, b) + d)[0, 0]
+    gain = float(np.real(response * np.prod(probe - poles) / np.prod(probe - zeros)))
+    sections = np.asarray(signal.zpk2sos(zeros, poles, gain))
+    for _ in range(n - len(zeros)):  # each pole without a zero is a sample of delay: a numerator that has room moves by one
+        row = int(np.argmin(np.abs(sections[:, 2])))
+        sections[row, :3] = [0.0, sections[row, 0], sections[row, 1]]
+    return sections
 
 
 def inverse_tustin(k: Quadruple, period: float) -> Quadruple:
@@ -53,12 +77,9 @@ def _balanced(k: Quadruple) -> Quadruple:
     """The realisation with equal diagonal Gramians, so that rounding its coefficients hurts least.
 
     States that the synthesis leaves unreachable or unobservable (the delayed command is known exactly) are dropped: Hankel singular value
-    below 1e-8 of the largest, which is below what the solver resolves. An unstable controller is only scaled.
+    below 1e-8 of the largest, which is below what the solver resolves.
     """
     a, b, c, d = k
-    if np.max(np.abs(np.linalg.eigvals(a))) >= 1.0:
-        _, t = linalg.matrix_balance(a)
-        return np.linalg.solve(t, a @ t), np.linalg.solve(t, b), c @ t, d
     reach, see = (_root(linalg.solve_discrete_lyapunov(*pair)) for pair in ((a, b @ b.T), (a.T, c.T @ c)))
     u, hankel, v = np.linalg.svd(see.T @ reach)
     kept = hankel > NEGLIGIBLE * hankel[0]

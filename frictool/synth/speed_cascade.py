@@ -10,18 +10,24 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from frictool.documents import controller as stored
 from frictool.documents.design import Design
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.spec import Spec
 from frictool.errors import NoSolutionError
-from frictool.lmi.discrete_hinf import controller, minimise
-from frictool.plant.generalised import speed_plant
+from frictool.lmi.discrete_hinf import Lyapunov, controller, minimise
+from frictool.plant.generalised import SpeedWeights, speed_plant
 from frictool.plant.polytope import PlantPoint, Polytope, polytope
 from frictool.synth.realisation import speed_controller
 from frictool.synth.weights import speed_weights
-from frictool.verify.speed_loop import check_loop, performance
+from frictool.verify.controller import loop_checks
+from frictool.verify.speed_loop import performance
+
+Matrix = NDArray[np.float64]
 
 SIGN_CONVENTION = (
     "eta = integral(speed reference) - position; drive = c x + d eta; x[k+1] = a x + b eta; "
@@ -39,10 +45,9 @@ def design_controller(model: Model, spec: Spec, design: Design, provenance: Prov
     period, delay, lag = bench.sample_period_s, bench.delay_samples, bench.actuator.loop_time_constant_s
     weights = speed_weights(model, spec, design)
     box = polytope(model)
-    plants = {point.name: speed_plant(point, lag, period, delay, weights) for point in (box.centre, *box.vertices)}
-    lyapunov = minimise(list(plants.values()), design.recentring)
-    found = speed_controller(controller(plants[box.centre.name], lyapunov), period)
-    norms = {point.name: performance(found.discrete, plants[point.name]) for point in box.vertices}
+    lyapunov, coefficients = _solve(box, lag, period, delay, weights, design.recentring)
+    found = speed_controller(coefficients, period)
+    norms = {point.name: performance(found.discrete, speed_plant(point, lag, period, delay, weights)) for point in box.vertices}
     verified = _verify(found, box, norms, lyapunov.gamma, spec, lag, period, delay)
     return stored.Controller(
         format="controller/1",
@@ -64,6 +69,31 @@ def design_controller(model: Model, spec: Spec, design: Design, provenance: Prov
         verified=verified,
         bench=bench,
         provenance=provenance,
+    )
+
+
+def _solve(
+    box: Polytope, lag: float, period: float, delay: int, weights: SpeedWeights, recentring: float
+) -> tuple[Lyapunov, tuple[Matrix, Matrix, Matrix, Matrix]]:
+    """The Lyapunov matrices and the centre's controller.
+
+    The command must enter every vertex alike (B2 constant, 5.61): through the delay's register. A bench without delay gets that
+    register inside its controller, whose output then depends on the samples before only.
+    """
+    plants = [speed_plant(point, lag, period, max(delay, 1), weights) for point in (box.centre, *box.vertices)]
+    try:
+        lyapunov = minimise(plants, recentring)
+        a, b, c, d = controller(plants[0], lyapunov)
+    except np.linalg.LinAlgError as error:
+        raise NoSolutionError(f"the synthesis broke down numerically ({error}); bring the weights nearer to each other") from None
+    if delay > 0:
+        return lyapunov, (a, b, c, d)
+    n = a.shape[0]
+    return lyapunov, (
+        np.block([[a, np.zeros((n, 1))], [c, np.zeros((1, 1))]]),
+        np.vstack([b, d]),
+        np.eye(n + 1)[n:],
+        np.zeros((1, 1)),
     )
 
 
@@ -97,7 +127,7 @@ def _verify(
 
 def _vertex(found: stored.SpeedController, point: PlantPoint, norm: float, lag: float, period: float, delay: int) -> stored.Vertex:
     delays = sorted({0, 1, delay})
-    checks = tuple(check_loop(found.discrete, point, lag, period, samples) for samples in delays)
+    checks = loop_checks(found.discrete, point, lag, period, tuple(delays))
     at_bench = checks[delays.index(delay)]
     return stored.Vertex(
         name=point.name,
@@ -107,8 +137,8 @@ def _vertex(found: stored.SpeedController, point: PlantPoint, norm: float, lag: 
         constant=point.constant,
         norm=norm,
         modulus_margin=at_bench.modulus_margin,
-        stable=all(check.stable for check in checks) and math.isfinite(norm),
-        checks=tuple(stored.DelayCheck(c.delay_samples, c.spectral_radius, c.modulus_margin) for c in checks),
+        stable=all(check.spectral_radius < 1.0 for check in checks) and math.isfinite(norm),
+        checks=checks,
     )
 
 

@@ -16,6 +16,7 @@ from frictool.documents.provenance import digest
 from frictool.documents.writing import to_yaml
 from tests.cli.run import refused, run
 from tests.control.example import CUT_LAW, clutch_controller
+from tests.verify.truthful import truthful
 
 NAMES = ["speed.c", "speed.h", "speed_selftest.c", "speed_vectors.h"]
 
@@ -23,7 +24,7 @@ NAMES = ["speed.c", "speed.h", "speed_selftest.c", "speed_vectors.h"]
 @pytest.fixture
 def controller(tmp_path: Path) -> Path:
     path = tmp_path / "controller.yaml"
-    path.write_text(to_yaml(clutch_controller(CUT_LAW)))
+    path.write_text(to_yaml(truthful(clutch_controller(CUT_LAW))))
     return path
 
 
@@ -90,7 +91,7 @@ def test_an_edited_controller_is_refused(old: str, new: str, words: str, control
 
 def test_a_controller_that_runs_away_is_no_solution(tmp_path: Path) -> None:
     """Anti-windup gains that make a - l c unstable: the state overflows while the drive is limited."""
-    good = clutch_controller(CUT_LAW)
+    good = truthful(clutch_controller(CUT_LAW))
     speed: SpeedController = msgspec.structs.replace(good.speed_controller, anti_windup=(50.0, 0.0))
     path = tmp_path / "controller.yaml"
     path.write_text(to_yaml(msgspec.structs.replace(good, speed_controller=speed)))
@@ -108,6 +109,6 @@ def test_a_file_in_the_way_is_named(controller: Path, tmp_path: Path) -> None:
 
 def test_no_input_is_overwritten(tmp_path: Path) -> None:
     path = tmp_path / "speed.c"
-    path.write_text(to_yaml(clutch_controller(CUT_LAW)))
+    path.write_text(to_yaml(truthful(clutch_controller(CUT_LAW))))
     refused(run("export", path, "-o", tmp_path), 3, "is an input")
     assert path.read_text().startswith("format: controller/1")

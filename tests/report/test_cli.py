@@ -19,6 +19,7 @@ from frictool.logs.log import Log
 from frictool.logs.mcap_format import write_mcap
 from tests.cli.run import refused, run
 from tests.report.example import ENCODER_STEP, ROOT, clutch_log, clutch_spec, controller, smooth_log, stream
+from tests.verify.truthful import truthful
 
 
 class Rig:
@@ -27,7 +28,7 @@ class Rig:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.spec = self.document("spec.yaml", clutch_spec())
-        self.controller = self.document("controller.yaml", controller())
+        self.controller = self.document("controller.yaml", truthful(controller()))
         self.log = self.record("run.mcap", clutch_log(1))
 
     def document(self, name: str, document: msgspec.Struct) -> Path:

@@ -1,0 +1,49 @@
+"""A controller document against its own claims: every vertex rebuilt from the stored coefficients, none of the stored figures believed."""
+
+from __future__ import annotations
+
+from frictool.documents.controller import Controller, DelayCheck, StateSpace
+from frictool.errors import NoSolutionError
+from frictool.plant.polytope import PlantPoint
+from frictool.verify.speed_loop import check_loop
+
+AGREEMENT = 1e-6  # relative, between a stored margin and the one found again
+
+
+def loop_checks(system: StateSpace, point: PlantPoint, lag: float, period: float, delays: tuple[int, ...]) -> tuple[DelayCheck, ...]:
+    """The sampled loop at one vertex with each number of samples of delay, as a document stores it."""
+    found = (check_loop(system, point, lag, period, delay) for delay in delays)
+    return tuple(DelayCheck(check.delay_samples, check.spectral_radius, check.modulus_margin) for check in found)
+
+
+def recheck(controller: Controller) -> None:
+    """Raises NoSolutionError where the coefficients do not give what `verified` says of them, at some vertex and delay."""
+    lag, period = controller.bench.actuator.loop_time_constant_s, controller.sample_period_s
+    if not controller.verified.vertices:
+        raise NoSolutionError(f"{controller.name}: not verified: the controller names no vertex; synthesise it anew")
+    for vertex in controller.verified.vertices:
+        point = PlantPoint(vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant)
+        delays = tuple(check.delay_samples for check in vertex.checks)
+        if controller.delay_samples not in delays:
+            raise NoSolutionError(
+                f"{controller.name}: not verified: vertex {vertex.name} has no check at the bench's delay; synthesise it anew"
+            )
+        for stored, found in zip(vertex.checks, loop_checks(controller.speed_controller.discrete, point, lag, period, delays), strict=True):
+            stated = [stored.modulus_margin]
+            if stored.delay_samples == controller.delay_samples:
+                stated.append(vertex.modulus_margin)
+            _compare(f"{controller.name}: not verified: at vertex {vertex.name}", stated, found)
+
+
+def _compare(where: str, stated: list[float], found: DelayCheck) -> None:
+    if found.spectral_radius >= 1.0:
+        raise NoSolutionError(
+            f"{where} the loop of the stored coefficients is unstable with {found.delay_samples} samples of delay "
+            f"(spectral radius {found.spectral_radius:.6g}); synthesise it anew"
+        )
+    for margin in stated:
+        if abs(found.modulus_margin - margin) > AGREEMENT * margin:
+            raise NoSolutionError(
+                f"{where} the stored coefficients give a modulus margin of {found.modulus_margin:.6g} with {found.delay_samples} samples "
+                f"of delay, the document says {margin:.6g}; synthesise it anew"
+            )

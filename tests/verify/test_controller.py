@@ -1,0 +1,56 @@
+"""A controller document that no longer is what was verified is refused, by whoever is to rely on it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from frictool.documents.controller import Controller
+from frictool.documents.writing import to_yaml
+from frictool.errors import NoSolutionError
+from frictool.verify.controller import recheck
+from tests.cli.run import refused, run
+from tests.synth.test_speed_cascade import clutch_controller
+
+
+def _claiming(controller: Controller, margin: float) -> Controller:
+    first = controller.verified.vertices[0]
+    vertices = (msgspec.structs.replace(first, modulus_margin=margin), *controller.verified.vertices[1:])
+    return msgspec.structs.replace(controller, verified=msgspec.structs.replace(controller.verified, vertices=vertices))
+
+
+def _with_coefficient(controller: Controller, factor: float) -> Controller:
+    speed, ((d,),) = controller.speed_controller, controller.speed_controller.discrete.d
+    discrete = msgspec.structs.replace(speed.discrete, d=((d * factor,),))
+    return msgspec.structs.replace(controller, speed_controller=msgspec.structs.replace(speed, discrete=discrete))
+
+
+def test_what_was_verified_passes() -> None:
+    recheck(clutch_controller())
+
+
+@pytest.mark.parametrize("changed", [lambda c: _claiming(c, 0.99), lambda c: _with_coefficient(c, 1.05)])
+def test_a_margin_that_the_coefficients_do_not_give_is_refused(changed: object) -> None:
+    with pytest.raises(NoSolutionError, match=r"vertex v01 .* margin of 0\.\d+"):
+        recheck(changed(clutch_controller()))  # type: ignore[operator]
+
+
+def test_an_unstable_loop_is_refused() -> None:
+    with pytest.raises(NoSolutionError, match="unstable with"):
+        recheck(_with_coefficient(clutch_controller(), 20.0))
+
+
+def test_a_controller_without_vertices_is_refused() -> None:
+    controller = clutch_controller()
+    empty = msgspec.structs.replace(controller, verified=msgspec.structs.replace(controller.verified, vertices=()))
+    with pytest.raises(NoSolutionError, match="names no vertex"):
+        recheck(empty)
+
+
+def test_export_refuses_it_and_writes_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "controller.yaml"
+    path.write_text(to_yaml(_with_coefficient(clutch_controller(), 1.2)))
+    refused(run("export", path, "-o", tmp_path / "c"), 4, "not verified", "vertex v01")
+    assert not (tmp_path / "c").exists()
