@@ -6,6 +6,7 @@ Commands are imported when they are used: `frictool --help` costs little more th
 from __future__ import annotations
 
 import importlib
+import os
 import sys
 from typing import Any
 
@@ -79,21 +80,43 @@ def group(debug: bool) -> None:
 def main() -> None:
     """The entry point: runs the group; every failure that is foreseen is one line on stderr and its exit code."""
     debug = "--debug" in sys.argv[1:]
+    _prepare()
     try:
         group(standalone_mode=True)
+        sys.stdout.flush()
     except FrictoolError as error:
         if debug:
             raise
         _complain(str(error))
         sys.exit(error.exit_code)
-    except BrokenPipeError:
-        sys.stderr.close()
+    except BrokenPipeError:  # who reads has seen enough
+        _abandon_stdout()
         sys.exit(EXIT_INPUT)
     except MemoryError:
         if debug:
             raise
         _complain("out of memory; cut the log or use a machine with more")
         sys.exit(EXIT_INPUT)
+    except OSError as error:
+        if debug:
+            raise
+        if error.filename is None:
+            _abandon_stdout()
+        _complain(f"{error.filename or 'stdout'}: {error.strerror or error}")
+        sys.exit(EXIT_INPUT)
+
+
+def _prepare() -> None:
+    """One thread for linear algebra, since sums in another order give other bytes; somewhere to write where a stream was closed."""
+    os.environ.update(OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1")
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115  # open as long as the process
+
+
+def _abandon_stdout() -> None:
+    """What is left in the buffer goes nowhere, so that the interpreter's own flush at exit cannot fail."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 
 def _complain(message: str) -> None:
@@ -102,8 +125,6 @@ def _complain(message: str) -> None:
 
 
 def _colours() -> bool | None:
-    import os
-
     return False if os.environ.get("NO_COLOR") else None
 
 
