@@ -9,10 +9,10 @@ import csv
 import re
 import warnings
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
+from os import SEEK_END
 from pathlib import Path
 from typing import TextIO
 
@@ -26,10 +26,8 @@ from frictool.logs.source import open_log
 DELIMITERS = ",;\t"
 LONGEST_HEADER = 1_000_000  # characters
 BLOCK_BYTES = 1 << 20
-TAIL_BYTES = 4096
-FEWEST_LIKE = 5  # rows that show how a column's numbers are written
 _NAME_AND_UNIT = re.compile(r"(.*?)\s*\[([^\[\]]*)\]")
-NO_END = "the last line has no line end; if the file was cut there, its last number is wrong"
+NO_END = "the last line has no line end: the file may be cut; add a line end if it is whole"
 
 
 @dataclass(frozen=True)
@@ -59,11 +57,9 @@ def read_csv(path: Path, wanted: Wanted | None = None) -> RawTable:
         raise LogError(path, f"cannot be read: {error.strerror or error}") from None
     units = dict(zip(header.names, header.units, strict=True))
     line_of = partial(_line_of, path, header)
-    tail = _tail(path)
-    if tail.endswith(("\n", "\r")):
-        return RawTable(columns, units, str(path), header.names, line_of)
-    _check_last_number(path, header, tail, lambda: line_of(next(iter(columns.values())).size - 1))
-    return RawTable(columns, units, str(path), header.names, line_of, (NO_END,))
+    if not _ends_in_line_end(path):  # a number cut short is a number all the same: nothing else tells
+        raise LogError(path, NO_END, line=line_of(next(iter(columns.values())).size - 1))
+    return RawTable(columns, units, str(path), header.names, line_of)
 
 
 def _load(text: TextIO, path: Path, header: Header, chosen: tuple[str, ...]) -> dict[str, Vector]:
@@ -162,21 +158,10 @@ def _delimiters(path: Path, header: Header) -> int:
     return count
 
 
-def _tail(path: Path) -> str:
-    """The last lines of the file, the first of them perhaps in part."""
+def _ends_in_line_end(path: Path) -> bool:
     with path.open("rb") as stream:
-        stream.seek(max(0, path.stat().st_size - TAIL_BYTES))
-        return stream.read().decode(errors="replace")
-
-
-def _check_last_number(path: Path, header: Header, tail: str, line: Callable[[], int]) -> None:
-    """A file that ends without a line end may be cut inside its last number. Raises LogError where that number has fewer decimals than
-    its column has everywhere before it."""
-    *before, last = (text.rpartition(header.delimiter)[2].strip().strip('"') for text in tail.splitlines()[1:] or [""])
-    decimals = {len(cell.partition(".")[2]) for cell in before if cell}
-    if len(before) >= FEWEST_LIKE and len(decimals) == 1 and len(last.partition(".")[2]) < decimals.pop():
-        found = f"the file ends in {last!r}; the rows before have more decimals, is the file cut off here?"
-        raise LogError(path, f"column {header.names[-1]!r}: {found}", line=line())
+        stream.seek(-1, SEEK_END)
+        return stream.read() in (b"\n", b"\r")
 
 
 def _line_of(path: Path, header: Header, row: int) -> int:

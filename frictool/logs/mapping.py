@@ -57,7 +57,7 @@ def map_channels(table: RawTable, bench: Bench) -> Log:
     size = _common_size(table, sources)
     converted = {source.channel: _channel(table, bench, source) for source in sources}
     time: Vector = converted.pop(TIME) if TIME in converted else np.arange(size, dtype=np.float64) * bench.sample_period_s
-    warnings = (*table.warnings, *_check_time(table, bench, time))
+    warnings = _check_time(table, bench, time)
     units = {channel: si_unit(CHANNEL_DIMENSIONS[channel], bench.axis) for channel in converted}
     drive = bench.actuator.drive
     if "effort" not in converted and drive in converted:

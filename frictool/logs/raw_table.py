@@ -19,7 +19,7 @@ class RawTable:
 
     columns: name -> (n,) numbers, those that were asked for. units: name -> unit that the file gives, or None. names: all columns
     of the file in its order, so that one can be asked for by its number. line_of: from a row, from 0, to its line in the file, where
-    the file has lines. warnings: what the reader noticed and let pass.
+    the file has lines.
     """
 
     columns: dict[str, Vector]
@@ -27,7 +27,6 @@ class RawTable:
     source: str
     names: tuple[str, ...] = ()
     line_of: Callable[[int], int] | None = field(default=None, repr=False)
-    warnings: tuple[str, ...] = ()
 
     def line(self, row: int) -> int | None:
         """The line of a row in the file, or None where the file has no lines."""

@@ -103,6 +103,21 @@ def test_a_damaged_input_is_one_line_and_no_output(
     assert sorted(path.name for path in tmp_path.iterdir()) == before
 
 
+@pytest.mark.parametrize("lost", [1, 2])
+@pytest.mark.parametrize(
+    "line", ["ingest {log} --bench {bench}", "identify {log} --bench {bench}", "report {log} --bench {bench} --spec {spec}"]
+)
+def test_a_raw_log_cut_in_its_last_number_is_refused(line: str, lost: int, tmp_path: Path) -> None:
+    """What is left of the number parses: the missing line end tells."""
+    log = tmp_path / "log.csv"
+    log.write_text("time,encoder,current\n" + "".join(f"{k / 1000:.3f},{k},{k + 10}\n" for k in range(60)))
+    log.write_bytes(log.read_bytes()[:-lost])
+    words = line.format(log=log, bench=RIG / "bench.yaml", spec=RIG / "spec.yaml").split()
+    result = run(*words, "-o", tmp_path / "out")
+    refused(result, 3, f"{log}:61: the last line has no line end: the file may be cut; add a line end if it is whole")
+    assert [path.name for path in tmp_path.iterdir()] == ["log.csv"]
+
+
 @pytest.mark.parametrize("command", [name for name in COMMANDS if name not in ("info", "export")])
 def test_an_input_is_never_overwritten(command: str, chain: Path, tmp_path: Path) -> None:
     words = COMMANDS[command].split()

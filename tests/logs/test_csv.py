@@ -29,7 +29,6 @@ def test_names_units_and_numbers(tmp_path: Path):
     assert table.columns["time"].tolist() == [0.0, 0.001, 0.002]
     assert table.columns["encoder"].tolist() == [40, 41, 42]
     assert table.columns["current"].tolist() == [-0.08, 0.5, 0.001]
-    assert table.warnings == ()
 
 
 @pytest.mark.parametrize("delimiter", [",", ";", "\t"])
@@ -116,14 +115,24 @@ def test_a_missing_column_lists_what_there_is(tmp_path: Path):
         read_csv(written(tmp_path, GOOD), [4])
 
 
-def test_a_last_line_without_its_end_is_noticed(tmp_path: Path):
-    """Told as an error where the number that ends the file is shorter than all others of its column, let pass with a warning elsewhere."""
-    assert read_csv(written(tmp_path, GOOD[:-1])).warnings == (NO_END,)
-    rows = "t,x\n" + "".join(f"{k / 1000:.3f},{k / 7:.3f}\n" for k in range(8))
-    assert read_csv(written(tmp_path, rows[:-1])).warnings == (NO_END,)
-    for lost in (2, 3, 4, 5):
-        with pytest.raises(LogError, match=r":9: column 'x': the file ends in '1\.?0?0?'; .* is the file cut off here"):
-            read_csv(written(tmp_path, rows[:-lost]))
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_a_file_cut_anywhere_in_its_last_line_is_refused(tmp_path: Path, end: str):
+    """Wherever it is cut, also where what is left of the last number looks like a whole one."""
+    rows = "t,x\n\n" + "".join(f"{k / 1000:.3f},{k / 7:.3f}\n" for k in range(8))
+    text = rows.replace("\n", end)
+    last = text.rstrip().rindex("\n") + 1
+    for kept in range(last + 1, len(text) - len(end) + 1):
+        with pytest.raises(LogError, match=r"raw\.csv:10: ") as caught:
+            read_csv(written(tmp_path, text[:kept]))
+        if "," in text[last : kept - 1]:
+            assert str(caught.value).endswith(f":10: {NO_END}")
+    assert read_csv(written(tmp_path, text)).columns["x"].size == 8
+
+
+@pytest.mark.parametrize("wanted", [None, ["t"]])
+def test_columns_before_the_last_do_not_hide_a_cut(tmp_path: Path, wanted: list[str | int] | None):
+    with pytest.raises(LogError, match=":2: the last line has no line end: the file may be cut; add a line end if it is whole"):
+        read_csv(written(tmp_path, "t,x\n0,1"), wanted)
 
 
 @settings(max_examples=60)
