@@ -21,6 +21,7 @@ from scipy.special import ndtri
 from frictool.documents.bench import Bench
 from frictool.identify.outcome import Fit, NothingUsable
 from frictool.identify.record import Record
+from frictool.identify.resolution import unresolved_inertia
 from frictool.identify.samples import Samples, fit, joined
 from frictool.identify.slip import slip_mask
 from frictool.identify.smoothing import acceleration_filter, choose_window, smoothed
@@ -40,7 +41,8 @@ def least_squares(records: list[Record], bench: Bench, confidence: float, window
         if shorter < used:
             samples, used = again, shorter
             result = _fit(samples, used, confidence)
-    reason = unresolved_inertia(records[0], samples, used, bench)
+    filtered = acceleration_filter(used, records[0].period)
+    reason = unresolved_inertia(records[0], bench, filtered, samples.acceleration, f"over {used} samples")
     if reason is None:
         return result
     kept = {name: interval for name, interval in result.parameters.items() if name != "inertia"}
@@ -80,29 +82,3 @@ def _prepare(records: list[Record], bench: Bench, share: float, window: int | No
     if not parts or sum(part.velocity.size for part in parts) == 0:
         raise NothingUsable(f"no sample slips for longer than its smoothing window{' beyond the backlash' if backlash else ''}")
     return joined(parts), max(windows)
-
-
-def unresolved_inertia(record: Record, samples: Samples, window: int, bench: Bench) -> str | None:
-    """Why the inertia is not to be had by differentiating this encoder, or None.
-
-    (4.3), with the gain of the filter in place of the double difference's 2/T^2: the largest error that quantisation can leave on
-    the acceleration, D_a = step/2 sum|c|, moves the inertia by up to J D_a/rms(a). Identification is of use only where that is less
-    than what is known without it (4.2.1), the half width of the bench's own interval.
-    """
-    prior = bench.mechanics.inertia
-    known = 0.5 * (prior.interval[1] - prior.interval[0])
-    if known == 0.0:
-        known = prior.value  # the bench gives no interval: anything better than a factor of two is of use
-    worst = 0.5 * record.resolution * float(np.sum(np.abs(acceleration_filter(window, record.period))))
-    bound = prior.value * worst / float(np.sqrt(np.mean(samples.acceleration**2)))
-    raw = prior.value**2 * 2.0 * record.resolution / (record.period**2 * bench.actuator.constant.value * bench.actuator.limit.value)
-    if bound >= known:
-        return (
-            f"quantisation can move it by {_percent(bound, prior.value)} after smoothing over {window} samples "
-            f"({_percent(raw, prior.value)} by (4.3) without), and the bench knows it to {_percent(known, prior.value)}"
-        )
-    return None
-
-
-def _percent(part: float, whole: float) -> str:
-    return f"+-{100.0 * part / whole:.2g} %"

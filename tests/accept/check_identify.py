@@ -18,11 +18,14 @@ from scipy.stats import binom
 
 from frictool.documents.bench import Bench
 from frictool.identify.identification import identify
+from frictool.identify.inverse_dynamic import inverse_dynamic
 from frictool.identify.least_squares import least_squares
 from frictool.identify.methods import DEFAULT, Settings
+from frictool.identify.outcome import SLIDING
 from frictool.plant.axis import AxisParameters
 from sample_logs.make import TRUTH, ramp, sines
 from tests.identify.benches import MASS, clutch, mass_bench, mass_sine, record
+from tests.identify.linear_axis import linear_axis, linear_bench
 
 RATE = 0.95
 CHANCE = 1e-3
@@ -65,9 +68,14 @@ def _coverage(encoder_step: float, expected: set[str]) -> dict[str, Any]:
         "seeds": SEEDS,
         "stated_rate": RATE,
         "least_accepted": least,
-        "covered": counts,
+        **_flat("covered", counts),
         "inertia_identified": sum("inertia" in hit for hit in hits),
     }
+
+
+def _flat(what: str, figures: dict[str, Any]) -> dict[str, Any]:
+    """One figure a key, which the runner prints."""
+    return {f"{what}_{name}": figure for name, figure in figures.items()}
 
 
 def clutch_coarse() -> dict[str, Any]:
@@ -94,8 +102,29 @@ def clutch_repeated() -> dict[str, Any]:
         "seeds": SEEDS,
         "stated_rate": RATE,
         "least_accepted": least,
-        "covered": dict(zip(names, hits.tolist(), strict=True)),
+        **_flat("covered", dict(zip(names, hits.tolist(), strict=True))),
         "clusters": float(np.median(clusters)),
+    }
+
+
+def linear_covered(seed: int) -> dict[str, bool]:
+    """Whether the interval of each parameter that the published pipeline identifies on a linear axis holds the truth."""
+    truth, log = linear_axis(seed)
+    found = inverse_dynamic([log], linear_bench(), RATE).parameters
+    return {name: bool(interval.low <= getattr(truth, name) <= interval.high) for name, interval in found.items()}
+
+
+def inverse_dynamic_linear() -> dict[str, Any]:
+    """The published pipeline on the axis that it is meant for; spanning two intervals, it covers more often than stated."""
+    hits = [linear_covered(seed) for seed in range(SEEDS)]
+    counts = {name: sum(hit.get(name, False) for hit in hits) for name in SLIDING}
+    least = int(binom.ppf(CHANCE, SEEDS, RATE))
+    return {
+        "passed": all(set(hit) == set(SLIDING) for hit in hits) and min(counts.values()) >= least,
+        "seeds": SEEDS,
+        "stated_rate": RATE,
+        "least_accepted": least,
+        **_flat("covered", counts),
     }
 
 
@@ -115,10 +144,10 @@ def table_4_1() -> dict[str, Any]:
     return {
         "passed": bool(np.all(rms <= 1.2 * limits)) and int(hits.min()) >= least,
         "seeds": MASS_SEEDS,
-        "rms_percent": dict(zip(names, rms.tolist(), strict=True)),
-        "trial_percent": dict(zip(names, limits.tolist(), strict=True)),
-        "covered": dict(zip(names, hits.tolist(), strict=True)),
+        **_flat("rms_percent", dict(zip(names, rms.tolist(), strict=True))),
+        **_flat("trial_percent", dict(zip(names, limits.tolist(), strict=True))),
         "least_accepted": least,
+        **_flat("covered", dict(zip(names, hits.tolist(), strict=True))),
     }
 
 
@@ -126,5 +155,6 @@ CHECKS: dict[str, Callable[[], dict[str, Any]]] = {
     "identify: coverage, clutch, 56 points": clutch_coarse,
     "identify: coverage, clutch, 4096 points": clutch_fine,
     "identify: coverage, clutch, strokes that repeat each other": clutch_repeated,
+    "identify: coverage, inverse-dynamic": inverse_dynamic_linear,
     "identify: table 4.1": table_4_1,
 }

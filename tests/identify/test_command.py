@@ -113,7 +113,17 @@ def test_options_change_the_result() -> None:
     plain, wide, narrow = (json.loads(run(*line, *options).stdout) for options in ((), ("--confidence", "0.99"), ("--window", "21")))
     assert wide["parameters"]["coulomb"]["high"] > plain["parameters"]["coulomb"]["high"]
     assert narrow["details"]["window"] == 21
-    pipeline = [
-        json.loads(run(*line, "--method", "inverse-dynamic", *options).stdout) for options in ((), ("--cutoff-hz", "30", "--decimate", "5"))
-    ]
-    assert pipeline[0]["samples"] * 2 == pytest.approx(pipeline[1]["samples"], abs=2)
+
+
+def test_options_of_the_pipeline_change_its_result() -> None:
+    line = ("identify", data("emps", "DATA_EMPS.mat"), "--bench", EMPS, "--method", "inverse-dynamic", "--json")
+    plain, other = (json.loads(run(*line, *options).stdout) for options in ((), ("--cutoff-hz", "30", "--decimate", "5")))
+    assert plain["samples"] * 2 == pytest.approx(other["samples"], abs=2)
+    assert plain["parameters"]["viscous"]["value"] != other["parameters"]["viscous"]["value"]
+
+
+def test_the_pipeline_gives_nothing_where_there_is_a_backlash(tmp_path: Path) -> None:
+    target = tmp_path / "model.yaml"
+    result = run("identify", SINES, "--bench", CLUTCH, "--method", "inverse-dynamic", "-o", target)
+    refused(result, 1, "inertia, viscous, coulomb, offset", "backlash", "use least-squares")
+    assert not target.exists()

@@ -13,7 +13,9 @@ from frictool.identify.least_squares import least_squares
 from frictool.identify.outcome import NothingUsable
 from frictool.identify.record import Record, make_record
 from sample_logs.make import TRUTH, sines
-from tests.identify.benches import EMPS, data, record
+from tests.accept.check_identify import linear_covered
+from tests.identify.benches import EMPS, clutch, data, record
+from tests.identify.linear_axis import linear_axis, linear_bench
 
 PUBLISHED_VALUES = {"inertia": (95.1089, 2e-3), "viscous": (203.5034, 1e-2), "coulomb": (20.3935, 1e-2), "offset": (-3.1648, 2e-2)}
 
@@ -61,6 +63,50 @@ def test_a_constant_keeps_its_size(bench: Bench) -> None:
     found = [inverse_dynamic([log], bench, 0.95, Pipeline(decimate=n)).parameters["offset"].value for n in (1, 10)]
     assert found[1] == pytest.approx(found[0], rel=5e-3)
     assert found[1] == pytest.approx(0.05, rel=0.02)
+
+
+def test_intervals_span_the_errors_that_the_pipeline_makes_every_time() -> None:
+    """Of 4 times 12 intervals at 95 %, fewer than 41 would come once in ten thousand runs; the pipeline's own hold 16."""
+    hits = [linear_covered(seed) for seed in range(12)]
+    assert sum(sum(hit.values()) for hit in hits) >= 41
+    assert all(set(hit) == {"inertia", "viscous", "coulomb", "offset"} for hit in hits)
+
+
+def test_intervals_hold_those_of_the_power_balance() -> None:
+    _, log = linear_axis(3)
+    balance, found = least_squares([log], linear_bench(), 0.95), inverse_dynamic([log], linear_bench(), 0.95)
+    for name, interval in found.parameters.items():
+        assert interval.low <= balance.parameters[name].low
+        assert interval.high >= balance.parameters[name].high
+        assert interval.low <= interval.value <= interval.high
+
+
+def test_a_backlash_refuses_everything() -> None:
+    """In the clutch a tenth of the samples may lie within it; Coulomb friction would come out 18 % too small, inertia 43 %."""
+    with pytest.raises(NothingUsable, match=r"% of the samples may lie within the bench's backlash.*use least-squares"):
+        inverse_dynamic([record(sines(1))], clutch(), 0.95)
+
+
+def test_a_backlash_that_is_small_beside_the_strokes_does_not() -> None:
+    _, log = linear_axis(3)
+    without, tiny = (inverse_dynamic([log], linear_bench(backlash), 0.95) for backlash in (0.0, 2e-6))
+    assert {name: found.value for name, found in tiny.parameters.items()} == {
+        name: found.value for name, found in without.parameters.items()
+    }
+    with pytest.raises(NothingUsable, match="backlash"):
+        inverse_dynamic([log], linear_bench(2e-3), 0.95)
+
+
+def test_a_coarse_encoder_refuses_what_it_hides(bench: Bench) -> None:
+    """56 points a turn, without backlash. The offset does not need the encoder."""
+    truth = TRUTH._replace(backlash=0.0, breakaway=0.099)
+    found = inverse_dynamic([record(sines(3, truth), truth)], bench, 0.95)
+    assert set(found.parameters) == {"offset"}
+    assert "(4.3)" in found.refused["inertia"]
+    assert "below 100 Hz" in found.refused["inertia"]
+    assert "noise on the velocity" in found.refused["viscous"]
+    assert found.refused["coulomb"] == found.refused["viscous"]
+    assert found.parameters["offset"].low <= truth.offset <= found.parameters["offset"].high
 
 
 def test_refusals(bench: Bench) -> None:

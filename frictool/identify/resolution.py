@@ -1,0 +1,38 @@
+"""What the encoder's quantisation leaves of a parameter, whatever filter a method differentiates with.
+
+(4.3), with the gain of the filter in place of the double difference's 2/T^2: the largest error that quantisation can leave on the
+acceleration, D_a = step/2 sum|h|, moves the inertia by up to J D_a/rms(a). Identification is of use only where that is less than what
+is known without it (4.2.1), the half width of the bench's own interval.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.identify.record import Record, Vector
+
+
+def unresolved_inertia(record: Record, bench: Bench, response: Vector, acceleration: Vector, smoothing: str) -> str | None:
+    """Why the inertia is not to be had from this encoder, or None.
+
+    response: from position to acceleration, 1/s^2, one number a sample. acceleration (n,): of the samples used. smoothing: the filter,
+    for people.
+    """
+    prior = bench.mechanics.inertia
+    known = 0.5 * (prior.interval[1] - prior.interval[0])
+    if known == 0.0:
+        known = prior.value  # the bench gives no interval: anything better than a factor of two is of use
+    worst = 0.5 * record.resolution * float(np.sum(np.abs(response)))
+    bound = prior.value * worst / float(np.sqrt(np.mean(acceleration**2)))
+    raw = prior.value**2 * 2.0 * record.resolution / (record.period**2 * bench.actuator.constant.value * bench.actuator.limit.value)
+    if bound >= known:
+        return (
+            f"quantisation can move it by {_percent(bound, prior.value)} after smoothing {smoothing} "
+            f"({_percent(raw, prior.value)} by (4.3) without), and the bench knows it to {_percent(known, prior.value)}"
+        )
+    return None
+
+
+def _percent(part: float, whole: float) -> str:
+    return f"+-{100.0 * part / whole:.2g} %"
