@@ -14,7 +14,7 @@ from frictool.documents.design import Design
 from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
-from frictool.errors import NoSolutionError
+from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.polytope import PlantPoint
 from frictool.synth.speed_cascade import design_controller
 from frictool.verify.speed_loop import check_loop, matrices
@@ -98,3 +98,29 @@ def test_a_wide_polytope_has_no_controller() -> None:
     model = clutch_model(constant=(1e-4, 13.4e-3, 1.0))
     with pytest.raises(NoSolutionError):
         design_controller(model, _spec(), _design(), HERE)
+
+
+def test_a_bench_without_delay_gets_a_controller_too() -> None:
+    model = clutch_model()
+    without = msgspec.structs.replace(model, bench=msgspec.structs.replace(model.bench, delay_samples=0))
+    controller = design_controller(without, _spec(), _design(), HERE)
+    assert controller.delay_samples == 0
+    assert controller.speed_controller.discrete.d == ((0.0,),)  # the register is the controller's own
+    assert all(vertex.stable and vertex.modulus_margin >= 0.5 for vertex in controller.verified.vertices)
+    # with the register outside, it is the loop of the bench with one sample of delay
+    pairs = zip(controller.verified.vertices, clutch_controller().verified.vertices, strict=True)
+    assert all(a.modulus_margin == pytest.approx(b.modulus_margin, rel=1e-6) for a, b in pairs)
+
+
+@pytest.mark.parametrize("factor", [1e6, 1e9, 1e12])
+def test_absurd_weights_are_refused_and_not_a_traceback(factor: float) -> None:
+    weights = msgspec.structs.replace(_design().weights, drive=0.5 * factor)
+    with pytest.raises(NoSolutionError):
+        design_controller(clutch_model(), _spec(), msgspec.structs.replace(_design(), weights=weights), HERE)
+
+
+def test_a_specification_without_margin_is_a_fault_of_the_documents() -> None:
+    spec = msgspec.structs.replace(_spec(), modulus_margin=None)
+    with pytest.raises(FrictoolError, match="modulus_margin: missing") as caught:
+        design_controller(clutch_model(), spec, _design(), HERE)
+    assert caught.value.exit_code == 3
