@@ -30,6 +30,6 @@ def test_a_closed_stdout_is_no_failure() -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="a shell with a pipe is needed")
 def test_a_reader_that_leaves_gets_no_traceback() -> None:
     line = " ".join(f"'{word}'" for word in COMMAND) + " | head -c 1"
-    done = subprocess.run(["sh", "-c", line], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False)
+    done = subprocess.run(["sh", "-c", line], capture_output=True, text=True, check=False)
     assert done.stdout == "{"
     assert "Traceback" not in done.stderr
