@@ -1,6 +1,7 @@
 """The test helper itself, on the one command that needs no input file."""
 
 import json
+from pathlib import Path
 
 from tests.cli.run import refused, run
 
@@ -10,6 +11,12 @@ def test_stdout_and_exit_code_are_captured():
     assert result.code == 0
     assert result.stderr == ""
     assert json.loads(result.stdout)["title"] == "bench.yaml"
+
+
+def test_a_schema_takes_json_as_every_command_does(tmp_path: Path):
+    assert run("schema", "bench", "--json").out == run("schema", "bench").out
+    assert run("schema", "bench", "--json", "-o", tmp_path / "bench.json").code == 0
+    assert (tmp_path / "bench.json").read_bytes() == run("schema", "bench").out
 
 
 def test_a_wrong_command_line_is_exit_2():
