@@ -46,4 +46,4 @@ $(VENV)/.bench: pyproject.toml constraints.txt | $(VENV)/.dev
 	@touch $@ $(VENV)/.dev $(VENV)/.run
 
 clean:
-	rm -rf build configs/*/build
+	rm -rf build configs/*/build frictool/__pycache__/kernels-*

@@ -1,8 +1,10 @@
-"""The runners behind `make accept` and `make bench`."""
+"""The runners behind `make accept`, `make bench`, `make test` and `make clean`."""
 
 from __future__ import annotations
 
 import json
+import shutil
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -64,3 +66,19 @@ def test_every_bench_file_is_collected():
     names = [bench.name_of(row) for row in bench.collect(Path(bench.__file__).parent)]
     assert {"startup.help", "ingest.csv", "log.read", "log.write"} <= set(names)
     assert len(names) == len(set(names))
+
+
+def test_the_reason_of_a_skipped_test_is_shown(pytestconfig: pytest.Config):
+    assert "-rs" in pytestconfig.getini("addopts")
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="there is no make on the PATH")
+def test_clean_takes_what_was_built_and_the_compiled_kernels(tmp_path: Path):
+    gone = ("build/bench.json", "configs/rig/build/model.yaml", "frictool/__pycache__/kernels-0a/engine/slip.nbi")
+    kept = ("configs/rig/bench.yaml", "frictool/__pycache__/kernels.pyc", "sample_logs/sines.csv")
+    for name in (*gone, *kept):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text("")
+    makefile = Path(__file__).parents[1] / "Makefile"
+    subprocess.run(["make", "-f", makefile, "clean"], cwd=tmp_path, check=True, capture_output=True)
+    assert sorted(str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file()) == sorted(kept)
