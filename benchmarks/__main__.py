@@ -53,8 +53,8 @@ def run(rows: list[Row], ids: list[str]) -> tuple[list[dict[str, Any]], int]:
 
 
 def name_of(row: Row) -> str:
-    """A row's id from its function's name: `log_read` is log.read."""
-    return row.__name__.replace("_", ".", 1)
+    """A row's id: its function's attribute `id`, else from its name: `log_read` is log.read."""
+    return getattr(row, "id", None) or row.__name__.replace("_", ".", 1)
 
 
 def main(arguments: list[str]) -> int:

@@ -61,6 +61,11 @@ def kernel(function: F) -> F:
     return cast(F, numba.njit(cache=FOLDER is not None)(function))
 
 
+def inner_kernel(function: F) -> F:
+    """As `kernel`, copied into its callers: for what an inner loop calls with many arrays, which would be passed word by word."""
+    return cast(F, numba.njit(cache=FOLDER is not None, forceinline=True)(function))
+
+
 def parallel_kernel(function: F) -> F:
     """As `kernel`, its `prange` loops over all cores. If none writes what another reads, threads change nothing."""
     return cast(F, numba.njit(cache=FOLDER is not None, parallel=True)(function))

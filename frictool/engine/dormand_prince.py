@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.engine.drive import effort, reference
-from frictool.kernels import kernel
+from frictool.kernels import inner_kernel
 
 Vector = NDArray[np.float64]
 Force = Callable[[float, float, Vector], float]
@@ -53,13 +53,13 @@ TABLEAU = np.array(
 ERRORS = np.array((E1, 0.0, E3, E4, E5, E6, E7))
 
 
-@kernel
+@inner_kernel
 def _rate(force: Force, law: Vector, mobility: float, direction: float, drive: Vector, t: float, x: float, v: float, q: float) -> float:
     """v' of a slip in `direction`."""
     return (effort(t, x, v, q, drive) - force(v, direction, law)) * mobility
 
 
-@kernel
+@inner_kernel
 def layer_step(
     force: Force, law: Vector, mass: float, direction: float, drive: Vector, t: float, h: float, start: float, y: Vector, slopes: Vector
 ) -> float:
@@ -101,7 +101,7 @@ def layer_step(
     return abs(h * (E1 * a1 + E3 * a3 + E4 * a4 + E5 * a5 + E6 * a6 + E7 * a7))
 
 
-@kernel
+@inner_kernel
 def dense_output(y: Vector, slopes: Vector, h: float, piece: Vector) -> None:
     """Writes the step as polynomials of the time since its start: `piece` (3, n), n >= 5, rows x, v, q."""
     for row in range(3):

@@ -35,7 +35,7 @@ from frictool.engine.drive import AMPLITUDE, DERIVATIVE, FREQUENCY, INTEGRAL, OF
 from frictool.engine.polynomial import NEVER, first_fall
 from frictool.engine.series import TERMS, motion, reach
 from frictool.engine.status import NOT_FINITE, OK, STEP_TOO_SMALL
-from frictool.kernels import kernel
+from frictool.kernels import inner_kernel, kernel
 
 Vector = NDArray[np.float64]
 
@@ -54,7 +54,7 @@ def side(direction: float) -> int:
     return 1 if direction > 0.0 else 0
 
 
-@kernel
+@inner_kernel
 def friction_line(body: Vector, region: float, direction: float) -> tuple[float, float]:
     """(friction, viscous) of the straight law: friction + viscous v, signed."""
     index = side(direction)
@@ -65,7 +65,7 @@ def friction_line(body: Vector, region: float, direction: float) -> tuple[float,
     return coulomb + direction * (viscous - beyond) * body[KNEE], beyond
 
 
-@kernel
+@inner_kernel
 def friction(force: Force, law: Vector, body: Vector, state: Vector, v: float, u: float) -> float:
     """The friction force at speed v; at rest it is the effort, as far as the support and not an end stop holds it."""
     if state[DIRECTION] == 0.0:
@@ -117,7 +117,7 @@ def rest_piece(
     return spent, towards
 
 
-@kernel
+@inner_kernel
 def _acceleration(force: Force, law: Vector, body: Vector, state: Vector, drive: Vector, t: float) -> float:
     """v' at t, with what rounding leaves of it taken out where slip begins."""
     u = effort(t, state[POSITION], state[VELOCITY], state[INTEGRAL_STATE], drive)
@@ -128,7 +128,7 @@ def _acceleration(force: Force, law: Vector, body: Vector, state: Vector, drive:
     return gained
 
 
-@kernel
+@inner_kernel
 def layer_piece(
     force: Force,
     law: Vector,
@@ -141,15 +141,19 @@ def layer_piece(
     slopes: Vector,
     piece: Vector,
 ) -> tuple[float, int]:
-    """One accepted step in the layer: its length and a status. `pace` (2,): the length to try, 0 at first; the log of the last error."""
+    """One accepted step in the layer: its length and a status.
+
+    `pace` (3,): the length to try, 0 at first; the logarithm of the last error; when the layer was entered. What counts is when the
+    motion gets somewhere: an error of v is an error in time of error/acceleration, allowed to be `tolerance` of the time spent here.
+    """
     start, mass = _acceleration(force, law, body, state, drive, t), body[MASS]
     if pace[0] == 0.0:
         largest = body[BREAKAWAY] + body[BREAKAWAY + 1] + _gross(state, t, drive)
         pace[0] = FIRST_STEP * min(body[LAYER], body[SPEED_SCALE]) * mass / largest if largest > 0.0 else longest
-        pace[1] = 0.0
+        pace[1], pace[2] = 0.0, t
     wish, cut = pace[0], pace[0] > longest
     h, shortest = wish, SHORTEST_STEP * max(abs(t), longest)
-    allowed = body[TOLERANCE] * max(body[SPEED_SCALE], abs(state[VELOCITY]))
+    allowed = body[TOLERANCE] * max(body[SPEED_SCALE], abs(state[VELOCITY]), abs(start) * (t - pace[2]))
     while True:
         h = min(h, longest)
         error = layer_step(force, law, mass, state[DIRECTION], drive, t, h, start, state, slopes) / allowed

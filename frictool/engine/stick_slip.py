@@ -53,7 +53,7 @@ from frictool.kernels import kernel
 
 Vector = NDArray[np.float64]
 
-# series (4, TERMS), dense output (4, DENSE_TERMS), probe (TERMS,), slopes (3, STAGES), pace (2,)
+# series (4, TERMS), dense output (4, DENSE_TERMS), probe (TERMS,), slopes (3, STAGES), pace (3,)
 Scratch = tuple[Vector, Vector, Vector, Vector, Vector]
 
 DENSE_TERMS = 5
@@ -153,7 +153,7 @@ def _segment(
     happened: int,
 ) -> tuple[int, float, int, int]:
     """Under one drive up to `end`: status, the time reached, samples filled and events recorded so far."""
-    scratch = (np.zeros((4, TERMS)), np.zeros((4, DENSE_TERMS)), np.zeros(TERMS), np.empty((3, STAGES)), np.zeros(2))
+    scratch = (np.zeros((4, TERMS)), np.zeros((4, DENSE_TERMS)), np.zeros(TERMS), np.empty((3, STAGES)), np.zeros(3))
     left = _pieces_allowed(body, drive, end - t, events.shape[0])
     refused, began = 0.0, -math.inf
     while t < end:

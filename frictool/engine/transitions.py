@@ -34,7 +34,7 @@ from frictool.engine.body import (
 from frictool.engine.drive import effort
 from frictool.engine.phases import friction_line
 from frictool.engine.polynomial import NEVER, first_fall
-from frictool.kernels import kernel
+from frictool.kernels import inner_kernel, kernel
 
 Vector = NDArray[np.float64]
 
@@ -61,7 +61,7 @@ def _sooner(row: Vector, sign: float, level: float, longest: float, probe: Vecto
     return first_fall(probe[:n], longest)
 
 
-@kernel
+@inner_kernel
 def _swing(row: Vector, h: float) -> float:
     """What the quantity does not change by more than within h."""
     total = 0.0
@@ -70,7 +70,7 @@ def _swing(row: Vector, h: float) -> float:
     return total
 
 
-@kernel
+@inner_kernel
 def slip_event(state: Vector, body: Vector, piece: Vector, longest: float, probe: Vector) -> tuple[float, int]:
     """The first event on a piece of slip and when: a stop, the layer's or the knee's speed, an end stop."""
     direction, here, spent, kind = state[DIRECTION], state[REGION], longest, NO_EVENT

@@ -1,0 +1,254 @@
+"""60 s of the stick-slip test (3.7.2, table 3.1): the exact engine against integrators; and 1000 clutch steps against two of scipy's.
+
+Errors are those of the breakaway times, the worst of nine, against DOP853 at a relative tolerance of 1e-12. Between a stop and the next
+breakaway nothing has to be integrated: every peer that knows when the mass stops gets the wait for nothing, as the engine does.
+Calls are prepared: the engine gets packed arrays as diffrax gets a compiled function.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from benchmarks.bench_simulate import CLUTCH, PERIOD, START, USUAL, closed_loop, replay
+from benchmarks.timing import pair
+from frictool.control.packing import pack
+from frictool.engine.batch import replay_axes
+from frictool.engine.body import BREAKS_AWAY, at_rest
+from frictool.engine.closed_loop import COMMAND
+from frictool.engine.drive import spring
+from frictool.engine.laws import body_of
+from frictool.engine.stick_slip import run
+from frictool.friction.signatures import SLIP_FORCE
+from frictool.friction.table import LAWS
+from frictool.kernels import kernel, pointer
+from frictool.plant.axis import rest
+from tests.control.example import clutch_controller
+from tests.engine.reference import TIGHT
+from tests.engine.table31 import reference_breakaways
+
+Vector = NDArray[np.float64]
+
+MASS, COULOMB, BREAKAWAY, STRIBECK, VISCOUS = 1.0, 1.0, 1.5, 1e-3, 0.4
+STIFFNESS, SPEED, SECONDS, SLIPS = 2.0, 0.1, 60.0, 9
+RTOL, ATOL, FIXED_STEP = 1e-8, 1e-11, 1e-5
+MUJOCO_STEP = 1e-4
+ROUNDS, OURS_IN_A_ROUND, PLANTS = 5, 50, 1000
+
+LAW = LAWS["stribeck"]
+P = LAW.pack({"coulomb": COULOMB, "breakaway": BREAKAWAY, "stribeck_velocity": STRIBECK, "viscous": VISCOUS})
+TOLERANCE = 1e-7  # for the peers' accuracy, not more
+BODY, DRIVE = replace(body_of(LAW, P, MASS), tolerance=TOLERANCE), spring(STIFFNESS, SPEED)
+
+
+def prepared() -> Callable[[], Vector]:
+    """The engine's run: a function that returns the breakaway times."""
+    force, body = pointer(LAW.kernels.slip_force, SLIP_FORCE), BODY.as_array()
+    ends, drives = np.array([SECONDS]), DRIVE.as_array()[None]
+    none, nothing, events = np.empty(0), np.empty((0, 5)), np.empty((200, 4))
+
+    def once() -> Vector:
+        _, _, happened = run(force, P, body, at_rest(), 0.0, ends, drives, none, nothing, events)
+        return events[:happened][events[:happened, 1] == BREAKS_AWAY, 0]
+
+    return once
+
+
+def friction(v: float) -> float:
+    return COULOMB + (BREAKAWAY - COULOMB) * math.exp(-((v / STRIBECK) ** 2)) + VISCOUS * v
+
+
+def next_breakaway(x: float) -> float:
+    """When the spring has reached the breakaway with the mass at rest at x."""
+    return (x + BREAKAWAY / STIFFNESS) / SPEED
+
+
+def with_solve_ivp() -> Vector:
+    """RK45 through each slip with the stop as its event."""
+
+    def field(t: float, y: Vector) -> list[float]:
+        return [y[1], (STIFFNESS * (SPEED * t - y[0]) - friction(y[1])) / MASS]
+
+    def stop(_: float, y: Vector) -> float:
+        return float(y[1])
+
+    stop.terminal, stop.direction = True, -1  # type: ignore[attr-defined]
+    times, t, x = [], next_breakaway(0.0), 0.0
+    while t < SECONDS:
+        times.append(t)
+        slip = solve_ivp(field, (t, SECONDS), [x, 0.0], events=stop, rtol=RTOL, atol=ATOL)
+        if not slip.t_events[0].size:
+            break
+        x = float(slip.y[0, -1])
+        t = next_breakaway(x)
+    return np.array(times)
+
+
+@kernel
+def fixed_steps(step: float, times: Vector) -> int:
+    """Semi-implicit Euler with a stick; returns how many breakaways."""
+    x, v, stuck, found = 0.0, 0.0, True, 0
+    for k in range(round(SECONDS / step)):
+        u = STIFFNESS * (SPEED * k * step - x)
+        if stuck and u > BREAKAWAY and found < times.shape[0]:
+            stuck, times[found] = False, k * step
+            found += 1
+        if not stuck:
+            v += step * (u - (COULOMB + (BREAKAWAY - COULOMB) * math.exp(-((v / STRIBECK) ** 2)) + VISCOUS * v)) / MASS
+            if v <= 0.0 and u < BREAKAWAY:
+                v, stuck = 0.0, True
+            x += step * v
+    return found
+
+
+def with_fixed_step() -> Vector:
+    times = np.empty(100)
+    return times[: fixed_steps(FIXED_STEP, times)]
+
+
+def with_diffrax() -> Callable[[], Vector]:
+    """Dopri5 with the stop as an event and the wait in closed form, all slips in one compiled scan."""
+    import diffrax
+    import jax
+    import jax.numpy as jnp
+    import optimistix
+
+    jax.config.update("jax_enable_x64", True)
+
+    def field(t: Any, y: Any, _: Any) -> Any:
+        g = COULOMB + (BREAKAWAY - COULOMB) * jnp.exp(-((y[1] / STRIBECK) ** 2)) + VISCOUS * y[1]
+        return jnp.stack([y[1], (STIFFNESS * (SPEED * t - y[0]) - g) / MASS])
+
+    def falling(t: Any, y: Any, *_: Any, **__: Any) -> Any:
+        return y[1] + jnp.where(STIFFNESS * (SPEED * t - y[0]) > COULOMB, 1e-9, 0.0)  # not at the start, where v = 0 too
+
+    event = diffrax.Event(falling, root_finder=optimistix.Newton(RTOL, ATOL))
+    control = diffrax.PIDController(rtol=RTOL, atol=ATOL)
+
+    def slip(x: Any, _: Any) -> Any:
+        t = (x + BREAKAWAY / STIFFNESS) / SPEED
+        end = diffrax.diffeqsolve(
+            diffrax.ODETerm(field), diffrax.Dopri5(), t, t + 20.0, 1e-4, jnp.stack([x, 0.0 * x]),
+            stepsize_controller=control, event=event, max_steps=100_000,
+        )  # fmt: skip
+        return end.ys[-1, 0], t
+
+    compiled = jax.jit(lambda x: jax.lax.scan(slip, x, None, length=SLIPS)[1])
+    start = jnp.asarray(0.0)
+    return lambda: np.asarray(compiled(start).block_until_ready())
+
+
+def with_mujoco() -> Callable[[], Vector]:
+    """MuJoCo's friction loss on a slider; it has no breakaway above Coulomb friction. Returns when it starts to move after a rest."""
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_string(f"""<mujoco><option timestep="{MUJOCO_STEP}" gravity="0 0 0"/><worldbody><body>
+      <joint name="slide" type="slide" axis="1 0 0" damping="{VISCOUS}" frictionloss="{COULOMB}"/><geom size=".1" mass="{MASS}"/>
+      </body></worldbody><actuator><position joint="slide" kp="{STIFFNESS}"/></actuator></mujoco>""")
+    data = mujoco.MjData(model)
+
+    def once() -> Vector:
+        mujoco.mj_resetData(model, data)
+        times, moving = [], False
+        for k in range(round(SECONDS / MUJOCO_STEP)):
+            data.ctrl[0] = SPEED * k * MUJOCO_STEP
+            mujoco.mj_step(model, data)
+            speed = data.qvel[0]
+            if not moving and speed > 10.0 * STRIBECK:
+                times.append(k * MUJOCO_STEP)
+            moving = speed > (STRIBECK if moving else 10.0 * STRIBECK)
+        return np.array(times)
+
+    return once
+
+
+def error_of(times: Vector, exact: Vector) -> str:
+    if times.size != exact.size:
+        return f"{times.size} breakaways instead of {exact.size}"
+    return f"{np.max(np.abs(times - exact)):.1e} s"
+
+
+def row(name: str, peer: str, theirs: Callable[[], Vector], rounds: int = ROUNDS) -> dict[str, Any]:
+    """Wall time of 60 s."""
+    exact, ours = np.array(reference_breakaways(BODY, DRIVE, SECONDS)[0]), prepared()
+    many, their_seconds = pair(lambda: [ours() for _ in range(OURS_IN_A_ROUND)], theirs, rounds)
+    seconds = many / OURS_IN_A_ROUND
+    return {
+        "id": name,
+        "peer": peer,
+        "ours": seconds,
+        "theirs": their_seconds,
+        "unit": "s",
+        "ratio": their_seconds / seconds,
+        "accuracy": (
+            f"breakaway times within {error_of(ours(), exact)}, peer {error_of(theirs(), exact)}; "
+            f"{SECONDS / seconds:.2g} times real time, peer {SECONDS / their_seconds:.2g}"
+        ),
+    }
+
+
+def stick_slip_solve_ivp() -> dict[str, Any]:
+    """Against scipy's RK45 with events."""
+    return row("stick_slip.solve_ivp", "scipy solve_ivp", with_solve_ivp)
+
+
+def stick_slip_fixed_step() -> dict[str, Any]:
+    """Against a compiled loop of small steps."""
+    return row("stick_slip.fixed_step", f"numba, step {FIXED_STEP:g} s", with_fixed_step)
+
+
+def stick_slip_diffrax() -> dict[str, Any]:
+    """Against diffrax with events, compiled and warm."""
+    return row("stick_slip.diffrax", "diffrax", with_diffrax())
+
+
+def stick_slip_mujoco() -> dict[str, Any]:
+    """Against MuJoCo's friction loss."""
+    return row("stick_slip.mujoco", "mujoco", with_mujoco(), rounds=1)
+
+
+def clutch_batch_solve_ivp() -> dict[str, Any]:
+    """1000 steps of 1.1 s of clutches that differ, against two by `solve_ivp`: plants alone under given commands (simulate.clutch_step)."""
+    acting = np.concatenate([[0.0], closed_loop(pack(clutch_controller()))[:-1, COMMAND]])
+    factors = np.random.default_rng(6).uniform(0.7, 1.3, (PLANTS, 2))
+    plants = [
+        CLUTCH._replace(
+            coulomb=CLUTCH.coulomb * f, breakaway=CLUTCH.breakaway * f, backlash_coulomb=CLUTCH.backlash_coulomb * f,
+            backlash_breakaway=CLUTCH.backlash_breakaway * f, inertia=CLUTCH.inertia * (1.0 + 0.2 * (j - 1.0)),
+        )
+        for f, j in [(1.0, 1.0), *factors[1:]]
+    ]  # fmt: skip
+    axes, commands = np.stack([plant.as_array() for plant in plants]), np.stack([acting] * PLANTS)
+    positions, statuses = np.empty(commands.shape), np.zeros(PLANTS, dtype=np.int64)
+    ours, theirs = pair(
+        lambda: replay_axes(axes, np.stack([rest(START)] * PLANTS), commands, PERIOD, positions, statuses),
+        lambda: [replay(acting, USUAL) for _ in range(2)],
+        ROUNDS,
+    )
+    assert not np.any(statuses)
+    exact, theirs_at = replay(acting, TIGHT), replay(acting, USUAL)
+    errors = [float(np.max(np.abs(found - exact))) for found in (positions[0], theirs_at)]
+    return {
+        "id": "clutch_batch.solve_ivp",
+        "peer": "scipy solve_ivp, 2 of them",
+        "ours": ours,
+        "theirs": theirs,
+        "unit": "s",
+        "ratio": theirs / ours,
+        "accuracy": (
+            f"{PLANTS} plants for {acting.size * PERIOD:g} s, {1e6 * ours / PLANTS:.3g} us each on {numba.get_num_threads()} threads; "
+            f"position within {errors[0]:.1e} rad, peer {errors[1]:.1e} rad"
+        ),
+    }
+
+
+ROWS = [stick_slip_solve_ivp, stick_slip_fixed_step, stick_slip_diffrax, stick_slip_mujoco, clutch_batch_solve_ivp]
+for _row in ROWS:
+    _row.id = _row.__name__.replace("_solve_ivp", ".solve_ivp").replace("stick_slip_", "stick_slip.")  # type: ignore[attr-defined]
