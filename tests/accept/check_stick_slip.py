@@ -75,7 +75,7 @@ def agrees_with_an_integrator() -> dict[str, Any]:
 
 
 def limit_cycles() -> dict[str, Any]:
-    """300 s of (3.40): half the peak-to-peak of the last 100 s; the period between departures to the same side, a small speed hysteresis."""
+    """300 s of (3.40): half the peak-to-peak of the last 100 s, and the period between passages of the target to the same side."""
     figures: dict[str, Any] = {"passed": True}
     for name, (amplitude, period, step, tolerance) in LIMIT_CYCLES.items():
         law = LAWS[name]
