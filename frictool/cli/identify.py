@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.output import command_line, existing, json_option, output_option, print_json, save_text, say
+from frictool.cli.output import command_line, existing, json_option, note, output_option, print_json, save_text, say
 from frictool.identify.methods import DEFAULT, METHODS
 
 if TYPE_CHECKING:
@@ -92,9 +92,16 @@ def command(
 
 def _records(paths: tuple[Path, ...], bench: Bench) -> list[Record]:
     from frictool.identify.record import record_of
+    from frictool.logs.matching import matched
     from frictool.logs.reading import read_log
 
-    return [record_of(read_log(path, bench), bench) for path in paths]
+    records = []
+    for path in paths:
+        log = matched(read_log(path, bench), bench)
+        for warning in log.warnings:
+            note(f"warning: {path.name}: {warning}")
+        records.append(record_of(log, bench))
+    return records
 
 
 def _check_options(method: str, window: int | None, filters: dict[str, Any]) -> None:

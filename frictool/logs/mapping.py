@@ -140,12 +140,17 @@ def _check_time(table: RawTable, bench: Bench, time: Vector) -> tuple[str, ...]:
     if back.size:
         row = int(back[0]) + 1
         raise table.fail_at(row, f"time does not increase: {time[row]:.9g} s after {time[row - 1]:.9g} s")
+    return check_rate(table.source, time, bench)
+
+
+def check_rate(source: str, time: Vector, bench: Bench) -> tuple[str, ...]:
+    """Raises LogError where the period of increasing times (n,) in s is not the bench's; returns what is merely odd about them."""
     base = time_base(time)
     period = 1.0 / base.rate_hz
     difference = abs(period / bench.sample_period_s - 1.0)
     rates = f"the period is {period:.6g} s, the bench's sample_period_s {bench.sample_period_s:.6g} s"
     if difference > RATE_REFUSED:
-        raise LogError(table.source, f"{rates}; allowed: within {RATE_REFUSED:.0%}; is the unit of time right?")
+        raise LogError(source, f"{rates}; allowed: within {RATE_REFUSED:.0%}; is the unit of time right?")
     noted = [rates] if difference > RATE_NOTED else []
     if base.gaps:
         noted.append(f"{base.gaps} gaps in time, the longest {base.longest_gap_s:.6g} s")

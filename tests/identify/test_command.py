@@ -74,6 +74,38 @@ def test_emps_by_the_published_pipeline(tmp_path: Path) -> None:
     assert load(tmp_path / "model.yaml", Model).parameters.inertia.source == "identified"
 
 
+def changed(folder: Path, old: str, new: str) -> Path:
+    """The clutch's bench with one text replaced."""
+    text = CLUTCH.read_text()
+    assert old in text
+    path = folder / "bench.yaml"
+    path.write_text(text.replace(old, new))
+    return path
+
+
+def test_a_canonical_log_is_compared_with_the_bench(tmp_path: Path) -> None:
+    log, target = tmp_path / "sines.mcap", tmp_path / "model.yaml"
+    assert run("ingest", SINES, "--bench", CLUTCH, "-o", log).code == 0
+    refused(run("identify", log, "--bench", EMPS, "-o", target), 3, "/axis.position is in 'rad'", "linear")
+    slow = changed(tmp_path, "sample_period_s: 0.001", "sample_period_s: 0.002")
+    refused(run("identify", log, "--bench", slow, "-o", target), 3, "the period is 0.001 s", "within 20%")
+    assert not target.exists()
+
+
+def test_a_changed_constant_is_applied_to_raw_and_canonical_logs_alike(tmp_path: Path) -> None:
+    log = tmp_path / "sines.mcap"
+    assert run("ingest", SINES, "--bench", CLUTCH, "-o", log).code == 0
+    warm = changed(tmp_path, "{value: 13.4e-3, low", "{value: 12.9e-3, low")
+    raw, canonical = (run("identify", path, "--bench", warm, "--json") for path in (SINES, log))
+    assert json.loads(raw.stdout)["parameters"] == json.loads(canonical.stdout)["parameters"]
+    assert json.loads(raw.stdout)["parameters"]["coulomb"]["value"] == pytest.approx(TRUTH.coulomb * 12.9 / 13.4, rel=2e-3)
+    assert raw.stderr == ""
+    assert canonical.stderr == (
+        "warning: sines.mcap: effort made anew from current with the bench's actuator.constant, 0.0129 N m/A; "
+        "the log's was made with 0.0134 N m/A\n"
+    )
+
+
 def test_a_still_log_is_the_answer_no(tmp_path: Path) -> None:
     log, target = tmp_path / "still.csv", tmp_path / "model.yaml"
     rows = "".join(f"{k / 1000:.3f},5,0.1\n" for k in range(2000))

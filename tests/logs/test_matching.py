@@ -1,0 +1,88 @@
+"""A canonical log beside a bench that may not be its own."""
+
+from __future__ import annotations
+
+import msgspec
+import numpy as np
+import pytest
+
+from frictool.documents.bench import Bench, Column
+from frictool.documents.quantity import Quantity
+from frictool.errors import LogError
+from frictool.logs.log import Log, Stream
+from frictool.logs.mapping import map_channels
+from frictool.logs.matching import matched
+from frictool.logs.raw_table import RawTable
+from tests.logs.example import bench
+
+COLUMNS = {"position": Column("encoder", "count"), "current": Column("i", "A")}
+CURRENT = np.array([0.5, -1.25, 3.0, 2.0])
+
+
+def made(rig: Bench, **columns: np.ndarray) -> Log:
+    """What `ingest` would make of four rows."""
+    table = {"encoder": np.arange(4.0), "i": CURRENT, **columns}
+    return map_channels(RawTable(table, dict.fromkeys(table), "raw.csv"), rig)
+
+
+def stronger(rig: Bench, constant: float) -> Bench:
+    actuator = msgspec.structs.replace(rig.actuator, constant=Quantity(constant, unit="N m/A"))
+    return msgspec.structs.replace(rig, actuator=actuator)
+
+
+def test_a_log_of_this_bench_stays_as_it_is():
+    rig = bench(COLUMNS)
+    log = made(rig)
+    again = matched(log, rig)
+    assert again.warnings == ()
+    for name, values in log.main.signals.items():
+        assert np.array_equal(again.main.signals[name], values)
+
+
+def test_a_constant_that_has_changed_is_applied_and_said():
+    rig = bench(COLUMNS)
+    log = matched(made(rig), stronger(rig, 3.0))
+    assert log.main.signals["effort"] == pytest.approx(3.0 * CURRENT)
+    assert log.warnings == ("effort made anew from current with the bench's actuator.constant, 3 N m/A; the log's was made with 2 N m/A",)
+
+
+def test_a_measured_effort_is_kept_whatever_the_constant():
+    rig = bench({**COLUMNS, "effort": Column("sensor", "N m")})
+    log = matched(made(rig, sensor=2.0 * CURRENT), stronger(rig, 3.0))  # even one that is a multiple of the current
+    assert log.main.signals["effort"] == pytest.approx(2.0 * CURRENT)
+    assert log.warnings == ()
+
+
+@pytest.mark.parametrize(("effort", "kept"), [(2.0 * CURRENT, False), (2.0 * CURRENT + 1e-3 * np.arange(4.0), True)])
+def test_without_columns_the_numbers_tell(effort: np.ndarray, kept: bool):
+    units = {"current": "A", "effort": "N m"}
+    log = Log((Stream("/axis", np.arange(4) / 1000.0, {"current": CURRENT, "effort": effort}, units),))
+    found = matched(log, stronger(bench(COLUMNS), 3.0)).main.signals["effort"]
+    assert found == pytest.approx(effort if kept else 3.0 * CURRENT)
+
+
+def test_an_effort_made_from_another_drive_is_not_taken():
+    rig = bench(COLUMNS)
+    actuator = msgspec.structs.replace(rig.actuator, drive="voltage")
+    log = matched(made(rig), msgspec.structs.replace(rig, actuator=actuator))
+    assert "effort" not in log.main.signals
+    with pytest.raises(LogError, match="has no voltage"):
+        log.require(log.main, "voltage")
+
+
+def test_a_rotary_log_is_none_of_a_linear_bench():
+    with pytest.raises(LogError, match=r"/axis.position is in 'rad', the linear axis of bench 'rig' has it in 'm'"):
+        matched(made(bench(COLUMNS)), bench(COLUMNS, axis="linear"))
+
+
+@pytest.mark.parametrize("period", [0.0015, 0.0005, 1.0])
+def test_another_period_is_refused(period: float):
+    with pytest.raises(LogError, match=r"the period is 0\.001 s, the bench's sample_period_s"):
+        matched(made(bench(COLUMNS)), bench(COLUMNS, sample_period_s=period))
+
+
+def test_a_period_that_is_a_little_off_is_a_warning_once():
+    rig, other = bench(COLUMNS), bench(COLUMNS, sample_period_s=0.00105)
+    log = matched(made(rig), other)
+    assert len(log.warnings) == 1
+    assert matched(log, other).warnings == log.warnings
