@@ -23,7 +23,8 @@ class Evidence:
     """One stream.
 
     resolution: the position sensor's step [rad or m], 0 where none is known. gaps: what it lacks to be judged, signal -> reason.
-    nominal: it is the nominal plant's and not a variant's: `/axis`, or the only one of its log.
+    nominal: it is the nominal plant's and not a variant's: `/axis`, or the only one of its log. simulated: its log says that it was played
+    to a model, so that its topic names a plant; what was measured may hold several streams of one rig.
     """
 
     source: str
@@ -34,6 +35,7 @@ class Evidence:
     measured: Vector | None
     gaps: dict[str, str]
     nominal: bool
+    simulated: bool
 
     def has(self, signal: str) -> bool:
         """Whether the stream has this signal, finite or not."""
@@ -87,7 +89,8 @@ def _evidence(spec: Spec, log: Log, label: str, stream: Stream, resolution: floa
         gaps |= _without_steps(holds)
     nominal = stream.topic == MAIN_TOPIC or len(log.streams) == 1
     seen = None if position is None else encoder_step(position)
-    return Evidence(label, stream, seen or resolution, holds, command, measured, gaps, nominal)
+    simulated = log.metadata.get("log", {}).get("kind") == "simulated"
+    return Evidence(label, stream, seen or resolution, holds, command, measured, gaps, nominal, simulated)
 
 
 def _signal(stream: Stream, name: str, gaps: dict[str, str]) -> Vector | None:

@@ -15,6 +15,7 @@ def as_json(verdict: Verdict) -> dict[str, Any]:
         "verdict": "pass" if verdict.passed else "fail",
         "name": verdict.name,
         "summary": verdict.headline,
+        "plants": len(verdict.plants),
         "undecided": list(verdict.undecided),
         "requirements": [requirement.as_json() for requirement in verdict.requirements],
         "streams": [_stream(evidence, holds) for evidence, holds in verdict.evidence],

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from frictool.logs.log import MAIN_TOPIC
 from frictool.report.evidence import Evidence
 from frictool.report.measure import Measured
 
@@ -81,6 +82,20 @@ class Verdict:
         return "MET" if self.passed else "CANNOT TELL"
 
     @property
+    def plants(self) -> frozenset[str]:
+        """The simulated plants, by their topics: the same one in two logs counts once."""
+        return frozenset(evidence.stream.topic for evidence, _ in self.evidence if evidence.simulated)
+
+    @property
+    def played_on(self) -> str:
+        """What was judged: how many simulated plants, how many recorded streams."""
+        plants, recorded = len(self.plants), sum(not evidence.simulated for evidence, _ in self.evidence)
+        nominal = " (the nominal one)" if self.plants == {MAIN_TOPIC} else ""
+        parts = [f"{plants} plant{'s' if plants > 1 else ''}{nominal}"] if plants else []
+        parts += [f"{recorded} recorded stream{'s' if recorded > 1 else ''}"] if recorded else []
+        return " and ".join(parts)
+
+    @property
     def headline(self) -> str:
         """One sentence for people; it begins with the outcome."""
         if self.outcome == "CANNOT TELL":
@@ -90,7 +105,7 @@ class Verdict:
         parts += [f"{broken} broken"] if broken else []
         parts += [f"{undecided} undecided"] if undecided else []
         caveat = " as far as the logs tell" if undecided and not broken else ""
-        return f"{self.outcome}{caveat}: {', '.join(parts)}"
+        return f"{self.outcome}{caveat}: {', '.join(parts)}, on {self.played_on}"
 
 
 def number(value: float | None) -> str:

@@ -30,7 +30,7 @@ def test_text_has_one_line_for_each_requirement_and_the_verdict_last(mixed: Verd
     shown = lines(mixed)
     assert [line[:12].strip() for line in shown[:-1]] == [r.outcome for r in mixed.requirements]
     assert {line[:12].strip() for line in shown[:-1]} == {"MET", "NOT MET", "CANNOT TELL"}
-    assert shown[-1] == "NOT MET: 5 of 7 requirements met, 1 broken, 1 undecided"
+    assert shown[-1] == "NOT MET: 5 of 7 requirements met, 1 broken, 1 undecided, on 1 recorded stream"
     assert "\x1b" not in "".join(shown)
 
 
@@ -83,7 +83,7 @@ def test_junit_of_an_undecided_verdict_is_no_success() -> None:
 
 def test_markdown_is_one_table_row_for_each_requirement(mixed: Verdict) -> None:
     rows = markdown(mixed).splitlines()
-    assert rows[0] == "### clutch: NOT MET: 5 of 7 requirements met, 1 broken, 1 undecided"
+    assert rows[0] == "### clutch: NOT MET: 5 of 7 requirements met, 1 broken, 1 undecided, on 1 recorded stream"
     assert len(rows) == 4 + 7
     assert all(row.count(" | ") == 4 for row in rows[4:])
 

@@ -53,7 +53,7 @@ def test_the_same_inputs_give_the_same_bytes(full: str) -> None:
 
 
 def test_the_verdict_comes_first_then_why_then_the_plots(full: str) -> None:
-    assert "NOT MET: 6 of 7 requirements met, 1 broken" in Page(full).text
+    assert "NOT MET: 6 of 7 requirements met, 1 broken, on 3 recorded streams" in Page(full).text
     banner = full.index('<p class="banner broken">NOT MET')
     sections = re.findall(r"<h2>(.*?)</h2>", full)
     assert banner < full.index("<h2>")

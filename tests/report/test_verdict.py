@@ -10,7 +10,9 @@ from frictool.documents.quantity import Quantity
 from frictool.documents.spec import Energy, Rest, Spec
 from frictool.errors import LogError
 from frictool.logs.log import Log, Stream
+from frictool.report.machine import as_json
 from frictool.report.requirement import Requirement, Verdict
+from frictool.report.text import lines
 from frictool.report.verdict import JUDGES, judge
 from tests.metrics.responses import overshoot_of
 from tests.report.example import ENCODER_STEP, PERIOD, REFERENCES, clutch_log, clutch_spec, controller, smooth_log, stream
@@ -31,7 +33,29 @@ def test_every_key_of_the_specification_has_its_judge_in_order() -> None:
     assert [r.key for r in verdict.requirements] == list(JUDGES)
     assert all(r.met for r in verdict.requirements)
     assert verdict.passed
-    assert verdict.headline == "MET: 8 of 8 requirements met"
+    assert verdict.headline == "MET: 8 of 8 requirements met, on 1 recorded stream"
+
+
+def simulated(*topics: str) -> Log:
+    return Log(tuple(stream(topic) for topic in topics), {"log": {"kind": "simulated"}}, "run.mcap")
+
+
+@pytest.mark.parametrize(
+    ("logs", "told"),
+    [
+        ([simulated("/axis")], "1 plant (the nominal one)"),
+        ([simulated("/axis", *(f"/axis/v{k:02d}" for k in range(16)))], "17 plants"),
+        ([simulated("/axis/v00")], "1 plant"),
+        ([simulated("/axis"), simulated("/axis")], "1 plant (the nominal one)"),
+        ([Log((stream(), stream("/axis/ramp")), {"log": {"kind": "measured"}}, "bench.mcap")], "2 recorded streams"),
+        ([simulated("/axis", "/axis/v00"), clutch_log()], "2 plants and 1 recorded stream"),
+    ],
+)
+def test_the_verdict_says_on_what_it_was_found(logs: list[Log], told: str) -> None:
+    verdict = judge(clutch_spec(modulus_margin=None), logs)
+    assert verdict.headline == f"MET: 6 of 6 requirements met, on {told}"
+    assert lines(verdict)[-1] == verdict.headline
+    assert as_json(verdict)["plants"] == (int(told.partition(" ")[0]) if "plant" in told else 0)
 
 
 def test_only_what_is_asked_is_judged() -> None:
@@ -71,7 +95,7 @@ def test_without_a_controller_the_margin_is_undecided_and_the_pass_says_so() -> 
     assert "--controller" in margin.reason
     assert verdict.passed
     assert verdict.undecided == ("modulus_margin",)
-    assert verdict.headline == "MET as far as the logs tell: 6 of 7 requirements met, 1 undecided"
+    assert verdict.headline == "MET as far as the logs tell: 6 of 7 requirements met, 1 undecided, on 1 recorded stream"
 
 
 def test_the_worst_vertex_gives_the_margin_and_an_unstable_one_is_worse_than_any() -> None:
