@@ -34,8 +34,8 @@ class Simulator(Protocol):
     def creep(self, law: str, path: Vector, speed: float) -> Vector | None:
         """The friction [N | N m] along a prescribed path at a prescribed speed; None where the contact is rigid below breakaway."""
 
-    def properties(self, law: str) -> dict[str, str]:
-        """The cells of table 2.1, by row, that follow from probes of the law."""
+    def properties(self, law: str, compliance: bool, drift: Trajectory) -> dict[str, str]:
+        """The cells of table 2.1, by row, that follow from probes of the law; `drift`: its run of the drift test."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ def _runs(setting: Setting, simulator: Simulator, law: str) -> dict[str, Traject
 
 
 def _measured(setting: Setting, runs: dict[str, Trajectory]) -> tuple[stick_slip.StickSlip, limit_cycle.LimitCycle]:
-    return stick_slip.measure(runs["stick_slip"]), limit_cycle.measure(runs["limit_cycle"], setting.presliding)
+    return stick_slip.measure(runs["stick_slip"], setting.stribeck_velocity), limit_cycle.measure(runs["limit_cycle"], setting.presliding)
 
 
 def _tested(
@@ -107,7 +107,7 @@ def _tested(
     }
     measured = {"presliding": "+" if contact.compliance else "-", "non_drift": wander.verdict, "parameters": parameters}
     nonlocal_memory = {"nonlocal_memory": "+" if contact.verdict == "+" else "-"}
-    properties = {**simulator.properties(law), **measured, **nonlocal_memory}
+    properties = {**simulator.properties(law, contact.compliance, runs["drift"]), **measured, **nonlocal_memory}
     return Tested(simulator.title(law), pulled, cycling, contact, wander, verdicts, properties, runs, loop)
 
 

@@ -14,7 +14,10 @@ PERIOD_TOLERANCE = 0.02
 
 @dataclass(frozen=True)
 class StickSlip:
-    """`sticks`: phases of stick that end in a breakaway. Period and jump are means; None where there are fewer than two."""
+    """`sticks`: phases of stick that end in a breakaway. Period and jump are means; None where there are fewer than two.
+
+    `stuck_share`: of the time, below the Stribeck velocity.
+    """
 
     sticks: int
     first_breakaway_s: float | None
@@ -30,8 +33,8 @@ class StickSlip:
         return "+" if abs(self.period_s / reference_period - 1.0) <= PERIOD_TOLERANCE else "-"
 
 
-def measure(run: Trajectory) -> StickSlip:
-    """The figures of a pulled mass that starts at rest."""
+def measure(run: Trajectory, slow: float) -> StickSlip:
+    """The figures of a pulled mass that starts at rest; `slow`: the Stribeck velocity [m/s | rad/s]."""
     end = float(run.time[-1])
     complete = [phase for phase in run.sticks if phase[1] < end]
     breakaways = np.array([phase[1] for phase in complete])
@@ -42,6 +45,6 @@ def measure(run: Trajectory) -> StickSlip:
         first_breakaway_s=float(breakaways[0]) if breakaways.size else None,
         period_s=float(np.diff(breakaways).mean()) if repeats else None,
         jump=float(np.diff(rests).mean()) if repeats else None,
-        stuck_share=sum(stop - begin for begin, stop in run.sticks) / end,
+        stuck_share=float(np.mean(np.abs(run.velocity) < slow)),
         top_speed=float(np.abs(run.velocity).max()),
     )

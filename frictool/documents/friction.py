@@ -16,22 +16,25 @@ class Hybrid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     """What the hybrid versions (3.28)-(3.39) are simulated with.
 
     step_s: T_e. switch_velocity: Sigma, below which slip may turn into stick. decay_rad_s: p0 of version A (3.8).
-    preisach_intervals, centred_cycles: version C's triangle and the loops its distribution is found from (3.7.1).
+    preisach_intervals: n of version C's triangle, whose distribution n/2 centred cycles give (3.7.1).
     """
 
     step_s: PositiveNumber
     switch_velocity: PositiveVelocity
     decay_rad_s: PositiveNumber
     preisach_intervals: Annotated[int, msgspec.Meta(ge=2, le=200)] = 20
-    centred_cycles: Annotated[int, msgspec.Meta(ge=1, le=200)] = 10
+
+    def __post_init__(self) -> None:
+        if self.preisach_intervals % 2:
+            raise ValueError(f"preisach_intervals: found {self.preisach_intervals}; allowed: an even number")
 
 
 class Friction(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """`friction.yaml`.
 
-    presliding: z_max, how far contacts yield before they break. plastic_from: z_ba/z_max, from where an elasto-plastic contact
-    slips (2.46). effort_limit: u_max of (3.31). Without bristle_stiffness and bristle_damping they follow from (3.35).
-    dead_band: below it the laws of Karnopp (2.35) and (2.32) take a velocity for zero.
+    presliding: z_max, how far contacts yield before they break. plastic_from: z_ba/z_max, from where an elasto-plastic contact slips
+    (2.46). leuven_exponent: i of (2.49); small ones drift like LuGre. effort_limit: u_max of (3.31). dead_band: below it the laws of
+    Karnopp (2.35) and (2.32) take a velocity for zero. Without bristle_stiffness and bristle_damping they follow from (3.35).
     """
 
     format: Literal["friction/1"]
@@ -47,6 +50,7 @@ class Friction(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     hybrid: Hybrid
     stribeck_exponent: Annotated[float, msgspec.Meta(ge=0.5, le=4)] = 2.0
     plastic_from: Share = 0.9
+    leuven_exponent: Annotated[float, msgspec.Meta(gt=0, le=100)] = 10.0
     bristle_stiffness: Stiffness | None = None
     bristle_damping: Viscous | None = None
     dead_band: PositiveVelocity | None = None

@@ -46,5 +46,5 @@ class Told:
     def creep(self, law: str, path: Vector, speed: float) -> Vector | None:
         return None if law != "lugre" else 1.5 * path / Z_MAX - 1e-4 * np.arange(path.size)
 
-    def properties(self, law: str) -> dict[str, str]:
+    def properties(self, law: str, compliance: bool, drift: Trajectory) -> dict[str, str]:
         return dict(zip(PROPERTIES, TABLE_2_1.get(law, TABLE_2_1["coulomb"]), strict=True))

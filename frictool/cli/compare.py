@@ -1,0 +1,144 @@
+"""`frictool compare`: the four tests of thesis 3.7 on every friction law."""
+
+from __future__ import annotations
+
+import difflib
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from frictool.cli.output import (
+    STDOUT,
+    command_line,
+    existing,
+    json_option,
+    note,
+    output_option,
+    print_json,
+    refuse_inputs,
+    save_text,
+    say,
+)
+
+if TYPE_CHECKING:
+    from frictool.compare.comparison import Comparison
+    from frictool.compare.setting import Setting
+
+HELP = """\b
+Example:
+  frictool compare -o laws.html
+  frictool compare configs/mass/friction.yaml --law lugre --law hybrid_a --json
+
+Run the four tests of thesis 3.7 (stick-slip, limit cycle, presliding, non-drift) on every friction law, judge each, and tell where tables
+2.1 and 3.2 come out otherwise than the thesis prints them.
+
+PARAMETERS is a friction.yaml, or the model.yaml of an actuator, whose tests and unknown parameters are those of table 3.1 by similarity;
+without it, table 3.1. A set that breaks the conditions of the hybrid versions (3.31), (3.36) is refused, and run with --allow.
+-o writes one page (a name ending in .html, or - for stdout), or else a folder with the page and the figures as JSON.
+"""
+
+
+@click.command("compare", help=HELP)
+@click.argument("parameters", type=existing, required=False)
+@click.option("--law", "laws", multiple=True, metavar="NAME", help="Only this law; may be given several times.")
+@click.option("--allow", is_flag=True, help="Run a parameter set that breaks (3.31) or (3.36), with a warning.")
+@output_option(required=False, help="A page (.html or -), or a folder for the page and the figures.")
+@json_option
+def command(parameters: Path | None, laws: tuple[str, ...], allow: bool, output: Path | None, as_json: bool) -> None:
+    inputs = [parameters] if parameters is not None else []
+    if output is not None and output != STDOUT:
+        refuse_inputs(output, inputs)
+    setting = _setting(parameters)
+    from frictool.compare.comparison import compare
+    from frictool.compare.laws import Laws
+
+    chosen = _chosen(laws, Laws(setting).names())
+    _check(setting, chosen, parameters, allow)
+    found = compare(setting, Laws(setting), chosen, _progress)
+    if output is not None:
+        arguments = {"parameters": parameters, "--law": list(chosen) if laws else None, "--allow": allow}
+        _save(found, output, command_line("compare", arguments), inputs)
+    _tell(found, output, as_json)
+
+
+def _setting(path: Path | None) -> Setting:
+    from yaml import MappingNode
+
+    from frictool.compare.setting import from_friction, from_model, table_3_1
+    from frictool.documents.friction import Friction
+    from frictool.documents.model import Model
+    from frictool.documents.reading import compose, read_text
+    from frictool.documents.registry import load
+    from frictool.errors import InputFileError
+
+    if path is None:
+        return table_3_1()
+    root = compose(read_text(path), path)
+    keys = {key.value: value.value for key, value in root.value} if isinstance(root, MappingNode) else {}
+    if not str(keys.get("format", "")).startswith("model/"):
+        return from_friction(load(path, Friction))
+    try:
+        return from_model(load(path, Model))
+    except ValueError as error:
+        raise InputFileError(path, str(error)) from None
+
+
+def _chosen(laws: tuple[str, ...], known: tuple[str, ...]) -> tuple[str, ...]:
+    """The laws asked for, in the order of the table; a name that is none is the command line's fault."""
+    for law in laws:
+        if law not in known:
+            near = difflib.get_close_matches(law, known, 1)
+            hint = f" Did you mean {near[0]!r}?" if near else ""
+            raise click.UsageError(f"No such law: {law!r}.{hint} Known: {', '.join(known)}.")
+    return tuple(law for law in known if not laws or law in laws)
+
+
+def _check(setting: Setting, laws: tuple[str, ...], path: Path | None, allow: bool) -> None:
+    """Refuses a set that breaks the conditions of a hybrid version that is to run; with --allow it is a warning."""
+    from frictool.compare.laws import violations
+    from frictool.errors import InputFileError
+
+    broken, advice = violations(setting, laws)
+    message = "; ".join([*broken, *advice])
+    if not message:
+        return
+    if allow or not broken:
+        note(f"warning: {message}")
+        return
+    raise InputFileError(path or setting.name, f"{message}; change the parameters, or give --allow to run them as they are")
+
+
+def _progress(done: int, total: int, law: str) -> None:
+    """On a terminal, one line that is written over and cleared at the end."""
+    if sys.stderr.isatty():
+        click.echo("\r\x1b[K" + (f"{done + 1} of {total}: {law} ..." if done < total else ""), err=True, nl=False)
+
+
+def _save(found: Comparison, output: Path, words: str, inputs: list[Path]) -> None:
+    import json
+
+    from frictool.cli.folder import save_folder
+    from frictool.compare.machine import as_json
+    from frictool.compare.page import page
+    from frictool.documents.provenance import record
+
+    html = page(found, record(words, inputs))
+    if output == STDOUT or output.suffix.lower() in (".html", ".htm"):
+        save_text(output, html, inputs)
+        return
+    figures = json.dumps(as_json(found), indent=2, ensure_ascii=False) + "\n"
+    save_folder(output, {"index.html": html, "compare.json": figures}, inputs, overwrite=True)
+
+
+def _tell(found: Comparison, output: Path | None, as_json: bool) -> None:
+    if as_json:
+        from frictool.compare.machine import as_json as machine_view
+
+        print_json(machine_view(found), output)
+        return
+    from frictool.compare.text import lines
+
+    for line in lines(found):
+        say(line, output)

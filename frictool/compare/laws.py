@@ -1,0 +1,184 @@
+"""The laws of friction/table.py with the parameters of a setting, run by the engine and probed along prescribed velocities."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from frictool.compare import contact, probes, protocol
+from frictool.compare.setting import Setting
+from frictool.compare.trajectory import Phases, Trajectory, Vector, slow_phases
+from frictool.engine.body import BREAKS_AWAY, SLIPS_BACK, STOPS
+from frictool.engine.drive import held, ramped
+from frictool.engine.laws import run_law
+from frictool.engine.status import MESSAGES, OK
+from frictool.errors import NoSolutionError
+from frictool.friction.hybrid_settings import HybridBench, HybridSettings
+from frictool.friction.hybrid_settings import violations as broken_rules
+from frictool.friction.law import DynamicKernels, Law
+from frictool.friction.preisach_cycles import everett_tail, masing_cycles
+from frictool.friction.table import LAWS
+
+# parameters of the simulation or of the bench: not to be identified with the friction (3.7.6)
+NOT_FRICTION = ("inertia", "capture_velocity", "convergence_rate", "hold_time", "smoothing_velocity")
+SLOW, SHORTEST_STICK = 0.1, 0.1  # a stick lasts 0.1 units of time; a law without exact stick is then slower than 0.1 v_s
+YIELD_FORCE, YIELD_SAMPLES, RETURNED = 0.25, 3001, 0.5
+SLOW_RATE, FAST_RATE, RAMP_END, RAMP_SAMPLES = 0.1, 1.0, 1.15, 60_001  # force in a unit of time; F_s
+SETTLED = 5.0  # s: since then the drift test holds its mass
+
+
+def _values(setting: Setting) -> dict[str, float]:
+    """What each parameter of friction/table.py is in this setting."""
+    return {
+        "coulomb": setting.coulomb,
+        "breakaway": setting.breakaway,
+        "viscous": setting.viscous,
+        "stribeck_velocity": setting.stribeck_velocity,
+        "stribeck_exponent": setting.stribeck_exponent,
+        "stiffness": setting.stiffness,
+        "damping": setting.damping,
+        "presliding_limit": setting.presliding,
+        "elastic_limit": setting.plastic_from * setting.breakaway / setting.stiffness,
+        "band": setting.dead_band,
+        "smoothing_velocity": setting.stribeck_velocity,
+        "attraction": setting.stiffness * setting.stribeck_velocity,  # memory as fast as LuGre's at v_s
+        "inertia": setting.mass,
+        "capture_velocity": setting.switch_velocity,
+        "convergence_rate": setting.decay,
+    }
+
+
+def violations(setting: Setting, laws: tuple[str, ...]) -> tuple[list[str], list[str]]:
+    """What of (3.31), (3.36) the hybrid versions among `laws` break, and what of 3.2, each line once, with its numbers.
+
+    The tests have no controller and no encoder: (3.8) and (3.10) hold by choice of them.
+    """
+    period = 5.0 / setting.decay
+    bench = HybridBench(
+        2.0 * period, 2.0 * setting.switch_velocity / setting.decay, setting.mass, setting.effort_limit, setting.stribeck_velocity
+    )
+    settings = HybridSettings(setting.decay, setting.switch_velocity, setting.step)
+    versions = [law for law in ("hybrid_a", "hybrid_b", "hybrid_c") if law in laws]
+    lines = list(dict.fromkeys(line for version in versions for line in broken_rules(version, bench, settings, setting.axis)))
+    advice = [line for line in lines if line.startswith("(3.2)")]
+    return [line for line in lines if line not in advice], advice
+
+
+class Laws:
+    """Every law that the engine runs: the simulator of compare/comparison.py."""
+
+    def __init__(self, setting: Setting, laws: Mapping[str, Law] = LAWS) -> None:
+        self._setting = setting
+        self._laws = laws
+
+    def names(self) -> tuple[str, ...]:
+        """In the order of the table."""
+        return tuple(self._laws)
+
+    def title(self, law: str) -> str:
+        """What people call it."""
+        return self._laws[law].title
+
+    def packed(self, law: str) -> Vector:
+        """The parameters for the law's kernels. Raises ValueError where the setting is out of the law's range."""
+        found, values = self._laws[law], _values(self._setting)
+        chosen = {p.name: values[p.name] for p in found.parameters if p.name in values}
+        if law.startswith("leuven"):
+            chosen["exponent"] = self._setting.leuven_exponent  # Dahl's, of the same name, stays 1 as in (2.38)
+        tail = everett_tail(masing_cycles(self._setting.preisach_intervals)) if law == "hybrid_c" else None
+        return found.pack(chosen, self._setting.axis, tail)
+
+    def parameters(self, law: str) -> int:
+        """Physical parameters to be identified. Each cell of a Preisach triangle counts, n (n + 1)/2, and each element's two of a bank."""
+        own = sum(parameter.name not in NOT_FRICTION for parameter in self._laws[law].parameters)
+        n = self._setting.preisach_intervals
+        if law == "hybrid_c":
+            return own + n * (n + 1) // 2
+        tail = self._laws[law].tail
+        return own + (tail().size if tail is not None else 0)
+
+    def run(self, law: str, segments: tuple[protocol.Segment, ...], samples: int) -> Trajectory:
+        """A run from rest at 0. Raises NoSolutionError where the engine cannot carry it out."""
+        setting, found = self._setting, self._laws[law]
+        end = segments[-1][0]
+        ran = run_law(
+            found,
+            self.packed(law),
+            setting.mass,
+            segments,
+            np.linspace(0.0, end, samples),
+            step=setting.step,
+            speed_scale=setting.stribeck_velocity,
+            length_scale=setting.presliding,
+        )
+        if ran.status != OK:
+            raise NoSolutionError(f"{law}: at {ran.reached:g} s {MESSAGES[ran.status]}; check the parameters")
+        shortest = SHORTEST_STICK * setting.scales.time
+        if found.approximation or isinstance(found.kernels, DynamicKernels):
+            sticks = slow_phases(ran.time, ran.velocity, SLOW * setting.stribeck_velocity, shortest)
+        else:
+            sticks = _phases(ran.events, end, shortest)
+        return Trajectory(ran.time, ran.position, ran.velocity, ran.friction, sticks)
+
+    def creep(self, law: str, path: Vector, speed: float) -> Vector | None:
+        """The friction along a prescribed path; None for a law that does not yield, or does not spring back, below breakaway."""
+        if not self._yields(law):
+            return None
+        moves = np.diff(path)
+        friction = contact.follow(self._laws[law], self.packed(law), np.sign(moves) * speed, np.abs(moves) / speed)
+        return np.concatenate([[0.0], friction])
+
+    def _yields(self, law: str) -> bool:
+        """A quarter of the Coulomb friction, on and off: the mass moves, and more than half of the way back."""
+        scales = self._setting.scales
+        force, time = YIELD_FORCE * scales.force, scales.time
+        segments = (
+            (time, ramped(0.0, force / time)),
+            (2.0 * time, ramped(force, -force / time, time)),
+            (3.0 * time, held(0.0)),
+        )
+        position = self.run(law, segments, YIELD_SAMPLES).position
+        peak = float(np.max(position))
+        return peak > 0.0 and peak - float(position[-1]) > RETURNED * peak
+
+    def properties(self, law: str, compliance: bool, drift: Trajectory) -> dict[str, str]:
+        """The cells of table 2.1 that follow from probes (compare/probes.py); `drift`: the run of the drift test."""
+        setting, found, p = self._setting, self._laws[law], self.packed(law)
+
+        def follow(velocity: Vector, steps: Vector) -> Vector:
+            return contact.follow(found, p, velocity, steps)
+
+        still = drift.position[drift.between(SETTLED * setting.scales.time, float(drift.time[-1]))]
+        settles = found.kind == "hybrid" or (found.kind == "static" and probes.settles(contact.as_printed(found, p), setting))
+        slow, fast = self._breakaway(law, SLOW_RATE), self._breakaway(law, FAST_RATE)
+        return {
+            "dynamic": "S" if found.kind == "static" else "D",
+            "stiction": probes.stiction(compliance, bool(np.ptp(still) == 0.0), settles),
+            "rising_static_friction": probes.rising_static_friction(slow, fast, setting),
+            "frictional_memory": probes.frictional_memory(follow, setting),
+            "stribeck_effect": probes.stribeck_effect(follow, setting),
+            "viscous": probes.viscous_friction(follow, setting),
+        }
+
+    def _breakaway(self, law: str, rate: float) -> float:
+        """The greatest friction under a force that grows at `rate`, while the mass is slower than 10 v_s."""
+        setting, growth = self._setting, rate * self._setting.scales.force / self._setting.scales.time
+        ran = self.run(law, ((RAMP_END * setting.breakaway / growth, ramped(0.0, growth)),), RAMP_SAMPLES)
+        fast = np.flatnonzero(np.abs(ran.velocity) > 10.0 * setting.stribeck_velocity)
+        return float(np.max(ran.friction[: int(fast[0]) if fast.size else None]))
+
+
+def _phases(events: Vector, end: float, shortest: float) -> Phases:
+    """Phases of stick of at least `shortest` [s] from the engine's events, from rest at 0."""
+    phases: list[tuple[float, float]] = []
+    begin: float | None = 0.0
+    for time, kind, *_ in events.tolist():
+        if kind in (BREAKS_AWAY, SLIPS_BACK) and begin is not None:
+            phases.append((begin, time))
+            begin = None
+        elif kind == STOPS:
+            begin = time
+    if begin is not None:
+        phases.append((begin, end))
+    return tuple(phase for phase in phases if phase[1] - phase[0] >= shortest)

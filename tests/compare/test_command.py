@@ -1,0 +1,108 @@
+"""`frictool compare` on a command line: page, folder, JSON, and one line for each kind of bad input."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.cli.run import refused, run
+
+MASS = Path(__file__).parents[2] / "configs/mass"
+FAST = ("--law", "stribeck", "--law", "lugre")
+
+
+def test_json_is_one_object_with_the_figures_of_the_laws_asked_for() -> None:
+    result = run("compare", MASS / "friction.yaml", *FAST, "--json")
+    assert result.code == 0, result.stderr
+    view = json.loads(result.stdout)
+    assert list(view["laws"]) == ["stribeck", "lugre"]
+    assert view["laws"]["stribeck"]["stick_slip"]["sticks"] == 9
+    assert view["laws"]["stribeck"]["stick_slip"]["first_breakaway_s"] == pytest.approx(7.5, abs=1e-9)
+    assert view["laws"]["lugre"]["drift"]["z_max_units"] == pytest.approx(86.0, rel=0.01)
+    assert view["laws"]["lugre"]["verdicts"] == {"stick_slip": "+", "limit_cycle": "+", "presliding": "±", "drift": "-"}
+    assert {(d["table"], d["law"], d["row"]) for d in view["differences"]} >= {("2.1", "stribeck", "non_drift")}
+
+
+def test_the_same_inputs_give_the_same_page_and_stdout_is_one_of_the_outputs(tmp_path: Path) -> None:
+    assert run("compare", "--law", "stribeck", "-o", tmp_path / "a.html").code == 0
+    piped = run("compare", "--law", "stribeck", "-o", "-")
+    assert piped.out == (tmp_path / "a.html").read_bytes()
+    assert piped.out.startswith(b"<!DOCTYPE html>")
+
+
+def test_a_folder_gets_the_page_and_the_figures(tmp_path: Path) -> None:
+    result = run("compare", MASS / "friction.yaml", "--law", "svc", "-o", tmp_path / "laws")
+    assert result.code == 0, result.stderr
+    assert sorted(path.name for path in (tmp_path / "laws").iterdir()) == ["compare.json", "index.html"]
+    assert "svc" in json.loads((tmp_path / "laws/compare.json").read_text())["laws"]
+    assert "frictool compare friction.yaml --law svc" in (tmp_path / "laws/index.html").read_text()
+
+
+def test_the_printed_table_is_refused_and_allowed(tmp_path: Path) -> None:
+    words = ("m Sigma > u_max T_e", "0.0001 N s", "0.0002 N s", "--allow")
+    refused(run("compare", MASS / "table_3_1.yaml", "-o", tmp_path / "out.html"), 3, "table_3_1.yaml", *words)
+    assert not (tmp_path / "out.html").exists()
+    allowed = run("compare", MASS / "table_3_1.yaml", "--law", "hybrid_a", "--allow", "--json")
+    assert allowed.code == 0
+    assert allowed.stderr.count("\n") == 1
+    assert allowed.stderr.startswith("warning: (3.11)")
+    assert json.loads(allowed.stdout)["laws"]["hybrid_a"]["verdicts"]["stick_slip"] == "+"
+    assert run("compare", MASS / "table_3_1.yaml", "--law", "svc", "--json").stderr == ""  # no hybrid version, no rule
+
+
+def test_a_model_of_an_actuator_is_compared_by_similarity(tmp_path: Path) -> None:
+    bench = (MASS.parent / "clutch/bench.yaml").read_text()
+    document = "\n".join(
+        [
+            "format: model/1\nname: clutch\naxis: rotary\nlaw: coulomb\nmethod: test\nconfidence: 0.95\nbench:",
+            *(f"  {line}" for line in bench.splitlines() if not line.startswith("#")),
+            "parameters:",
+            "  inertia: {value: 1.3e-5, unit: kg m^2, source: identified}",
+            "  viscous: {value: 3.8e-4, unit: N m s/rad, source: identified}",
+            "  coulomb: {value: 0.1, unit: N m, source: identified}",
+            "  breakaway: {value: 0.15, unit: N m, source: identified}",
+            "  offset: {value: 0, unit: N m, source: identified}",
+            "provenance: {command: x, frictool: 0.1.0, inputs: []}",
+            "",
+        ]
+    )
+    (tmp_path / "model.yaml").write_text(document)
+    result = run("compare", tmp_path / "model.yaml", "--law", "stribeck", "--json")
+    assert result.code == 0, result.stderr
+    view = json.loads(result.stdout)["laws"]["stribeck"]
+    unit_of_time = 1.3e-5 / 3.8e-4 / 2.5
+    assert view["stick_slip"]["period_s"] == pytest.approx(6.5123 * unit_of_time, rel=1e-4)
+    assert view["limit_cycle"]["amplitude_rad"] == pytest.approx(0.0669 * 0.1 * unit_of_time**2 / 1.3e-5, rel=2e-3)
+    (tmp_path / "smooth.yaml").write_text(document.replace("coulomb: {value: 0.1,", "coulomb: {value: 0,"))
+    refused(run("compare", tmp_path / "smooth.yaml"), 3, "smooth.yaml", "parameters.coulomb: found 0")
+
+
+@pytest.mark.parametrize("content", [None, b"", b"\x00\xff\x89", b"format: nothing/1\n", b"- 1\n"])
+def test_an_unusable_document_is_one_line_and_no_output(tmp_path: Path, content: bytes | None) -> None:
+    path = tmp_path / "friction.yaml"
+    if content is not None:
+        path.write_bytes(content)
+    refused(run("compare", path, "-o", tmp_path / "out.html"), 3, str(path))
+    assert not (tmp_path / "out.html").exists()
+
+
+def test_a_misspelt_key_and_an_output_that_is_the_input(tmp_path: Path) -> None:
+    path = tmp_path / "friction.yaml"
+    path.write_text((MASS / "friction.yaml").read_text().replace("breakaway:", "breakawy:"))
+    refused(run("compare", path), 3, "did you mean 'breakaway'?")
+    path.write_text((MASS / "friction.yaml").read_text())
+    refused(run("compare", path, "--law", "svc", "-o", path), 3, "is an input")
+
+
+def test_an_unknown_law_is_the_command_lines_fault() -> None:
+    result = run("compare", "--law", "lugr")
+    assert result.code == 2
+    assert "Did you mean 'lugre'?" in result.stderr
+
+
+def test_help_opens_with_an_example() -> None:
+    lines = run("compare", "--help").stdout.splitlines()
+    assert "Example:" in lines[2]
+    assert "frictool compare" in lines[3]
