@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.output import command_line, existing, json_option, note, output_option, print_json, save_text, say
+from frictool.cli.output import FiniteRange, command_line, existing, json_option, note, output_option, print_json, save_text, say
 from frictool.identify.methods import DEFAULT, METHODS
 
 if TYPE_CHECKING:
@@ -42,9 +42,9 @@ Exit code 1, and no output, where the logs are in order and give nothing at all.
 @click.option("--bench", type=existing, required=True, help="The rig (bench.yaml).")
 @click.option("--ramp", type=existing, multiple=True, help="A log of breakaway ramps, whatever it looks like; may be given again.")
 @click.option("--method", type=click.Choice(list(METHODS)), default=DEFAULT, show_default=True, help="For the sliding parameters.")
-@click.option("--confidence", type=click.FloatRange(0.5, 0.9999), default=0.95, show_default=True, help="Of every interval.")
+@click.option("--confidence", type=FiniteRange(0.5, 0.9999), default=0.95, show_default=True, help="Of every interval.")
 @click.option("--window", type=click.IntRange(5, 100_001), help="least-squares: samples of the smoothing window, odd. [default: chosen]")
-@click.option("--cutoff-hz", type=click.FloatRange(0.0, min_open=True), help="inverse-dynamic: of the Butterworth filter. [default: 100]")
+@click.option("--cutoff-hz", type=FiniteRange(0.0, min_open=True), help="inverse-dynamic: of the Butterworth filter. [default: 100]")
 @click.option("--filter-order", type=click.IntRange(1, 12), help="inverse-dynamic: of the Butterworth filter. [default: 4]")
 @click.option("--padding", type=click.IntRange(0), help="inverse-dynamic: samples that pad either end. [default: 12]")
 @click.option("--skip", type=click.IntRange(0), help="inverse-dynamic: samples left out at the start. [default: 49]")

@@ -129,4 +129,14 @@ def _finite(value: Any) -> Any:
     return value
 
 
+class FiniteRange(click.FloatRange):
+    """A number of an option: every comparison with nan is false, so that click's own range lets it pass."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        number = super().convert(value, param, ctx)
+        if not math.isfinite(number):
+            self.fail(f"{number} is not a finite number.", param, ctx)
+        return number
+
+
 existing = click.Path(path_type=Path)  # whether it exists is checked on reading, so that it is exit 3 and not click's 2

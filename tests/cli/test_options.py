@@ -1,0 +1,51 @@
+"""The options of all commands: what click lets pass by itself."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+
+import click
+import pytest
+
+from frictool.cli.main import COMMANDS
+from frictool.cli.output import FiniteRange
+from tests.cli.run import refused, run
+
+ROOT = Path(__file__).parents[2]
+IDENTIFY = ["identify", ROOT / "sample_logs/sines.csv", "--bench", ROOT / "configs/clutch/bench.yaml", "--method", "inverse-dynamic"]
+NUMBERS = [
+    (name, option)
+    for name, (module, _) in COMMANDS.items()
+    for option in importlib.import_module(module).command.params
+    if isinstance(option.type, click.types.FloatParamType)
+]
+
+
+def test_every_number_of_every_command_has_the_type_that_refuses_nan() -> None:
+    assert {option.name for _, option in NUMBERS} >= {"confidence", "cutoff_hz"}
+    assert [(name, option.name) for name, option in NUMBERS if not isinstance(option.type, FiniteRange)] == []
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "-inf", "NaN"])
+@pytest.mark.parametrize("option", ["--cutoff-hz", "--confidence"])
+def test_a_number_that_is_not_finite_is_a_wrong_command_line(option: str, value: str, tmp_path: Path) -> None:
+    result = run(*IDENTIFY, option, value, "-o", tmp_path / "model.yaml")
+    assert result.code == 2
+    assert f"Invalid value for '{option}'" in result.stderr
+    assert result.stdout == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_finite_number_passes_as_it_is() -> None:
+    assert FiniteRange(0.0, min_open=True).convert("1e9", None, None) == 1e9
+    with pytest.raises(click.BadParameter, match="nan is not a finite number"):
+        FiniteRange().convert("nan", None, None)
+
+
+def test_a_cut_off_above_half_the_rate_is_one_line(tmp_path: Path) -> None:
+    text = (ROOT / "configs/clutch/bench.yaml").read_text()
+    bench = tmp_path / "bench.yaml"
+    bench.write_text("".join(line for line in text.splitlines(keepends=True) if "backlash" not in line))
+    result = run("identify", IDENTIFY[1], "--bench", bench, *IDENTIFY[4:], "--cutoff-hz", "1e9")
+    refused(result, 1, "a cut-off of 1e+09 Hz is not below half of the log's 1000 Hz")
