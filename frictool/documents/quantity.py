@@ -59,9 +59,9 @@ class Quantity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class Estimate(Quantity, frozen=True, forbid_unknown_fields=True, omit_defaults=True, kw_only=True):
-    """A parameter: `source` says whether a log gave it, or the bench's a-priori interval stands in for what no log gave."""
+    """A parameter: `source` says whether a log gave it, or else the bench; `assumed` where neither did."""
 
-    source: Literal["identified", "bench"]
+    source: Literal["identified", "bench", "assumed"]
 
 
 class Span(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

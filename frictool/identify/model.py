@@ -1,4 +1,4 @@
-"""The model document of an identification: what no log gave carries the bench's interval, and says so."""
+"""The model document of an identification: what no log gave carries the bench's interval, or else an assumption, and says which."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def _estimate(name: str, result: Identification, bench: Bench) -> Estimate:
         return Estimate(found.value, found.low, found.high, unit_of(name, bench), source="identified")
     known: Quantity | None = getattr(bench.mechanics, name)
     if known is None:
-        return Estimate(0.0, unit=unit_of(name, bench), source="bench")
+        return Estimate(0.0, unit=unit_of(name, bench), source="assumed")  # only the offset: the bench has to give the others
     return Estimate(known.value, known.low, known.high, unit_of(name, bench), source="bench")
 
 
@@ -54,4 +54,4 @@ def _breakaway(result: Identification, bench: Bench, coulomb: Estimate) -> Estim
     if "breakaway" in result.identified or bench.mechanics.breakaway is not None:
         return _estimate("breakaway", result, bench)
     low, high = coulomb.interval
-    return Estimate(BREAKAWAY_RATIO * coulomb.value, low, LARGEST_BREAKAWAY_RATIO * high, unit_of("breakaway", bench), source="bench")
+    return Estimate(BREAKAWAY_RATIO * coulomb.value, low, LARGEST_BREAKAWAY_RATIO * high, unit_of("breakaway", bench), source="assumed")
