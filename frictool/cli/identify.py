@@ -33,7 +33,7 @@ Methods (--method), and when each is right:
 A parameter that the logs cannot give is listed as not identified with the reason, and the model carries the bench's interval for it.
 Intervals hold for the bench's nominal effort constant: an error of the constant scales inertia and every friction alike.
 
-Exit code 1, and no output, where the logs are in order and give nothing at all.
+Exit code 1, and no model, where the logs are in order and give nothing at all.
 """
 
 
@@ -71,13 +71,19 @@ def command(
     from frictool.documents.writing import to_yaml
 
     document = load(bench, Bench)
-    from frictool.identify.identification import identify
+    from frictool.identify.identification import NothingIdentified, identify
     from frictool.identify.methods import Settings
     from frictool.identify.model import model_of
 
     settings = Settings(confidence, window, _pipeline(filters) if method == "inverse-dynamic" else None)
-    result = identify(_records(logs, document), _records(ramp, document), document, method, settings)
-
+    try:
+        result = identify(_records(logs, document), _records(ramp, document), document, method, settings)
+    except NothingIdentified as error:
+        _warn(error.result)
+        if as_json:
+            print_json(summary(error.result, document), output)
+        raise
+    _warn(result)
     inputs = [*logs, *ramp, bench]
     given = {f"--{name.replace('_', '-')}": value for name, value in filters.items()}
     shown = {"logs": logs, "--bench": bench, "--ramp": ramp, "--method": method, "--confidence": confidence, "--window": window, **given}
@@ -102,6 +108,11 @@ def _records(paths: tuple[Path, ...], bench: Bench) -> list[Record]:
             note(f"warning: {path.name}: {warning}")
         records.append(record_of(log, bench))
     return records
+
+
+def _warn(result: Identification) -> None:
+    for warning in result.warnings:
+        note(f"warning: {warning}")
 
 
 def _check_options(method: str, window: int | None, filters: dict[str, Any]) -> None:
@@ -142,6 +153,7 @@ def summary(result: Identification, bench: Bench) -> dict[str, Any]:
         "samples": fit.samples if fit else None,
         "details": fit.details if fit else {},
         "not_identified": result.refused,
+        "warnings": list(result.warnings),
         "ramp": {"forward": ramp.forward, "backward": ramp.backward, "onsets": ramp.onsets, "delay_corrected": ramp.delay}
         if ramp
         else None,

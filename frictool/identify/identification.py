@@ -5,20 +5,29 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
+from frictool.errors import LogError
 from frictool.identify import methods
 from frictool.identify.breakaway import Breakaway, breakaway, is_ramp
 from frictool.identify.outcome import PARAMETERS, SLIDING, Fit, Interval, NothingUsable
+from frictool.identify.plausible import implausible
 from frictool.identify.record import Record
 
 SLIDING_LOG, RAMP_LOG = "sliding", "ramp"
 NEVER_NEGATIVE = ("inertia", "viscous", "coulomb", "breakaway")
+LARGEST_FORCE_ERROR = 0.5  # above it the model leaves more than a quarter of the effort's mean square unexplained
+SAME_EFFORT = 1e-9  # relative to the largest: two files of one log may round differently
 
 
 @dataclass(frozen=True)
 class Identification:
-    """kinds: log -> `sliding` or `ramp`. identified: name -> interval in SI. refused: name -> reason, for every other parameter."""
+    """kinds: log -> `sliding` or `ramp`. identified: name -> interval in SI. refused: name -> reason, for every other parameter.
+
+    warnings: what is odd about the logs or about what they give, and let pass.
+    """
 
     method: str
     confidence: float
@@ -27,13 +36,25 @@ class Identification:
     refused: dict[str, str]
     fit: Fit | None
     ramp: Breakaway | None
+    warnings: tuple[str, ...] = ()
+
+
+class NothingIdentified(NothingUsable):
+    """No parameter at all; `result` holds the reason for each."""
+
+    def __init__(self, result: Identification) -> None:
+        self.result = result
+        super().__init__("; ".join(f"{', '.join(names)}: {reason}" for reason, names in _by_reason(result.refused).items()))
 
 
 def identify(records: list[Record], ramps: list[Record], bench: Bench, method: str, settings: methods.Settings) -> Identification:
     """What `records`, whose kind is found, and `ramps`, which are known to be breakaway ramps, give about the axis of `bench`.
 
-    Raises NothingUsable with the reasons where they give no parameter at all.
+    Raises NothingIdentified with the reasons where they give no parameter at all; LogError where a log is given twice, or cannot be one
+    of this axis.
     """
+    _refuse_twice([*records, *ramps])
+    odd = [warning for record in [*records, *ramps] for warning in implausible(record, bench)]
     ramp_like = [record for record in records if is_ramp(record, bench)]
     sliding = [record for record in records if not any(record is other for other in ramp_like)]
     ramps = [*ramps, *ramp_like]
@@ -50,17 +71,52 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
         _accept({"breakaway": onsets.interval}, {}, bench, found, refused)
     except NothingUsable as error:
         refused["breakaway"] = str(error)
-    if not found:
-        raise NothingUsable("; ".join(f"{', '.join(names)}: {reason}" for reason, names in _by_reason(refused).items()))
     kinds = {**{r.name: SLIDING_LOG for r in sliding}, **{r.name: RAMP_LOG for r in ramps}}
     ordered = {name: found[name] for name in PARAMETERS if name in found}
-    return Identification(method, settings.confidence, kinds, ordered, refused, fit, onsets)
+    warnings = (*odd, *_surprises(ordered, bench))
+    result = Identification(method, settings.confidence, kinds, ordered, refused, fit, onsets, warnings)
+    if not found:
+        raise NothingIdentified(result)
+    return result
+
+
+def _refuse_twice(records: list[Record]) -> None:
+    """Raises LogError where two records are one log: counted twice, it would narrow every interval and tell nothing more."""
+    for place, one in enumerate(records):
+        for other in records[:place]:
+            if _same_log(one, other):
+                raise LogError(one.name, f"is the same log as {other.name}; give each log once")
+
+
+def _same_log(one: Record, other: Record) -> bool:
+    if one.position.size != other.position.size or not np.array_equal(one.position, other.position):
+        return False
+    return float(np.max(np.abs(one.effort - other.effort))) <= SAME_EFFORT * float(np.max(np.abs(one.effort)))
+
+
+def _surprises(found: Mapping[str, Interval], bench: Bench) -> list[str]:
+    """A warning for each parameter whose interval has nothing in common with the bench's."""
+    out = []
+    for name, interval in found.items():
+        known: Quantity | None = getattr(bench.mechanics, name)
+        if known is None or known.low is None or known.high is None:
+            continue
+        if interval.low > known.high or interval.high < known.low:
+            shown = f"[{interval.low:.4g}, {interval.high:.4g}] lies wholly outside the bench's [{known.low:.4g}, {known.high:.4g}]"
+            out.append(f"{name}: {shown}; is this log of this rig?")
+    return out
 
 
 def _slide(records: list[Record], bench: Bench, method: str, settings: methods.Settings) -> Fit:
     if not records:
         raise NothingUsable("no log of sliding motion was given")
-    return methods.run(method, records, bench, settings)
+    fit = methods.run(method, records, bench, settings)
+    if fit.force_error > LARGEST_FORCE_ERROR:
+        allowed = f"(allowed: {100 * LARGEST_FORCE_ERROR:g} %)"
+        raise NothingUsable(
+            f"the model does not explain the effort: force error {100 * fit.force_error:.3g} % {allowed}; is it of this motion?"
+        )
+    return fit
 
 
 def _break_away(ramps: list[Record], bench: Bench, found: Mapping[str, Interval], confidence: float) -> Breakaway:
@@ -96,7 +152,8 @@ def useless(name: str, interval: Interval, known: Quantity | None) -> str | None
     if not interval.half_width < float("inf"):
         return "the motion does not repeat often enough to tell how uncertain it is"
     if name in NEVER_NEGATIVE and interval.value < 0.0:
-        return f"the log gives {interval.value:.4g} in {shown}, which is negative"
+        hint = "; do position and drive have one sign (encoder.direction)?" if interval.high < 0.0 else ""
+        return f"the log gives {interval.value:.4g} in {shown}, which is negative{hint}"
     if name == "inertia" and interval.low <= 0.0:
         return f"the log's interval {shown} reaches zero"
     if known is None or known.low is None or known.high is None:

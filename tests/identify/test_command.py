@@ -114,6 +114,50 @@ def test_a_still_log_is_the_answer_no(tmp_path: Path) -> None:
     assert not target.exists()
 
 
+@pytest.mark.parametrize("rows", [20, 2000])
+def test_json_of_the_answer_no_says_why(tmp_path: Path, rows: int) -> None:
+    log, target = tmp_path / "still.csv", tmp_path / "model.yaml"
+    log.write_text("time [s],encoder [count],current [A]\n" + "".join(f"{k / 1000:.3f},5,0.1\n" for k in range(rows)))
+    result = run("identify", log, "--bench", CLUTCH, "-o", target, "--json")
+    assert result.code == 1
+    assert result.stderr.startswith("error: ")
+    assert result.stderr.count("\n") == 1
+    found = json.loads(result.stdout)
+    assert found["parameters"] == {}
+    assert found["force_error"] is None
+    assert set(found["not_identified"]) == {"inertia", "viscous", "coulomb", "offset", "breakaway"}
+    assert all(found["not_identified"].values())
+    assert not target.exists()
+
+
+def test_the_same_log_twice_is_refused(tmp_path: Path) -> None:
+    log, target = tmp_path / "sines.mcap", tmp_path / "model.yaml"
+    assert run("ingest", SINES, "--bench", CLUTCH, "-o", log).code == 0
+    for twice in ((SINES, SINES), (SINES, log), (log, "--ramp", SINES)):
+        refused(run("identify", *twice, "--bench", CLUTCH, "-o", target), 3, "is the same log as")
+    assert not target.exists()
+
+
+def test_one_absurd_position_is_named(tmp_path: Path) -> None:
+    rows, log = SINES.read_text().splitlines(), tmp_path / "log.csv"
+    time, _, current = rows[1000].split(",")
+    rows[1000] = f"{time},1e300,{current}"
+    log.write_text("\n".join(rows) + "\n")
+    refused(run("identify", log, "--bench", CLUTCH), 3, f"rad at {float(time):g} s", "2^53 counts")
+
+
+def test_a_counter_that_wraps_is_warned_of(tmp_path: Path) -> None:
+    header, *rows = SINES.read_text().splitlines()
+    log = tmp_path / "log.csv"
+    cells = [row.split(",") for row in rows]
+    log.write_text("\n".join([header, *(f"{time},{int(count) % 256},{current}" for time, count, current in cells)]) + "\n")
+    assert "encoder.wrap_bits, here to 8" in run("identify", log, "--bench", CLUTCH).stderr
+    aware = changed(tmp_path, "counts_per_revolution: 56 ", "counts_per_revolution: 56\n  wrap_bits: 8 ")
+    result = run("identify", log, "--bench", aware, "--json")
+    assert result.stderr == ""
+    assert json.loads(result.stdout)["parameters"] == json.loads(run("identify", SINES, "--bench", CLUTCH, "--json").stdout)["parameters"]
+
+
 def test_a_missing_channel_is_a_wrong_file(tmp_path: Path) -> None:
     log, target = tmp_path / "log.csv", tmp_path / "model.yaml"
     log.write_text("time [s],encoder [count]\n" + "".join(f"{k / 1000:.3f},{k}\n" for k in range(2000)))

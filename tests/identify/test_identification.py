@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import msgspec
 import numpy as np
@@ -11,11 +12,11 @@ import pytest
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Quantity
 from frictool.errors import LogError
-from frictool.identify.identification import identify, useless
+from frictool.identify.identification import Identification, NothingIdentified, identify, useless
 from frictool.identify.methods import DEFAULT, METHODS, Settings
 from frictool.identify.model import model_of
-from frictool.identify.outcome import PARAMETERS, Interval, NothingUsable
-from frictool.identify.record import make_record, record_of
+from frictool.identify.outcome import PARAMETERS, SLIDING, Interval
+from frictool.identify.record import Record, make_record, record_of
 from frictool.logs.log import Log, Stream
 from sample_logs.make import TRUTH, ramp, sines
 from tests.accept.check_identify import covered, experiment
@@ -40,7 +41,7 @@ def test_without_a_ramp_the_breakaway_is_what_coulomb_lets_expect() -> None:
     assert "no log of breakaway ramps" in result.refused["breakaway"]
     model = model_of(result, clutch(), Provenance("test", "0"))
     coulomb, breakaway = model.parameters.coulomb, model.parameters.breakaway
-    assert breakaway.source == "bench"
+    assert breakaway.source == "assumed"
     assert breakaway.interval == (coulomb.interval[0], 1.5 * coulomb.interval[1])
     assert breakaway.interval[0] <= TRUTH.breakaway <= breakaway.interval[1]
 
@@ -50,14 +51,80 @@ def test_a_ramp_alone_gives_the_breakaway_alone() -> None:
     assert list(result.identified) == ["breakaway"]
     assert result.identified["breakaway"].low < TRUTH.breakaway < result.identified["breakaway"].high
     model = model_of(result, clutch(), Provenance("test", "0"))
-    assert {getattr(model.parameters, name).source for name in PARAMETERS if name != "breakaway"} == {"bench"}
+    sources = {name: getattr(model.parameters, name).source for name in PARAMETERS}
+    assert sources == {"inertia": "bench", "viscous": "bench", "coulomb": "bench", "offset": "assumed", "breakaway": "identified"}
+    assert (model.parameters.offset.value, model.parameters.offset.low, model.parameters.offset.high) == (0.0, None, None)
+
+
+def test_an_offset_and_a_breakaway_that_the_bench_gives_are_the_benchs() -> None:
+    known = {"offset": Quantity(0.01, -0.02, 0.03, "N m"), "breakaway": Quantity(0.12, 0.1, 0.2, "N m")}
+    bench = clutch()
+    bench = msgspec.structs.replace(bench, mechanics=msgspec.structs.replace(bench.mechanics, **known))
+    nothing = Identification(DEFAULT, 0.95, {}, {}, {}, None, None)
+    model = model_of(nothing, bench, Provenance("test", "0"))
+    for name, quantity in known.items():
+        estimate = getattr(model.parameters, name)
+        assert (estimate.value, estimate.interval, estimate.source) == (quantity.value, quantity.interval, "bench")
 
 
 def test_nothing_usable_is_the_answer_no() -> None:
     still = make_record("still", np.arange(3000) * 1e-3, np.zeros(3000), np.zeros(3000), TRUTH.encoder_step, 0.003)
-    with pytest.raises(NothingUsable, match="no sample slips") as raised:
+    with pytest.raises(NothingIdentified, match="no sample slips") as raised:
         identify([still], [], clutch(), DEFAULT, Settings())
     assert raised.value.exit_code == 1
+    assert raised.value.result.identified == {}
+    assert set(raised.value.result.refused) == set(PARAMETERS)
+
+
+def noisy(seed: int) -> Record:
+    """Sines whose current is noise of 5 A and nothing else."""
+    log = record(sines(seed))
+    return replace(log, effort=TRUTH.constant * 5.0 * np.random.default_rng(seed).standard_normal(log.effort.size))
+
+
+@pytest.mark.parametrize("method", list(METHODS))
+def test_a_fit_that_explains_nothing_is_refused(method: str) -> None:
+    bench = clutch()
+    bench = msgspec.structs.replace(bench, mechanics=msgspec.structs.replace(bench.mechanics, backlash=None))
+    with pytest.raises(NothingIdentified) as raised:
+        identify([noisy(2)], [], bench, method, Settings())
+    for name in SLIDING:
+        assert "the model does not explain the effort: force error" in raised.value.result.refused[name]
+        assert "(allowed: 50 %)" in raised.value.result.refused[name]
+
+
+def test_a_noisy_current_that_still_explains_is_identified() -> None:
+    log = record(sines(2))
+    noise = TRUTH.constant * 5.0 * np.random.default_rng(2).standard_normal(log.effort.size)
+    result = identify([replace(log, effort=log.effort + noise)], [], clutch(), DEFAULT, Settings())
+    assert result.identified["coulomb"].low <= TRUTH.coulomb <= result.identified["coulomb"].high
+
+
+def test_an_interval_outside_the_benchs_is_a_warning() -> None:
+    bench = clutch()
+    assert identify([record(sines(1))], [], bench, DEFAULT, Settings()).warnings == ()
+    known = msgspec.structs.replace(bench.mechanics, coulomb=Quantity(0.2, 0.15, 0.25, "N m"))
+    result = identify([record(sines(1))], [], msgspec.structs.replace(bench, mechanics=known), DEFAULT, Settings())
+    assert "coulomb" in result.identified
+    (warning,) = result.warnings
+    assert warning.startswith("coulomb: [0.09")
+    assert "lies wholly outside the bench's [0.15, 0.25]" in warning
+
+
+def test_a_log_given_twice_is_refused() -> None:
+    one, other = record(sines(1), name="a.csv"), record(sines(2), name="b.csv")
+    again = replace(one, name="c.mcap", effort=one.effort * (1.0 + 1e-15))
+    for logs, ramps in (([one, other, again], []), ([one], [again])):
+        with pytest.raises(LogError, match=r"c\.mcap: is the same log as a\.csv; give each log once"):
+            identify(logs, ramps, clutch(), DEFAULT, Settings())
+    assert identify([one, other], [], clutch(), DEFAULT, Settings()).fit is not None
+
+
+def test_a_reversed_encoder_is_hinted_at() -> None:
+    log = record(sines(1))
+    result = identify([replace(log, position=-log.position)], [], clutch(), DEFAULT, Settings())
+    for name in ("viscous", "coulomb"):
+        assert "which is negative; do position and drive have one sign (encoder.direction)?" in result.refused[name]
 
 
 @pytest.mark.parametrize(
