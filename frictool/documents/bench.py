@@ -22,6 +22,8 @@ from frictool.documents.quantity import (
 )
 
 PositiveNumber = Annotated[float, msgspec.Meta(gt=0)]
+SHORTEST_PERIOD, LONGEST_PERIOD = 1e-6, 10.0  # s; what lies outside is a unit that was mistaken
+SamplePeriod = Annotated[float, msgspec.Meta(ge=SHORTEST_PERIOD, le=LONGEST_PERIOD)]
 Name = Annotated[str, msgspec.Meta(min_length=1, max_length=80)]
 Channel = Literal["time", "position", "reference", "velocity", "current", "voltage", "effort"]
 
@@ -53,7 +55,7 @@ class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     drive: Literal["current", "voltage"]
     constant: DriveConstant
     limit: DriveLimit
-    loop_time_constant_s: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+    loop_time_constant_s: Annotated[float, msgspec.Meta(ge=0, le=10)] = 0.0
 
 
 class Mechanics(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -85,7 +87,7 @@ class Bench(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     format: Literal["bench/1"]
     name: Name
     axis: Axis
-    sample_period_s: PositiveNumber
+    sample_period_s: SamplePeriod
     encoder: Encoder
     actuator: Actuator
     mechanics: Mechanics

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 import msgspec
 
-from frictool.documents.bench import Bench, Name, PositiveNumber
+from frictool.documents.bench import Bench, Name, PositiveNumber, SamplePeriod
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Axis
 
@@ -114,7 +114,7 @@ class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     structure: Literal["speed_cascade"]
     method: Literal["lpv"]
     domain: Literal["discrete"]
-    sample_period_s: PositiveNumber
+    sample_period_s: SamplePeriod
     delay_samples: Annotated[int, msgspec.Meta(ge=0, le=2)]
     drive: Literal["current", "voltage"]
     drive_limit: PositiveNumber

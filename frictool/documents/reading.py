@@ -267,10 +267,11 @@ def _type_name(kind: Any) -> str:
 
 
 def _allowed(kind: Any, meta: list[msgspec.Meta]) -> str:
-    text = _type_name(kind)
+    limits: list[str] = []
     for item in meta:
-        limits = (("> ", item.gt), (">= ", item.ge), ("< ", item.lt), ("<= ", item.le))
-        for relation, limit in limits:
-            if limit is not None:
-                text += f" {relation}{limit:g}"
-    return text
+        bounds = ((">", item.gt), (">=", item.ge), ("<", item.lt), ("<=", item.le))
+        limits += [f"{relation} {bound:g}" for relation, bound in bounds if bound is not None]
+        lengths = (("at least", item.min_length), ("at most", item.max_length))
+        limits += [f"{relation} {length} character{'s' if length > 1 else ''}" for relation, length in lengths if length is not None]
+        limits += [f"the form {item.pattern}"] if item.pattern is not None else []
+    return f"{_type_name(kind)}{' of' if kind is str and limits else ''} {' and '.join(limits)}".rstrip()

@@ -12,6 +12,7 @@ from typing import Literal
 
 import numpy as np
 
+from frictool.documents.bench import LONGEST_PERIOD, SHORTEST_PERIOD
 from frictool.documents.quantity import CHANNEL_DIMENSIONS, Axis, factor_to_si, si_unit
 from frictool.errors import LogError
 from frictool.logs.csv_format import read_csv
@@ -134,12 +135,17 @@ def _si(table: RawTable, columns: dict[str, tuple[str, str]], channel: str, axis
 
 
 def _period(table: RawTable, columns: dict[str, tuple[str, str]], axis: Axis) -> float | None:
-    """The sample period: the mean interval of a log without gaps, else the median; 3 digits where they say it within 0.1 %, else 6."""
+    """The sample period: the mean interval of a log without gaps, else the median; 3 digits where they say it within 0.1 %, else 6.
+
+    None where no bench could have it: the time is in another unit than it seems.
+    """
     time = _si(table, columns, TIME, axis)
     if time is None or time.size < 2 or np.any(np.diff(time) <= 0.0):
         return None
     base = time_base(time)
     period = 1.0 / base.rate_hz if base.gaps else base.duration_s / (time.size - 1)
+    if not SHORTEST_PERIOD <= period <= LONGEST_PERIOD:
+        return None
     short = float(f"{period:.3g}")
     return short if abs(short / period - 1.0) < ROUND else float(f"{period:.6g}")
 

@@ -131,6 +131,14 @@ def test_units_are_believed_before_names(header: str, axis: str, columns: dict[s
     same_axis(loaded(tmp_path / "rig"))
 
 
+def test_a_period_that_no_bench_has_is_not_guessed(tmp_path: Path) -> None:
+    """Time in microseconds under a name without a unit: the document loads all the same, with the example's period."""
+    log = tmp_path / "bench.csv"
+    log.write_text("t,theta [rad],u\n" + "".join(f"{1000 * k},{k % 7},{k % 3}\n" for k in range(50)))
+    assert run("init", tmp_path / "rig", "--from", log).code == 0
+    assert bench_of(tmp_path / "rig").sample_period_s == 0.001
+
+
 def test_nothing_is_overwritten(tmp_path: Path) -> None:
     (tmp_path / "designs").mkdir()
     (tmp_path / "designs/speed.yaml").write_text("mine")

@@ -52,6 +52,18 @@ def test_shipped_documents_load_and_round_trip(kind: str, path: Path, tmp_path: 
         ("value: 1.32e-5", "value: 1e999", "mechanics.inertia.value", ["1e999", "finite"]),
         ("name: clutch", "name: clutch\nname: again", "name", ["twice"]),
         ("delay_samples: 1", "delay_samples: 1.5", "delay_samples", ["1.5", "a whole number"]),
+        ("delay_samples: 1", "delay_samples: 3", "delay_samples", ["found 3", "a whole number >= 0 and <= 2"]),
+        ("0.003", "1e300", "actuator.loop_time_constant_s", ["found 1e300", "a number >= 0 and <= 10"]),
+        ("0.003", "10.1", "actuator.loop_time_constant_s", ["found 10.1", "a number >= 0 and <= 10"]),
+        ("sample_period_s: 0.001", "sample_period_s: 1000", "sample_period_s", ["found 1000", "a number >= 1e-06 and <= 10"]),
+        ("sample_period_s: 0.001", "sample_period_s: 1e-9", "sample_period_s", ["found 1e-9", "a number >= 1e-06 and <= 10"]),
+        (
+            "name: clutch",
+            "name: " + "x" * 300,
+            "name",
+            ["found 'xxx", "...'; allowed: text of at least 1 character and at most 80 characters"],
+        ),
+        ("name: clutch", "name: ''", "name", ["found ''; allowed: text of at least 1 character"]),
         ("encoder:\n  counts_per_revolution: 56 ", "encoder: [56] ", "encoder", ["a list", "mapping"]),
     ],
 )
@@ -141,11 +153,12 @@ def test_numbers_and_names_survive_writing(value: float, text: str, tmp_path_fac
     bench = load(CLUTCH, Bench)
     import msgspec
 
-    changed = msgspec.structs.replace(bench, sample_period_s=value, name=text)
+    encoder = msgspec.structs.replace(bench.encoder, counts_per_revolution=value)
+    changed = msgspec.structs.replace(bench, encoder=encoder, name=text)
     path = tmp_path_factory.mktemp("write") / "bench.yaml"
     path.write_text(to_yaml(changed), encoding="utf-8")
     again = load(path, Bench)
-    assert again.sample_period_s == value
+    assert again.encoder.counts_per_revolution == value
     assert again.name == text
 
 
