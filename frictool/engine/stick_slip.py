@@ -49,7 +49,7 @@ from frictool.engine.polynomial import value
 from frictool.engine.series import TERMS
 from frictool.engine.status import EVENTS_FULL, NOT_FINITE, OK, TOO_MANY_EVENTS
 from frictool.engine.transitions import arrive, region, slip_event
-from frictool.kernels import kernel
+from frictool.kernels import inner_kernel, kernel
 
 Vector = NDArray[np.float64]
 
@@ -72,7 +72,7 @@ def _pieces_allowed(body: Vector, drive: Vector, span: float, events: int) -> fl
     return allowed
 
 
-@kernel
+@inner_kernel
 def _fill(
     force: Force,
     law: Vector,
@@ -97,7 +97,7 @@ def _fill(
     return filled
 
 
-@kernel
+@inner_kernel
 def _advance_piece(
     force: Force,
     law: Vector,
