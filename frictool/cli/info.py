@@ -84,7 +84,23 @@ def table(log: Log, facts: dict[str, Any]) -> str:
         channel = f"{row['source']}.{row['name']}"
         numbers = f"{row['samples']:>9} {row['rate_hz']:>10.6g} {row['jitter_s']:>10.2g} {row['gaps']:>5}"
         lines.append(f"{channel:<24} {row['unit']:<8} {numbers}  {row['low']:.6g} to {row['high']:.6g}")
-    step = facts["encoder_step"]
-    lines.append("encoder step: " + (f"{step:.6g}" if step is not None else "none seen, positions lie on no lattice"))
+    lines += _encoder_step(log, facts["encoder_step"])
     lines += [f"{key}: {text}" for key, text in log.metadata.get("provenance", {}).items()]
     return "\n".join(lines)
+
+
+def _encoder_step(log: Log, step: float | None) -> list[str]:
+    """The line on the encoder step, or why none is seen; no line where the log has no position."""
+    from frictool.logs.quality import FEWEST_LEVELS, levels
+
+    stream = next((stream for stream in log.streams if "position" in stream.signals), None)
+    if stream is None:
+        return []
+    if step is not None:
+        return [f"encoder step: {step:.6g} {stream.units['position']}"]
+    seen = levels(stream.signals["position"])
+    if seen == 1:
+        return ["encoder step: none seen, the position does not change"]
+    if seen < FEWEST_LEVELS:
+        return [f"encoder step: none seen, the position takes {seen} values; at least {FEWEST_LEVELS} are needed to tell"]
+    return ["encoder step: none seen, positions lie on no lattice"]

@@ -38,17 +38,25 @@ def time_base(time: Vector) -> TimeBase:
     return TimeBase(time.size, 1.0 / period, float(intervals[~is_gap].std()), gaps, longest, float(time[-1] - time[0]))
 
 
+def levels(position: Vector) -> int:
+    """How many values the positions (n,) take."""
+    return int(_distances(position).size) + 1
+
+
+def _distances(position: Vector) -> Vector:
+    """Between neighbouring values that were seen, ascending; equal counts may be unequal by rounding, and are one value."""
+    values = np.unique(position)
+    distances = np.diff(values)
+    return np.asarray(distances[distances > 16 * np.spacing(np.abs(values).max())])
+
+
 def encoder_step(position: Vector) -> float | None:
     """The step of which all positions (n,) are multiples, up to a common offset; None where they lie on no lattice.
 
     Neighbouring positions that were seen may be several steps apart: the step is the largest whole fraction of their
     smallest distance of which every distance is a multiple.
     """
-    levels = np.unique(position)
-    if levels.size < FEWEST_LEVELS:
-        return None
-    distances = np.diff(levels)
-    distances = distances[distances > 16 * np.spacing(np.abs(levels).max())]  # equal counts, unequal by rounding
+    distances = _distances(position)
     if distances.size < FEWEST_LEVELS - 1:
         return None
     for parts in range(1, MOST_STEPS + 1):

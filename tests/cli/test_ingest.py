@@ -6,6 +6,7 @@ import hashlib
 import json
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -35,7 +36,7 @@ def test_ingest_and_info(tmp_path: Path):
     assert "/axis: position [rad], current [A], effort [N m]" in result.stdout
     shown = run("info", target)
     assert shown.code == 0
-    assert "encoder step: 0.1122" in shown.stdout
+    assert "encoder step: 0.1122 rad\n" in shown.stdout
     facts = json.loads(run("info", target, "--json").stdout)
     assert {row["name"]: row["unit"] for row in facts["channels"]} == {"position": "rad", "current": "A", "effort": "N m"}
     for row in facts["channels"]:
@@ -46,6 +47,22 @@ def test_ingest_and_info(tmp_path: Path):
     assert facts["encoder_step"] == pytest.approx(2 * np.pi / 56)
     assert facts["lost"] == []
     assert facts["duration_s"] == pytest.approx((facts["channels"][0]["samples"] - 1) / 1000.0)
+
+
+@pytest.mark.parametrize(
+    ("counts", "words"),
+    [
+        (lambda k: 0, "none seen, the position does not change"),
+        (lambda k: k % 3, "none seen, the position takes 3 values; at least 8 are needed to tell"),
+        (lambda k: k + (k % 7) ** 0.5, "none seen, positions lie on no lattice"),
+    ],
+)
+def test_info_says_why_no_encoder_step_is_seen(tmp_path: Path, counts: Callable[[int], float], words: str):
+    path = tmp_path / "raw.csv"
+    rows = [f"{k / 1000:.3f},{counts(k)},0.1" for k in range(50)]
+    path.write_text("\n".join(["time [s],encoder [count],current [A]", *rows]) + "\n")
+    shown = run("info", path, "--bench", CLUTCH)
+    assert f"encoder step: {words}" in shown.stdout
 
 
 def test_the_same_inputs_give_the_same_bytes_on_file_and_stdout(raw: Path, tmp_path: Path):

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictool.logs.quality import encoder_step, time_base
+from frictool.logs.quality import encoder_step, levels, time_base
 
 
 def test_a_time_base_with_gaps_and_jitter():
@@ -52,6 +52,11 @@ def test_counts_that_never_are_neighbours_still_give_the_step():
 @given(st.integers(0, 1000))
 def test_a_continuous_motion_has_no_step(seed: int):
     assert encoder_step(np.random.default_rng(seed).normal(size=300)) is None
+
+
+def test_levels_that_differ_by_rounding_are_one():
+    assert levels(np.full(10, 0.3)) == 1
+    assert levels(np.array([0.1 + 0.2, 0.3, 0.4, 0.4])) == 2
 
 
 def test_too_few_positions_tell_nothing():
