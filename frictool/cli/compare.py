@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from frictool.compare.comparison import Comparison
     from frictool.compare.setting import Setting
 
+WORTH_SHARING = 4
 HELP = """\b
 Example:
   frictool compare -o laws.html
@@ -56,7 +58,7 @@ def command(parameters: Path | None, laws: tuple[str, ...], allow: bool, output:
 
     chosen = _chosen(laws, Laws(setting).names())
     _check(setting, chosen, parameters, allow)
-    found = compare(setting, Laws(setting), chosen, _progress)
+    found = compare(setting, Laws(setting), chosen, _progress, workers=_workers(chosen))
     if output is not None:
         arguments = {"parameters": parameters, "--law": list(chosen) if laws else None, "--allow": allow}
         _save(found, output, command_line("compare", arguments), inputs)
@@ -110,10 +112,19 @@ def _check(setting: Setting, laws: tuple[str, ...], path: Path | None, allow: bo
     raise InputFileError(path or setting.name, f"{message}; change the parameters, or give --allow to run them as they are")
 
 
-def _progress(done: int, total: int, law: str) -> None:
-    """On a terminal, one line that is written over and cleared at the end."""
-    if sys.stderr.isatty():
-        click.echo("\r\x1b[K" + (f"{done + 1} of {total}: {law} ..." if done < total else ""), err=True, nl=False)
+def _progress(done: int, total: int) -> None:
+    """Says that the first run compiles; then `compared 3 of 16` on a terminal, one line that is written over."""
+    from frictool.kernels import is_compiled
+
+    if done == 0 and not is_compiled("stick_slip", "run"):
+        note("compiling the kernels of the laws, once per installation (about a minute) ...")
+    if total > 1 and sys.stderr.isatty():
+        click.echo(f"\rcompared {done} of {total}" + ("\n" if done == total else ""), err=True, nl=False)
+
+
+def _workers(laws: tuple[str, ...]) -> int:
+    """Processes to share the laws out among: what they cost to start pays for more than a few laws."""
+    return (os.cpu_count() or 1) if len(laws) > WORTH_SHARING else 1
 
 
 def _save(found: Comparison, output: Path, words: str, inputs: list[Path]) -> None:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
+from multiprocessing import get_context
 from typing import Protocol
 
 from frictool.compare import drift, limit_cycle, presliding, protocol, stick_slip
@@ -65,21 +69,38 @@ class Comparison:
 
 
 def compare(
-    setting: Setting, simulator: Simulator, laws: tuple[str, ...], progress: Callable[[int, int, str], None] = lambda done, total, law: None
+    setting: Setting,
+    simulator: Simulator,
+    laws: tuple[str, ...],
+    progress: Callable[[int, int], None] = lambda done, total: None,
+    workers: int = 1,
 ) -> Comparison:
-    """Every test on every law of `laws`. `progress(done, total, law)` is called before each and at the end."""
-    progress(0, len(laws), laws[0])
+    """Every test on every law of `laws`. `progress(done, total)` is called before the first and after each.
+
+    With several `workers` the laws are shared out among processes, which changes no figure; `simulator` then has to be picklable.
+    """
+    progress(0, len(laws))
     reference_runs = _runs(setting, simulator, REFERENCE)
     pulled, cycling = _measured(setting, reference_runs)
+    job = partial(_tested, setting, simulator, (pulled.period_s, cycling.period_s))
     found = {}
-    for done, law in enumerate(laws):
-        progress(done, len(laws), law)
-        runs = reference_runs if law == REFERENCE else _runs(setting, simulator, law)
-        found[law] = _tested(setting, simulator, law, runs, pulled.period_s, cycling.period_s)
-    progress(len(laws), len(laws), "")
+    with _pool(min(workers, len(laws))) as share_out:
+        for law, tested in zip(laws, share_out(job, laws), strict=True):
+            found[law] = tested
+            progress(len(found), len(laws))
     verdicts = {law: tested.verdicts for law, tested in found.items()}
     properties = {law: tested.properties for law, tested in found.items()}
     return Comparison(setting, pulled, cycling, found, tuple(differences(verdicts, properties)))
+
+
+@contextmanager
+def _pool(workers: int) -> Iterator[Callable[..., Iterable[Tested]]]:
+    """A `map` over processes, or over this one; processes start afresh, so that they inherit no state."""
+    if workers <= 1:
+        yield map
+        return
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        yield pool.map
 
 
 def _runs(setting: Setting, simulator: Simulator, law: str) -> dict[str, Trajectory]:
@@ -91,16 +112,16 @@ def _measured(setting: Setting, runs: dict[str, Trajectory]) -> tuple[stick_slip
     return stick_slip.measure(runs["stick_slip"], setting.stribeck_velocity), limit_cycle.measure(runs["limit_cycle"], setting.presliding)
 
 
-def _tested(
-    setting: Setting, simulator: Simulator, law: str, runs: dict[str, Trajectory], period: float | None, cycle_period: float | None
-) -> Tested:
+def _tested(setting: Setting, simulator: Simulator, periods: tuple[float | None, float | None], law: str) -> Tested:
+    """All tests on one law; `periods` [s]: of the reference's stick-slip and limit cycle."""
+    runs = _runs(setting, simulator, law)
     pulled, cycling = _measured(setting, runs)
     loop, contact = _presliding(setting, simulator, law)
     wander = drift.measure(runs["drift"], setting.presliding, setting.scales.time)
     parameters = str(simulator.parameters(law))
     verdicts = {
-        "stick_slip": pulled.verdict(period),
-        "limit_cycle": cycling.verdict(cycle_period),
+        "stick_slip": pulled.verdict(periods[0]),
+        "limit_cycle": cycling.verdict(periods[1]),
         "presliding": contact.verdict,
         "drift": wander.verdict,
         "parameters": parameters,

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from frictool.compare import contact, probes, protocol
@@ -16,7 +14,7 @@ from frictool.engine.status import MESSAGES, OK
 from frictool.errors import NoSolutionError
 from frictool.friction.hybrid_settings import HybridBench, HybridSettings
 from frictool.friction.hybrid_settings import violations as broken_rules
-from frictool.friction.law import DynamicKernels, Law
+from frictool.friction.law import DynamicKernels
 from frictool.friction.preisach_cycles import everett_tail, masing_cycles
 from frictool.friction.table import LAWS
 
@@ -68,21 +66,20 @@ def violations(setting: Setting, laws: tuple[str, ...]) -> tuple[list[str], list
 class Laws:
     """Every law that the engine runs: the simulator of compare/comparison.py."""
 
-    def __init__(self, setting: Setting, laws: Mapping[str, Law] = LAWS) -> None:
+    def __init__(self, setting: Setting) -> None:
         self._setting = setting
-        self._laws = laws
 
     def names(self) -> tuple[str, ...]:
         """In the order of the table."""
-        return tuple(self._laws)
+        return tuple(LAWS)
 
     def title(self, law: str) -> str:
         """What people call it."""
-        return self._laws[law].title
+        return LAWS[law].title
 
     def packed(self, law: str) -> Vector:
         """The parameters for the law's kernels. Raises ValueError where the setting is out of the law's range."""
-        found, values = self._laws[law], _values(self._setting)
+        found, values = LAWS[law], _values(self._setting)
         chosen = {p.name: values[p.name] for p in found.parameters if p.name in values}
         if law.startswith("leuven"):
             chosen["exponent"] = self._setting.leuven_exponent  # Dahl's, of the same name, stays 1 as in (2.38)
@@ -91,16 +88,16 @@ class Laws:
 
     def parameters(self, law: str) -> int:
         """Physical parameters to be identified. Each cell of a Preisach triangle counts, n (n + 1)/2, and each element's two of a bank."""
-        own = sum(parameter.name not in NOT_FRICTION for parameter in self._laws[law].parameters)
+        own = sum(parameter.name not in NOT_FRICTION for parameter in LAWS[law].parameters)
         n = self._setting.preisach_intervals
         if law == "hybrid_c":
             return own + n * (n + 1) // 2
-        tail = self._laws[law].tail
+        tail = LAWS[law].tail
         return own + (tail().size if tail is not None else 0)
 
     def run(self, law: str, segments: tuple[protocol.Segment, ...], samples: int) -> Trajectory:
         """A run from rest at 0. Raises NoSolutionError where the engine cannot carry it out."""
-        setting, found = self._setting, self._laws[law]
+        setting, found = self._setting, LAWS[law]
         end = segments[-1][0]
         ran = run_law(
             found,
@@ -126,7 +123,7 @@ class Laws:
         if not self._yields(law):
             return None
         moves = np.diff(path)
-        friction = contact.follow(self._laws[law], self.packed(law), np.sign(moves) * speed, np.abs(moves) / speed)
+        friction = contact.follow(LAWS[law], self.packed(law), np.sign(moves) * speed, np.abs(moves) / speed)
         return np.concatenate([[0.0], friction])
 
     def _yields(self, law: str) -> bool:
@@ -144,7 +141,7 @@ class Laws:
 
     def properties(self, law: str, compliance: bool, drift: Trajectory) -> dict[str, str]:
         """The cells of table 2.1 that follow from probes (compare/probes.py); `drift`: the run of the drift test."""
-        setting, found, p = self._setting, self._laws[law], self.packed(law)
+        setting, found, p = self._setting, LAWS[law], self.packed(law)
 
         def follow(velocity: Vector, steps: Vector) -> Vector:
             return contact.follow(found, p, velocity, steps)

@@ -68,7 +68,8 @@ def lines(found: Comparison) -> list[str]:
     for table in (figures(found), verdicts(found), properties(found)):
         out += [*_aligned(table), ""]
     for item in found.differences:
-        out.append(f"table {item.table}, {item.law}, {ROWS[item.row]}: computed {item.computed}, printed {item.printed}")
+        why = f": {item.reason}" if item.reason else ""
+        out.append(f"table {item.table}, {item.law}, {ROWS[item.row]}: computed {item.computed}, printed {item.printed}{why}")
     return out
 
 

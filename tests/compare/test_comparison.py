@@ -33,11 +33,16 @@ def test_each_law_is_judged_against_the_reference(found: Comparison) -> None:
 
 
 def test_the_reference_is_there_when_it_is_not_asked_for(found: Comparison) -> None:
-    calls: list[tuple[int, int, str]] = []
+    calls: list[tuple[int, int]] = []
     alone = compare(table_3_1(), Told(), ("hybrid_a",), lambda *call: calls.append(call))
     assert list(alone.laws) == ["hybrid_a"]
     assert alone.laws["hybrid_a"].verdicts == found.laws["hybrid_a"].verdicts
-    assert calls[-1] == (1, 1, "")
+    assert calls == [(0, 1), (1, 1)]
+
+
+def test_processes_change_no_figure(found: Comparison) -> None:
+    shared = compare(table_3_1(), Told(), Told().names(), workers=2)
+    assert as_json(shared) == as_json(found)
 
 
 def test_measured_cells_of_table_2_1_replace_what_is_told(found: Comparison) -> None:
