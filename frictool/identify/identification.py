@@ -123,7 +123,10 @@ def _break_away(ramps: list[Record], bench: Bench, found: Mapping[str, Interval]
     if not ramps:
         raise NothingUsable("no log of breakaway ramps was given")
     axis = {name: found.get(name) or prior(bench, name) for name in SLIDING}
-    return breakaway(ramps, bench, axis, confidence)
+    onsets = breakaway(ramps, bench, axis, confidence)
+    if not (onsets.forward > 0.0 and onsets.backward > 0.0) and "offset" not in found and bench.mechanics.offset is None:
+        raise NothingUsable("breakaways in one direction only, which an offset shifts, and neither a log nor the bench gives the offset")
+    return onsets
 
 
 def prior(bench: Bench, name: str) -> Interval:

@@ -56,6 +56,16 @@ def test_a_ramp_alone_gives_the_breakaway_alone() -> None:
     assert (model.parameters.offset.value, model.parameters.offset.low, model.parameters.offset.high) == (0.0, None, None)
 
 
+def test_a_ramp_in_one_direction_needs_an_offset_that_someone_knows() -> None:
+    log = record(ramp(1))
+    first = int(np.argmax(log.position))
+    one_way = replace(log, **{name: getattr(log, name)[:first] for name in ("time", "position", "effort", "piece")})
+    with pytest.raises(NothingIdentified, match="in one direction only, which an offset shifts"):
+        identify([], [one_way], clutch(), DEFAULT, Settings())
+    both = identify([record(sines(1))], [one_way], clutch(), DEFAULT, Settings())
+    assert both.identified["breakaway"].low <= TRUTH.breakaway <= both.identified["breakaway"].high
+
+
 def test_an_offset_and_a_breakaway_that_the_bench_gives_are_the_benchs() -> None:
     known = {"offset": Quantity(0.01, -0.02, 0.03, "N m"), "breakaway": Quantity(0.12, 0.1, 0.2, "N m")}
     bench = clutch()
