@@ -79,20 +79,16 @@ def command(
     try:
         result = identify(_records(logs, document), _records(ramp, document), document, method, settings)
     except NothingIdentified as error:
-        _warn(error.result)
-        if as_json:
-            print_json(summary(error.result, document), output)
+        _tell(error.result, document, as_json, output)
         raise
-    _warn(result)
     inputs = [*logs, *ramp, bench]
     given = {f"--{name.replace('_', '-')}": value for name, value in filters.items()}
     shown = {"logs": logs, "--bench": bench, "--ramp": ramp, "--method": method, "--confidence": confidence, "--window": window, **given}
     model = model_of(result, document, record(command_line("identify", shown), inputs))
     if output is not None:
         save_text(output, to_yaml(model), inputs)
-    if as_json:
-        print_json(summary(result, document), output)
-    else:
+    _tell(result, document, as_json, output)
+    if not as_json:
         say(table(result, model), output)
 
 
@@ -110,9 +106,12 @@ def _records(paths: tuple[Path, ...], bench: Bench) -> list[Record]:
     return records
 
 
-def _warn(result: Identification) -> None:
+def _tell(result: Identification, bench: Bench, as_json: bool, output: Path | None) -> None:
+    """Warnings, and the machine's view, which holds the reasons where nothing is identified."""
     for warning in result.warnings:
         note(f"warning: {warning}")
+    if as_json:
+        print_json(summary(result, bench), output)
 
 
 def _check_options(method: str, window: int | None, filters: dict[str, Any]) -> None:
