@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,26 +17,29 @@ if TYPE_CHECKING:
 
 HELP = """\b
 Example:
-  frictool init my_rig --from bench.csv
+  frictool init my_rig --from bench.csv --axis rotary
   make -C my_rig
 
 Write a rig's documents to start from, commented: bench.yaml, spec.yaml, designs/speed.yaml, scenarios/steps.yaml, and a Makefile that
 chains the commands by file dependencies into build/.
 
 With --from, what a log (CSV with a header, MATLAB, MCAP of ingest) tells by itself is filled in and marked as guessed: columns, units,
-sample period, the encoder's step where positions are no counts. Everything else is an example that loads: set it.
-Nothing that exists is overwritten.
+sample period, the encoder's step where positions are no counts. Where the log does not tell the kind of axis, --axis has to.
+Without --from, put the bench's logs into DIR/logs/ before make.
+
+Everything else is an example that loads, marked "# example: replace"; the command lists the keys. A verdict on examples says nothing
+of your rig. Nothing that exists is overwritten.
 """
 
 
 @click.command("init", help=HELP)
 @click.argument("folder", metavar="DIR", type=existing)
-@click.option("--axis", type=click.Choice(["rotary", "linear"]), help="Kind of axis; else by the log's units, else rotary.")
+@click.option("--axis", type=click.Choice(["rotary", "linear"]), help="Kind of axis; else as the units or names of the log tell.")
 @click.option("--from", "log", type=existing, metavar="LOG", help="A log of the bench to guess from.")
 @json_option
 def command(folder: Path, axis: str | None, log: Path | None, as_json: bool) -> None:
     from frictool.cli.folder import save_folder
-    from frictool.documents.starter import starting_documents
+    from frictool.documents.starter import examples, starting_documents
 
     start = _start(folder, axis, log)
     files = starting_documents(start)
@@ -44,12 +48,22 @@ def command(folder: Path, axis: str | None, log: Path | None, as_json: bool) -> 
         note(f"warning: make cannot read the path of {log.name}, it has blanks or signs of its own; the Makefile takes what lies in logs/")
     if as_json:
         guessed = {"axis": start.axis, "columns": start.columns, "left": start.left, "sample_period_s": start.period}
-        print_json({"folder": str(folder), "files": list(files), "log": start.log, **guessed, "encoder_step": start.step})
+        told = {"log": start.log, **guessed, "encoder_step": start.step, "examples": examples(start)}
+        print_json({"folder": str(folder), "files": list(files), **told})
         return
     say(f"{folder}: {', '.join(files)}")
     if log is not None:
         found = ", ".join(f"{channel} is {column!r} [{unit}]" for channel, (column, unit) in start.columns.items()) or "no channel"
-        say(f"guessed from {log.name}: {found}; check what is marked as guessed, set what is marked as an example")
+        say(f"guessed from {log.name}: {found}; check what is marked as guessed")
+    say(_still_to_do(folder, start, examples(start)))
+
+
+def _still_to_do(folder: Path, start: Start, keys: dict[str, list[str]]) -> str:
+    lines = ["examples, not yours: replace them before you believe a verdict"]
+    lines += [f"  {name}: {', '.join(found)}" for name, found in keys.items()]
+    if start.log_path is None:
+        lines.append(f"put the bench's logs (CSV, MATLAB, MCAP) into {folder / 'logs'}/, then run make -C {shlex.quote(str(folder))}")
+    return "\n".join(lines)
 
 
 def _start(folder: Path, axis: str | None, log: Path | None) -> Start:
@@ -58,7 +72,7 @@ def _start(folder: Path, axis: str | None, log: Path | None) -> Start:
 
     name = folder.absolute().name[:80] or "rig"
     if log is None:
-        return Start(name, "linear" if axis == "linear" else "rotary")
+        return Start(name, "linear" if axis == "linear" else "rotary", axis_source="example" if axis is None else "given")
     from frictool.logs.guess import guess_from
 
     guess = guess_from(log, None if axis is None else "linear" if axis == "linear" else "rotary")
@@ -73,4 +87,5 @@ def _start(folder: Path, axis: str | None, log: Path | None) -> Start:
         left=guess.left,
         period=guess.period,
         step=guess.step,
+        axis_source="guessed" if axis is None else "given",
     )

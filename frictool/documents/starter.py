@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -26,12 +27,14 @@ DRIVES: dict[str, Literal["current", "voltage"]] = {"rotary": "current", "linear
 CONSTANTS = {("rotary", "current"): 13.4e-3, ("rotary", "voltage"): 0.1, ("linear", "current"): 20.0, ("linear", "voltage"): 35.0}
 NOTE = "\0"  # in a rendered line, what follows is a note on it
 NOTE_COLUMN = 36
+EXAMPLE = "example: replace"
 
 
 @dataclass(frozen=True)
 class Start:
     """What is known of a rig. log: the base name of the log that told the rest, and its path as make finds it from the rig's folder.
 
+    axis_source: whether who makes the rig gave the axis, the log told it, or nobody did.
     columns: channel -> (column, unit); left: columns without a channel; period [s] and the encoder's step [rad | m] or None.
     """
 
@@ -44,10 +47,35 @@ class Start:
     left: tuple[str, ...] = ()
     period: float | None = None
     step: float | None = None
+    axis_source: Literal["given", "guessed", "example"] = "given"
 
 
 def starting_documents(start: Start) -> dict[str, str]:
     """File name in the rig's folder -> text: bench, specification, design, scenario and the Makefile that chains the commands."""
+    return {name: _aligned(text) for name, text in _rendered(start).items()}
+
+
+def examples(start: Start) -> dict[str, list[str]]:
+    """File name -> the keys whose values are examples, a key within another after a dot: the files mark them `# example: replace`."""
+    found = {name: _example_keys(text) for name, text in _rendered(start).items()}
+    return {name: keys for name, keys in found.items() if keys}
+
+
+def _example_keys(text: str) -> list[str]:
+    keys: list[str] = []
+    parents: list[tuple[int, str]] = []
+    for line in text.splitlines():
+        before, _, note = line.partition(NOTE)
+        if key := re.match(r"( *)(\w+):", before):
+            indent = len(key[1])
+            parents = [*(parent for parent in parents if parent[0] < indent), (indent, key[2])]
+            if note.startswith(f"# {EXAMPLE}"):
+                keys.append(".".join(name for _, name in parents))
+    return keys
+
+
+def _rendered(start: Start) -> dict[str, str]:
+    """The files, NOTE before each note."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"),
         undefined=jinja2.StrictUndefined,
@@ -55,7 +83,7 @@ def starting_documents(start: Start) -> dict[str, str]:
         autoescape=False,
     )
     context = _context(start)
-    return {name: _aligned(environment.get_template(template).render(context)) for name, template in FILES.items()}
+    return {name: environment.get_template(template).render(context) for name, template in FILES.items()}
 
 
 def _context(start: Start) -> dict[str, Any]:
@@ -64,11 +92,11 @@ def _context(start: Start) -> dict[str, Any]:
     unit = si_unit(drive, start.axis)
 
     def note(text: str = "", *, guessed: object = None, example: bool = False) -> str:
-        origin = f"guessed from {comment_text(start.log or '')}: check" if guessed else "example" if example else ""
+        origin = f"guessed from {comment_text(start.log or '')}: check" if guessed else EXAMPLE if example else ""
         return f"{NOTE}# {'; '.join(part for part in (origin, text) if part)}"
 
     return {
-        **{name: getattr(start, name) for name in ("name", "axis", "log", "log_path", "period", "step", "left")},
+        **{name: getattr(start, name) for name in ("name", "axis", "axis_source", "log_path", "period", "step", "left")},
         "columns": start.columns or {**COLUMNS[start.axis], drive: (drive, unit)},
         "known": bool(start.columns),
         "drive": drive,

@@ -34,6 +34,8 @@ NAMES: dict[str, str] = {
     "effort": r"effort|torque|force|tau|couple",
     "position": r"pos|position|angle|theta|encoder|enc|counter|count|counts|q|qm|x|y|displacement",
 }
+AXIS_NAMES: dict[Axis, set[str]] = {"rotary": {"angle", "theta", "omega", "rpm"}, "linear": {"displacement"}}
+_ANGLE = re.compile(r"rad|deg|°|rev|rpm|turn|cycle", re.IGNORECASE)
 ROUND = 1e-3
 COUNTS = (COUNT, "counts", "ticks", "inc", "increments")
 
@@ -55,7 +57,10 @@ class Guess:
 
 
 def guess_from(path: Path, axis: Axis | None = None) -> Guess:
-    """What the log at `path` (CSV, MATLAB, canonical MCAP) tells; `axis` where it is known. Raises LogError where it cannot be read."""
+    """What the log at `path` (CSV, MATLAB, canonical MCAP) tells; `axis` where it is known.
+
+    Raises LogError where it cannot be read, and where neither `axis` nor the log tells the kind of axis.
+    """
     kind = format_of(path)
     if kind == "hdf5":
         raise LogError(path, "is MATLAB 7.3 (HDF5); save it with -v7")
@@ -70,8 +75,11 @@ def _table(log: Log) -> RawTable:
 
 
 def guess(table: RawTable, axis: Axis | None = None) -> Guess:
-    """The guess for a table that has been read."""
+    """The guess for a table that has been read. Raises LogError where nothing tells the kind of axis."""
     axis = axis or _axis(table)
+    if axis is None:
+        wanting = "has no unit or name that tells a rotary from a linear axis"
+        raise LogError(table.source, f"{wanting}; give --axis rotary (rad, N m) or --axis linear (m, N)")
     columns: dict[str, tuple[str, str]] = {}
     for name in table.columns:
         channel = _channel(name, table.units.get(name), axis, columns)
@@ -81,11 +89,23 @@ def guess(table: RawTable, axis: Axis | None = None) -> Guess:
     return Guess(axis, columns, left, _period(table, columns, axis), _step(table, columns, axis))
 
 
-def _axis(table: RawTable) -> Axis:
-    """Linear where a unit is one of a linear axis's position or velocity, else rotary."""
-    units = [unit for unit in table.units.values() if unit]
-    lengths = [unit for unit in units if not _is_count(unit) and any(_fits(unit, kind, "linear") for kind in ("position", "velocity"))]
-    return "linear" if lengths else "rotary"
+def _axis(table: RawTable) -> Axis | None:
+    """The kind of axis that the units of positions and velocities tell, else the names; None where nothing tells, or both are told."""
+    units = [unit for unit in table.units.values() if unit and not _is_count(unit)]
+    words = {word for name in table.columns for word in re.split(r"[^a-z]+", name.lower())}
+    for told in (
+        {axis for axis in AXIS_NAMES for unit in units if _tells(unit, axis)},
+        {axis for axis, names in AXIS_NAMES.items() if words & names},
+    ):
+        if told:
+            return told.pop() if len(told) == 1 else None
+    return None
+
+
+def _tells(unit: str, axis: Axis) -> bool:
+    """Whether only this kind of axis has positions or velocities in the unit; a per cent or a hertz would pass for an angle's."""
+    named = axis == "linear" or _ANGLE.search(unit) is not None
+    return named and any(_fits(unit, kind, axis) for kind in ("position", "velocity"))
 
 
 def _is_count(unit: str) -> bool:

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import scipy.io
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -27,7 +24,6 @@ from tests.cli.run import refused, run
 ROOT = Path(__file__).parents[2]
 LOG = ROOT / "sample_logs/sines.csv"
 KINDS = {"bench.yaml": Bench, "spec.yaml": Spec, "designs/speed.yaml": Design, "scenarios/steps.yaml": Scenario}
-COMMON = "# Everything below is the same for every rig"
 
 
 def loaded(folder: Path) -> dict[Path, object]:
@@ -55,7 +51,7 @@ def test_documents_load_and_agree(axis: str, tmp_path: Path) -> None:
 
 def test_a_log_fills_in_what_it_tells(tmp_path: Path) -> None:
     folder = tmp_path / "rig"
-    result = run("init", folder, "--from", LOG, "--json")
+    result = run("init", folder, "--from", LOG, "--axis", "rotary", "--json")
     assert result.code == 0
     said = json.loads(result.stdout)
     assert said["files"] == list(FILES)
@@ -67,7 +63,7 @@ def test_a_log_fills_in_what_it_tells(tmp_path: Path) -> None:
         "current": ("current", "A"),
     }
     lines = (folder / "bench.yaml").read_text().splitlines()
-    for key in ("axis:", "sample_period_s:", "  drive:", "  time:", "  position:", "  current:"):
+    for key in ("sample_period_s:", "  drive:", "  time:", "  position:", "  current:"):
         (line,) = [line for line in lines if line.startswith(key)]
         assert "# guessed from sines.csv: check" in line
     assert read_log(LOG, bench).main.time.size == len(LOG.read_text().splitlines()) - 1
@@ -114,7 +110,8 @@ def test_an_ingested_log_is_as_good(tmp_path: Path) -> None:
         ),
         ("t,u,theta", "rotary", {"voltage": "V", "position": "count"}),
         ("when [s],what [rad],why [A]", "rotary", {"time": "s", "position": "rad", "current": "A"}),
-        ("a,b,c", "rotary", {}),
+        ("a,b,c [deg]", "rotary", {}),
+        ("t,displacement,i", "linear", {"position": "count"}),
     ],
 )
 def test_units_are_believed_before_names(header: str, axis: str, columns: dict[str, str], tmp_path: Path) -> None:
@@ -137,6 +134,76 @@ def test_a_period_that_no_bench_has_is_not_guessed(tmp_path: Path) -> None:
     log.write_text("t,theta [rad],u\n" + "".join(f"{1000 * k},{k % 7},{k % 3}\n" for k in range(50)))
     assert run("init", tmp_path / "rig", "--from", log).code == 0
     assert bench_of(tmp_path / "rig").sample_period_s == 0.001
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "a,b,c",
+        "t,qm,vir",
+        "time [s],encoder [count],current [A]",
+        "time [s],x,duty [%]",
+        "t [s],x [mm],motor [rpm]",
+        "t,angle,displacement",
+    ],
+)
+def test_an_axis_that_the_log_does_not_tell_has_to_be_given(header: str, tmp_path: Path) -> None:
+    """No unit, no name, only counts and per cents, or both kinds: a guess would carry the wrong examples to a verdict."""
+    log = tmp_path / "bench.csv"
+    log.write_text("\n".join([header, *(f"{k},{k % 5},{k % 3}" for k in range(20))]) + "\n")
+    refused(
+        run("init", tmp_path / "rig", "--from", log),
+        3,
+        f"{log}: ",
+        "rotary from a linear axis; give --axis rotary (rad, N m) or --axis linear",
+    )
+    assert not (tmp_path / "rig").exists()
+    for axis in ("rotary", "linear"):
+        assert run("init", tmp_path / axis, "--from", log, "--axis", axis).code == 0
+        assert bench_of(tmp_path / axis).axis == axis
+        (line,) = [line for line in (tmp_path / axis / "bench.yaml").read_text().splitlines() if line.startswith("axis:")]
+        assert "guessed" not in line
+        assert "example" not in line
+
+
+def marked(text: str) -> set[str]:
+    """The last name of each key that is marked as an example."""
+    return {line.split(":")[0].strip() for line in text.splitlines() if "# example: replace" in line}
+
+
+@pytest.mark.parametrize(("axis", "log"), [(None, None), ("rotary", None), ("linear", None), ("rotary", LOG), ("linear", LOG)])
+def test_every_value_that_nobody_gave_is_marked_and_told(axis: str | None, log: Path | None, tmp_path: Path) -> None:
+    folder = tmp_path / "rig"
+    words = [*([] if axis is None else ["--axis", axis]), *([] if log is None else ["--from", log])]
+    told = run("init", folder, *words).stdout
+    view = json.loads(run("init", tmp_path / "again/rig", *words, "--json").stdout)["examples"]
+    assert set(view) == {"bench.yaml", "spec.yaml", "designs/speed.yaml", "scenarios/steps.yaml"}
+    for name, keys in view.items():
+        assert {key.rpartition(".")[2] for key in keys} == marked((folder / name).read_text())
+        assert f"\n  {name}: {', '.join(keys)}\n" in told
+        for key in keys:
+            assert _at(yaml.safe_load((folder / name).read_text()), key) is not None
+    ours = {"actuator.constant", "actuator.limit", "mechanics.inertia", "mechanics.travel", "delay_samples"}
+    assert ours <= set(view["bench.yaml"])
+    assert ("axis" in view["bench.yaml"]) == (axis is None)
+    assert ("sample_period_s" in view["bench.yaml"]) == ("columns.time" in view["bench.yaml"]) == (log is None)
+    assert set(view["spec.yaml"]) == {
+        "response_time_95_s",
+        "overshoot_percent",
+        "static_error",
+        "oscillations",
+        "modulus_margin",
+        "drive_peak",
+    }
+
+
+def _at(document: dict[str, object], key: str) -> object:
+    """The value at a dotted key; KeyError where there is none."""
+    value: object = document
+    for name in key.split("."):
+        assert isinstance(value, dict)
+        value = value[name]
+    return value
 
 
 def test_nothing_is_overwritten(tmp_path: Path) -> None:
@@ -184,39 +251,6 @@ def test_any_name_and_column_survives(tmp_path_factory: pytest.TempPathFactory, 
 @given(st.text(st.characters(exclude_categories=["Cs"])))
 def test_quoted_text_is_one_line(text: str) -> None:
     assert "\n" not in quoted(text)
-
-
-@pytest.mark.skipif(shutil.which("make") is None, reason="there is no make on the PATH")
-def test_the_makefile_chains_the_commands(tmp_path: Path) -> None:
-    rig = tmp_path / "rig"
-    assert run("init", rig, "--from", LOG).code == 0
-    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
-    plan = subprocess.run(["make", "-n", "demo"], cwd=rig, env=environment, check=True, capture_output=True, text=True).stdout
-    commands = [line.split()[1] for line in plan.splitlines() if line.startswith("frictool ")]
-    assert commands == ["ingest", "identify", "synth", "export", "simulate", "report", "report"]
-    subprocess.run(["make", "build/logs/sines.mcap"], cwd=rig, env=environment, check=True, capture_output=True)
-    assert (rig / "build/logs/sines.mcap").stat().st_size > 0
-    again = subprocess.run(["make", "-n", "demo"], cwd=rig, env=environment, check=True, capture_output=True, text=True).stdout
-    assert "frictool ingest" not in again
-
-
-@pytest.mark.parametrize("blank", [True, False])
-def test_a_path_that_make_cannot_read_is_told(blank: bool, tmp_path: Path) -> None:
-    log = tmp_path / ("my log.csv" if blank else "log.csv")
-    shutil.copy(LOG, log)
-    result = run("init", tmp_path / "rig", "--from", log)
-    assert result.code == 0
-    assert ("make cannot read" in result.stderr) == blank
-    makefile = (tmp_path / "rig/Makefile").read_text()
-    assert ("LOGS := ../log.csv\n" in makefile) != blank
-    assert ("$(wildcard logs/" in makefile) == blank
-
-
-def test_the_rigs_share_the_makefile_that_init_writes() -> None:
-    bodies = {path.read_text().partition(COMMON)[2] for path in (ROOT / "configs").glob("*/Makefile")}
-    bodies.add(starting_documents(Start("rig", "rotary"))["Makefile"].partition(COMMON)[2])
-    assert len(bodies) == 1
-    assert len(bodies.pop()) > 1000
 
 
 def test_every_kind_of_document_that_a_rig_writes_by_hand_is_there() -> None:
