@@ -98,18 +98,23 @@ def _chosen(laws: tuple[str, ...], known: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _check(setting: Setting, laws: tuple[str, ...], path: Path | None, allow: bool) -> None:
-    """Refuses a set that breaks the conditions of a hybrid version that is to run; with --allow it is a warning."""
-    from frictool.compare.laws import violations
+    """Refuses parameters out of a law's range, and a set that breaks the conditions of a hybrid version to run (with --allow a warning)."""
+    from frictool.compare.laws import Laws, violations
     from frictool.errors import InputFileError
 
-    broken, advice = violations(setting, laws)
+    where = path or setting.name
+    try:
+        Laws(setting).check(laws)
+        broken, advice = violations(setting, laws)
+    except ValueError as error:
+        raise InputFileError(where, str(error)) from None
     message = "; ".join([*broken, *advice])
     if not message:
         return
     if allow or not broken:
         note(f"warning: {message}")
         return
-    raise InputFileError(path or setting.name, f"{message}; change the parameters, or give --allow to run them as they are")
+    raise InputFileError(where, f"{message}; change the parameters, or give --allow to run them as they are")
 
 
 def _progress(done: int, total: int) -> None:

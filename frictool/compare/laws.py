@@ -23,6 +23,7 @@ NOT_FRICTION = ("inertia", "capture_velocity", "convergence_rate", "hold_time", 
 SLOW, SHORTEST_STICK = 0.1, 0.1  # a stick lasts 0.1 units of time; a law without exact stick is then slower than 0.1 v_s
 YIELD_FORCE, YIELD_SAMPLES, RETURNED = 0.25, 3001, 0.5
 SLOW_RATE, FAST_RATE, RAMP_END, RAMP_SAMPLES = 0.1, 1.0, 1.15, 60_001  # force in a unit of time; F_s
+MOST_STEPS, LONGEST_STEP, LEAST_PRESLIDING = 1e9, 0.1, 1e-7  # of a run; in units of time and length
 SETTLED = 5.0  # s: since then the drift test holds its mass
 
 
@@ -77,6 +78,17 @@ class Laws:
         """What people call it."""
         return LAWS[law].title
 
+    def check(self, laws: tuple[str, ...]) -> None:
+        """Raises ValueError, one line, where the parameters are out of a law's range, or would take days to simulate."""
+        setting, scales = self._setting, self._setting.scales
+        shortest, least = protocol.LOOP_TIME * scales.time / MOST_STEPS, LEAST_PRESLIDING * scales.length
+        if not shortest <= setting.step <= LONGEST_STEP * scales.time:
+            raise ValueError(f"hybrid.step_s is {setting.step:g} s; allowed here: {shortest:g} to {LONGEST_STEP * scales.time:g} s")
+        if min(setting.presliding, setting.breakaway / setting.stiffness) < least:
+            raise ValueError(f"presliding, or breakaway/bristle_stiffness, is below {least:g}; allowed here: at least {least:g}")
+        for law in laws:
+            self.packed(law)
+
     def packed(self, law: str) -> Vector:
         """The parameters for the law's kernels. Raises ValueError where the setting is out of the law's range."""
         found, values = LAWS[law], _values(self._setting)
@@ -99,16 +111,9 @@ class Laws:
         """A run from rest at 0. Raises NoSolutionError where the engine cannot carry it out."""
         setting, found = self._setting, LAWS[law]
         end = segments[-1][0]
-        ran = run_law(
-            found,
-            self.packed(law),
-            setting.mass,
-            segments,
-            np.linspace(0.0, end, samples),
-            step=setting.step,
-            speed_scale=setting.stribeck_velocity,
-            length_scale=setting.presliding,
-        )
+        times = np.linspace(0.0, end, samples)
+        p, speed, length = self.packed(law), setting.stribeck_velocity, setting.presliding
+        ran = run_law(found, p, setting.mass, segments, times, step=setting.step, speed_scale=speed, length_scale=length)
         if ran.status != OK:
             raise NoSolutionError(f"{law}: at {ran.reached:g} s {MESSAGES[ran.status]}; check the parameters")
         shortest = SHORTEST_STICK * setting.scales.time

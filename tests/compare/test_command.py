@@ -96,6 +96,25 @@ def test_a_misspelt_key_and_an_output_that_is_the_input(tmp_path: Path) -> None:
     refused(run("compare", path, "--law", "svc", "-o", path), 3, "is an input")
 
 
+@pytest.mark.parametrize(
+    ("printed", "found", "words"),
+    [
+        ("step_s: 4e-5", "step_s: 1e-12", "hybrid.step_s is 1e-12 s; allowed here: 3e-07 to 0.1 s"),
+        ("step_s: 4e-5", "step_s: 1e3", "hybrid.step_s is 1000 s"),
+        ("presliding: {value: 1e-5,", "presliding: {value: 1e-15,", "allowed here: at least 1e-07"),
+        ("preisach_intervals: 20", "preisach_intervals: 21", "found 21; allowed: an even number"),
+        ("coulomb: {value: 1,", "coulomb: {value: -1,", "coulomb"),
+    ],
+)
+def test_parameters_that_cannot_be_simulated_are_one_line(tmp_path: Path, printed: str, found: str, words: str) -> None:
+    text = (MASS / "friction.yaml").read_text()
+    assert printed in text
+    path = tmp_path / "friction.yaml"
+    path.write_text(text.replace(printed, found))
+    refused(run("compare", path, "--allow", "-o", tmp_path / "out.html"), 3, str(path), words)
+    assert not (tmp_path / "out.html").exists()
+
+
 def test_an_unknown_law_is_the_command_lines_fault() -> None:
     result = run("compare", "--law", "lugr")
     assert result.code == 2
