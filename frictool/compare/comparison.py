@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
@@ -95,12 +95,12 @@ def compare(
 
 @contextmanager
 def _pool(workers: int) -> Iterator[Callable[..., Iterable[Tested]]]:
-    """A `map` over processes, or over this one; processes start afresh, so that they inherit no state."""
+    """A `map` over processes, or over this one. Processes start afresh, inheriting no state; an interruption ends them with the block."""
     if workers <= 1:
         yield map
         return
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        yield pool.map
+    with get_context("spawn").Pool(workers, signal.signal, (signal.SIGINT, signal.SIG_IGN)) as pool:
+        yield pool.imap
 
 
 def _runs(setting: Setting, simulator: Simulator, law: str) -> dict[str, Trajectory]:

@@ -9,6 +9,7 @@ import numpy as np
 from frictool.compare.protocol import Segment
 from frictool.compare.published import PROPERTIES, TABLE_2_1
 from frictool.compare.trajectory import Trajectory, Vector
+from frictool.errors import NoSolutionError
 
 Z_MAX = 1e-5
 
@@ -48,3 +49,12 @@ class Told:
 
     def properties(self, law: str, compliance: bool, drift: Trajectory) -> dict[str, str]:
         return dict(zip(PROPERTIES, TABLE_2_1.get(law, TABLE_2_1["coulomb"]), strict=True))
+
+
+class Failing(Told):
+    """As `Told`, but LuGre cannot be simulated."""
+
+    def creep(self, law: str, path: Vector, speed: float) -> Vector | None:
+        if law == "lugre":
+            raise NoSolutionError("lugre: at 1 s it fails")
+        return super().creep(law, path, speed)

@@ -13,7 +13,8 @@ from frictool.compare.page import page
 from frictool.compare.setting import table_3_1
 from frictool.compare.text import lines
 from frictool.documents.provenance import record
-from tests.compare.example import Told
+from frictool.errors import NoSolutionError
+from tests.compare.example import Failing, Told
 
 
 @pytest.fixture(scope="module")
@@ -43,6 +44,12 @@ def test_the_reference_is_there_when_it_is_not_asked_for(found: Comparison) -> N
 def test_processes_change_no_figure(found: Comparison) -> None:
     shared = compare(table_3_1(), Told(), Told().names(), workers=2)
     assert as_json(shared) == as_json(found)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_law_that_cannot_be_simulated_ends_the_comparison(workers: int) -> None:
+    with pytest.raises(NoSolutionError, match="lugre: at 1 s it fails"):
+        compare(table_3_1(), Failing(), Failing().names(), workers=workers)
 
 
 def test_measured_cells_of_table_2_1_replace_what_is_told(found: Comparison) -> None:
