@@ -30,7 +30,7 @@ from frictool.engine.body import (
     VISCOUS,
     VISCOUS_BEYOND,
 )
-from frictool.engine.dormand_prince import Force, dense_output, layer_step
+from frictool.engine.dormand_prince import STAGES, Force, dense_output, layer_step
 from frictool.engine.drive import AMPLITUDE, DERIVATIVE, FREQUENCY, INTEGRAL, OFFSET, PROPORTIONAL, SLOPE, TARGET, TARGET_SPEED, effort
 from frictool.engine.polynomial import NEVER, first_fall
 from frictool.engine.series import TERMS, motion, reach
@@ -42,10 +42,11 @@ Vector = NDArray[np.float64]
 ROUNDING = 2.0**-48  # efforts smaller than this part of their terms are zero
 TRACE = 2.0**-40  # of the terms of the effort
 SHORTEST_STEP = 2.0**-50  # of the time, or of the run
-FIRST_STEP = 1e-1  # of the time in which the largest force would cross the layer
-GROWTH, SHRINKAGE, SAFETY = 10.0, 0.2, 0.9
+FIRST_STEP = 2.0  # of the time in which the largest force would cross the layer
+FLOOR = 2.0**-5  # of the speed scale: smaller speeds are computed to the tolerance of this, as what a slip begins with grows most
+GROWTH, SHRINKAGE, SAFETY = 10.0, 0.2, 0.85
 # the next step from this error and the last one: a proportional-integral controller (Gustafsson 1991) sees that the layer gets harder
-NOW, BEFORE, LEAST_ERROR = 0.7 / 5.0, 0.4 / 5.0, 1e-4
+NOW, BEFORE, LEAST_ERROR = 0.85 / 5.0, 0.4 / 5.0, 1e-10
 
 
 @kernel
@@ -96,7 +97,7 @@ def rest_piece(
 
     `refused`: a direction in which it has just stopped at the instant at which it broke away: there it needs a trace more.
     """
-    motion(state, t, drive, body[MASS], 0.0, 0.0, False, 0.0, piece)
+    motion(state, t, drive, body[MASS], 0.0, False, 0.0, piece)
     spent, towards = min(longest, reach(piece[3])), 0.0
     for direction in (-1.0, 1.0):
         blocked = state[POSITION] >= body[UPPER_STOP] if direction > 0.0 else state[POSITION] <= body[LOWER_STOP]
@@ -146,14 +147,15 @@ def layer_piece(
     `pace` (3,): the length to try, 0 at first; the logarithm of the last error; when the layer was entered. What counts is when the
     motion gets somewhere: an error of v is an error in time of error/acceleration, allowed to be `tolerance` of the time spent here.
     """
-    start, mass = _acceleration(force, law, body, state, drive, t), body[MASS]
+    mass, start = body[MASS], slopes[1, STAGES - 1]  # the last stage of a step is the first of the next
     if pace[0] == 0.0:
+        start = _acceleration(force, law, body, state, drive, t)
         largest = body[BREAKAWAY] + body[BREAKAWAY + 1] + _gross(state, t, drive)
         pace[0] = FIRST_STEP * min(body[LAYER], body[SPEED_SCALE]) * mass / largest if largest > 0.0 else longest
         pace[1], pace[2] = 0.0, t
     wish, cut = pace[0], pace[0] > longest
     h, shortest = wish, SHORTEST_STEP * max(abs(t), longest)
-    allowed = body[TOLERANCE] * max(body[SPEED_SCALE], abs(state[VELOCITY]), abs(start) * (t - pace[2]))
+    allowed = body[TOLERANCE] * max(FLOOR * body[SPEED_SCALE], abs(state[VELOCITY]), abs(start) * (t - pace[2]))
     while True:
         h = min(h, longest)
         error = layer_step(force, law, mass, state[DIRECTION], drive, t, h, start, state, slopes) / allowed
@@ -173,6 +175,6 @@ def layer_piece(
 def straight_piece(force: Force, law: Vector, body: Vector, state: Vector, drive: Vector, t: float, longest: float, piece: Vector) -> float:
     """One piece in closed form; returns its length."""
     start = _acceleration(force, law, body, state, drive, t)
-    constant, viscous = friction_line(body, state[REGION], state[DIRECTION])
-    motion(state, t, drive, body[MASS], constant, viscous, True, start, piece)
+    _, viscous = friction_line(body, state[REGION], state[DIRECTION])
+    motion(state, t, drive, body[MASS], viscous, True, start, piece)
     return min(longest, reach(piece[1]))

@@ -48,9 +48,9 @@ def curvature_bound(c: Vector, h: float) -> float:
 
 
 @kernel
-def _root(c: Vector, low: float, high: float) -> float:
-    """The zero in [low, high], p falling: Newton's method kept inside a shrinking bracket."""
-    t = 0.5 * (low + high)
+def _root(c: Vector, low: float, high: float, start: float, end: float) -> float:
+    """The zero in [low, high], p falling from start to end: Newton's method from the chord, kept inside a shrinking bracket."""
+    t = low + (high - low) * (start / (start - end))
     for _ in range(MAX_ITERATIONS):
         ahead, rate = value(c, t), slope(c, t)
         if ahead > 0.0:
@@ -77,7 +77,7 @@ def _first_zero(c: Vector, h: float) -> float:
         end, sag = value(c, high), 0.125 * bound * width * width
         tiny = width <= RESOLUTION * h
         if end <= 0.0 and (tiny or slope(c, low) < -bound * width or slope(c, high) < -bound * width):
-            return _root(c, low, high)
+            return _root(c, low, high, start, end)
         if end > 0.0 and (tiny or min(start, end) > sag or abs(slope(c, low)) > bound * width):
             if high >= h:
                 return NEVER
@@ -102,4 +102,7 @@ def first_fall(c: Vector, h: float) -> float:
         return NEVER
     if c[lead] < 0.0:
         return 0.0
-    return _first_zero(c[lead:], h)
+    terms = c.shape[0]
+    while c[terms - 1] == 0.0:
+        terms -= 1
+    return _first_zero(c[lead:terms], h)

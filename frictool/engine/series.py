@@ -35,19 +35,21 @@ REFINEMENTS = 3  # the size depends on the length weakly: to the power 1/TERMS
 
 
 @kernel
-def motion(
-    y: Vector, t: float, drive: Vector, mass: float, friction: float, viscous: float, moving: bool, start: float, piece: Vector
-) -> None:
+def motion(y: Vector, t: float, drive: Vector, mass: float, viscous: float, moving: bool, start: float, piece: Vector) -> None:
     """Fills `piece` (4, TERMS), rows x, v, q, u, with the series of the time since t, from y = (x, v, q).
 
-    `friction`, `viscous`: friction + viscous v opposes the motion. At rest (not `moving`) x and v stay. `start`: the acceleration at t,
-    given because rounding is taken out of it where slip begins.
+    At rest (not `moving`) x and v stay. `start`: the acceleration at t, with the friction in it, given because rounding is taken out of
+    it where slip begins; from there on `viscous` is all that friction does.
     """
-    cycle = drive[FREQUENCY] * t + drive[PHASE]
-    swing, other = drive[AMPLITUDE] * math.sin(cycle), drive[AMPLITUDE] * math.cos(cycle)
-    piece[0, 0], piece[1, 0], piece[2, 0] = y[0], y[1], y[2]
+    frequency, proportional, derivative, integral = drive[FREQUENCY], drive[PROPORTIONAL], drive[DERIVATIVE], drive[INTEGRAL]
+    cycle, mobility = frequency * t + drive[PHASE], 1.0 / mass
+    swing, other = 0.0, 0.0
+    if drive[AMPLITUDE] != 0.0:
+        swing, other = drive[AMPLITUDE] * math.sin(cycle), drive[AMPLITUDE] * math.cos(cycle)
+    x, v, q = y[0], y[1], y[2]
     for k in range(TERMS):
-        error = piece[0, k]
+        share = 1.0 / (k + 1)
+        error = x
         u = swing
         if k == 0:
             error -= drive[TARGET] + drive[TARGET_SPEED] * t
@@ -55,14 +57,11 @@ def motion(
         elif k == 1:
             error -= drive[TARGET_SPEED]
             u += drive[SLOPE]
-        u -= drive[PROPORTIONAL] * error + drive[DERIVATIVE] * piece[1, k] + drive[INTEGRAL] * piece[2, k]
-        piece[3, k] = u
-        if k + 1 < TERMS:
-            net = u - viscous * piece[1, k] - (friction if k == 0 else 0.0)
-            piece[0, k + 1] = piece[1, k] / (k + 1) if moving else 0.0
-            piece[1, k + 1] = (start if k == 0 else net / (mass * (k + 1))) if moving else 0.0
-            piece[2, k + 1] = error / (k + 1)
-        swing, other = drive[FREQUENCY] * other / (k + 1), -drive[FREQUENCY] * swing / (k + 1)
+        u -= proportional * error + derivative * v + integral * q
+        piece[0, k], piece[1, k], piece[2, k], piece[3, k] = x, v, q, u
+        net = (u - viscous * v) * mobility if k > 0 else start
+        x, v, q = (v * share if moving else 0.0), (net * share if moving else 0.0), error * share
+        swing, other = frequency * other * share, -frequency * swing * share
 
 
 @kernel
@@ -75,12 +74,12 @@ def reach(c: Vector) -> float:
     for k in (TERMS - 2, TERMS - 1):
         if c[k] == 0.0:
             continue
-        h = 1.0
+        h, smallest = 1.0, math.log(EXACT) - math.log(abs(c[k]))
         for _ in range(REFINEMENTS):
             largest, power = 0.0, 1.0
             for j in range(TERMS // 2):
                 largest = max(largest, abs(c[j]) * power)
                 power *= h
-            h = math.exp((math.log(EXACT) + math.log(largest) - math.log(abs(c[k]))) / k)
+            h = math.exp((smallest + math.log(largest)) / k)
         longest = min(longest, h)
     return longest

@@ -127,6 +127,16 @@ def _advance_piece(
     return piece, spent, kind, 0.0, OK
 
 
+@inner_kernel
+def _move(state: Vector, piece: Vector, spent: float) -> None:
+    """The state at the end of a piece; no views of its rows, whose references would be counted at every step."""
+    for row in range(3):
+        total = 0.0
+        for k in range(piece.shape[1] - 1, -1, -1):
+            total = total * spent + piece[row, k]
+        state[row] = total
+
+
 @kernel
 def _record(events: Vector, happened: int, t: float, kind: int, x: float, v: float) -> None:
     """Writes one event; a breakaway at the instant of a stop is a reversal."""
@@ -162,9 +172,9 @@ def _segment(
         if status != OK or left < 0.0:
             return status if status != OK else TOO_MANY_EVENTS, t, filled, happened
         later = t + spent if spent < end - t else end
-        filled = _fill(force, law, body, state, drive, t, later, piece, times, samples, filled)
-        for row in range(3):
-            state[row] = value(piece[row], spent)
+        if filled < times.shape[0] and times[filled] < later:
+            filled = _fill(force, law, body, state, drive, t, later, piece, times, samples, filled)
+        _move(state, piece, spent)
         t = later
         if kind != NO_EVENT:
             if happened == events.shape[0]:

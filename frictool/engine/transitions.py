@@ -52,21 +52,21 @@ def region(body: Vector, speed: float) -> float:
 
 
 @kernel
-def _sooner(row: Vector, sign: float, level: float, longest: float, probe: Vector) -> float:
-    """First t at which sign (row - level) falls to zero within `longest`, or NEVER."""
-    n = row.shape[0]
+def _sooner(piece: Vector, row: int, sign: float, level: float, longest: float, probe: Vector) -> float:
+    """First t at which sign (piece[row] - level) falls to zero within `longest`, or NEVER."""
+    n = piece.shape[1]
     for k in range(n):
-        probe[k] = sign * row[k]
+        probe[k] = sign * piece[row, k]
     probe[0] -= sign * level
     return first_fall(probe[:n], longest)
 
 
 @inner_kernel
-def _swing(row: Vector, h: float) -> float:
-    """What the quantity does not change by more than within h."""
+def _swing(piece: Vector, h: float) -> float:
+    """What the speed does not change by more than within h."""
     total = 0.0
-    for k in range(row.shape[0] - 1, 0, -1):
-        total = (total + abs(row[k])) * h
+    for k in range(piece.shape[1] - 1, 0, -1):
+        total = (total + abs(piece[1, k])) * h
     return total
 
 
@@ -84,18 +84,18 @@ def slip_event(state: Vector, body: Vector, piece: Vector, longest: float, probe
             downwards, lower = BELOW * body[LAYER], ENTERS_LAYER
     else:
         downwards, lower = BELOW_KNEE * body[KNEE], PASSES_KNEE
-    now, swing = direction * state[VELOCITY], _swing(piece[1], spent)
+    now, swing = direction * state[VELOCITY], _swing(piece, spent)
     if now - swing <= downwards:
-        crossing = _sooner(piece[1], direction, direction * downwards, spent, probe)
+        crossing = _sooner(piece, 1, direction, direction * downwards, spent, probe)
         if crossing != NEVER:
             spent, kind = crossing, lower
     if now + swing >= upwards:
-        crossing = _sooner(piece[1], -direction, direction * upwards, spent, probe)
+        crossing = _sooner(piece, 1, -direction, direction * upwards, spent, probe)
         if crossing != NEVER:
             spent, kind = crossing, upper
     wall = body[UPPER_STOP] if direction > 0.0 else body[LOWER_STOP]
     if math.isfinite(wall):
-        crossing = _sooner(piece[0], -direction, wall, spent, probe)
+        crossing = _sooner(piece, 0, -direction, wall, spent, probe)
         if crossing != NEVER:
             spent, kind = crossing, BOUNCES
     return spent, kind

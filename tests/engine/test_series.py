@@ -82,7 +82,7 @@ def test_the_series_is_the_matrix_exponential(drive: Drive, mass: float, viscous
     piece, array, friction = np.zeros((4, TERMS)), drive.as_array(), 0.7
     y = np.array([0.3, v, -0.2])
     start = (effort(t, *y, array) - friction - viscous * v) / mass
-    motion(y, t, array, mass, friction, viscous, True, start, piece)
+    motion(y, t, array, mass, viscous, True, start, piece)
     h = min(reach(piece[1]), 10.0)
     assert h > 0.0
     a = np.zeros((7, 7))
