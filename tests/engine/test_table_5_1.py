@@ -1,0 +1,93 @@
+"""Table 5.1's loops: the figures that are known of them, and that the controllers are what table51.py says."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.signal import cont2discrete, dlsim
+
+from frictool.engine.axis import advance
+from frictool.engine.status import OK
+from frictool.plant.axis import POSITION, VELOCITY, rest
+from tests.engine.loops51 import LOOPS, figures, missed
+from tests.engine.table51 import (
+    DERIVATIVE_TIME,
+    DRY,
+    GAIN,
+    INTEGRAL_TIME,
+    LAG,
+    LIMIT,
+    LIMITER,
+    PERIOD,
+    SMOOTH,
+    integrate,
+    on_the_way,
+    pid_output,
+    pid_step,
+)
+
+SECONDS = 240.0  # the PID's cycle is steady after two minutes; 600 s in tests/accept/check_table_5_1.py
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_loop_has_its_figures(name: str) -> None:
+    found = figures(LOOPS[name].step(SECONDS))
+    assert missed(found, LOOPS[name].printed) == [], found
+
+
+@pytest.mark.parametrize(
+    ("figure", "value"),
+    [("overshoot_percent", 47.5), ("response_95_s", 200.0), ("static_error_m", 0.0829), ("amplitude_m", 0.0858), ("period_s", math.nan)],
+)
+def test_a_figure_more_than_two_percent_off_is_missed(figure: str, value: float) -> None:
+    found = figures(LOOPS["pid"].step(SECONDS)) | {figure: value}
+    assert missed(found, LOOPS["pid"].printed) == [figure]
+
+
+@given(st.lists(st.floats(-1.0, 1.0), min_size=2, max_size=40))
+def test_pid_is_the_zero_order_hold_equivalent(errors: list[float]) -> None:
+    numerator = np.polyadd(np.polymul([LAG, 1.0], [INTEGRAL_TIME, 1.0]), [DERIVATIVE_TIME * INTEGRAL_TIME, 0.0, 0.0])
+    system = (GAIN * numerator, np.polymul([LAG, 1.0], [INTEGRAL_TIME, 0.0]))
+    _, expected = dlsim(cont2discrete(system, PERIOD), np.array(errors))
+    memory, outputs = np.zeros(2), []
+    for error in errors:
+        outputs.append(pid_output(memory, error))
+        integrate(memory, error, 0.0)
+    np.testing.assert_allclose(outputs, expected[:, 0], rtol=1e-9, atol=1e-9)
+
+
+@given(st.floats(-1.0, 1.0), st.floats(-20.0, 20.0))
+def test_a_limited_command_is_not_driven_further(error: float, command: float) -> None:
+    memory = np.zeros(1)
+    integrate(memory, error, command)
+    further = abs(command) > LIMIT and math.copysign(1.0, command) * error > 0.0
+    assert memory[0] == (0.0 if further else PERIOD * error)
+
+
+@given(st.floats(0.05, 3.0), st.sampled_from([-1.0, 1.0]), st.floats(-0.019, 0.019))
+def test_inside_the_condition_friction_alone_ends_in_the_band(speed: float, direction: float, aside: float) -> None:
+    state, array = rest(), DRY.as_array()
+    state[VELOCITY] = direction * speed
+    target = direction * (speed**2 / 2.0 + aside)
+    assert on_the_way(target, state[VELOCITY], DRY.coulomb) == (abs(abs(target) - speed**2 / 2.0) < 0.02)
+    for _ in range(4):
+        assert advance(state, 0.0, array, 1.0) == OK
+    assert state[VELOCITY] == 0.0
+    assert abs(target - state[POSITION]) == pytest.approx(abs(aside), abs=1e-12)
+
+
+def test_printed_integral_time_is_unstable() -> None:
+    """T_i = 0.1: the loop without friction and filter, s^3 + K T_d s^2 + K s + K/T_i."""
+    assert max(np.roots([1.0, 2.1 * 3.4, 2.1, 2.1 / 0.1]).real) == pytest.approx(0.055, abs=5e-4)
+    assert max(np.roots([1.0, 2.1 * 3.4, 2.1, 2.1 / 1.0]).real) < -0.1
+
+
+def test_printed_slope_of_the_virtual_friction_hardly_brakes() -> None:
+    """v_r = 10 m/s instead of 0.01: it runs past the target by half of the step."""
+    found = figures(pid_step(60.0, SMOOTH, LIMITER, virtual=1.0, slope=10.0))
+    assert found["overshoot_percent"] > 40.0
+    assert found["response_95_s"] > 10.0
