@@ -79,7 +79,7 @@ def with_solve_ivp() -> Vector:
     def stop(_: float, y: Vector) -> float:
         return float(y[1])
 
-    stop.terminal, stop.direction = True, -1  # type: ignore[attr-defined]
+    stop.terminal, stop.direction = True, -1  # type: ignore[attr-defined]  # how solve_ivp wants it
     times, t, x = [], next_breakaway(0.0), 0.0
     while t < SECONDS:
         times.append(t)
@@ -251,4 +251,4 @@ def clutch_batch_solve_ivp() -> dict[str, Any]:
 
 ROWS = [stick_slip_solve_ivp, stick_slip_fixed_step, stick_slip_diffrax, stick_slip_mujoco, clutch_batch_solve_ivp]
 for _row in ROWS:
-    _row.id = _row.__name__.replace("_solve_ivp", ".solve_ivp").replace("stick_slip_", "stick_slip.")  # type: ignore[attr-defined]
+    _row.id = _row.__name__.replace("_solve_ivp", ".solve_ivp").replace("stick_slip_", "stick_slip.")  # type: ignore[attr-defined]  # a function's attribute

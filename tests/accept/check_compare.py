@@ -92,7 +92,7 @@ VERDICTS = {  # table 3.2, but for the cell that contradicts its own text (elast
 @cache
 def _view() -> dict[str, Any]:
     laws = Laws(table_3_1())
-    return as_json(compare(table_3_1(), laws, tuple(FIGURES)))["laws"]  # type: ignore[no-any-return]
+    return as_json(compare(table_3_1(), laws, tuple(FIGURES)))["laws"]  # type: ignore[no-any-return]  # JSON
 
 
 def figures() -> dict[str, Any]:

@@ -45,7 +45,7 @@ def test_a_failure_halfway_changes_nothing(tmp_path: Path, monkeypatch: pytest.M
     def full_disk(path: Path, *arguments: object, **options: object) -> int:
         if path.name == "b.txt":
             raise OSError(28, "No space left on device")
-        return whole(path, *arguments, **options)  # type: ignore[arg-type]
+        return whole(path, *arguments, **options)  # type: ignore[arg-type]  # passed on as they came
 
     monkeypatch.setattr(Path, "write_text", full_disk)
     with pytest.raises(OutputError, match="No space left on device"):
