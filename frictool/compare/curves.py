@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import io
-import re
 from itertools import pairwise
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from frictool.compare.trajectory import Trajectory, Vector
+from frictool.svg import render
 
 # told apart with deficient colour vision and in grey; the second is dashed, as in the thesis
 COLOURS, DASHES = ("#1f5fa8", "#c4620a", "#2f7d4f"), ("-", (0, (5, 2)), (0, (1, 1.2)))
@@ -64,20 +62,7 @@ def draw(name: str, abscissa: str, rows: list[Row], thin: bool = True) -> str:
         if len(rows[0][1]) > 1:
             panels[0].legend(loc="best")
         panels[-1].set_xlabel(abscissa)
-        return _svg(figure, name)
-
-
-def _svg(figure: Figure, name: str) -> str:
-    buffer = io.StringIO()
-    canvas: Any = FigureCanvasSVG(figure)
-    canvas.print_svg(buffer, metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
-    text = buffer.getvalue()
-    text = text[text.index("<svg") :]
-    text = re.sub(r'(<g) id="[^"]*"', r"\1", text)  # ids of groups repeat from figure to figure and nothing refers to them
-    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
-    for size in ("width", "height"):
-        text = re.sub(rf'<svg([^>]*?) {size}="[^"]*"', r"<svg\1", text, count=1)
-    return text.replace("<svg", f'<svg role="img" aria-label="{name}"', 1).strip()
+        return render(figure, name)
 
 
 def over_time(runs: dict[str, Trajectory], units: tuple[str, str], window: slice = slice(None)) -> list[Row]:

@@ -5,14 +5,11 @@ Every text in a figure is the program's own; names from files stand in the page'
 
 from __future__ import annotations
 
-import io
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
-from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 if TYPE_CHECKING:
@@ -64,17 +61,3 @@ def new_figure(rows: int = 1, height: float = HEIGHT) -> tuple[Figure, list[Axes
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     axes = figure.subplots(rows, 1, sharex=True, squeeze=False, height_ratios=[1.6, *[1.0] * (rows - 1)])
     return figure, [row[0] for row in axes]
-
-
-def render(figure: Figure, label: str) -> str:
-    """The figure as an `<svg>` element to stand in a page; `label` is what a screen reader says (the program's own text)."""
-    buffer = io.StringIO()
-    canvas: Any = FigureCanvasSVG(figure)
-    canvas.print_svg(buffer, metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
-    text = buffer.getvalue()
-    text = text[text.index("<svg") :]
-    text = re.sub(r'(<g) id="[^"]*"', r"\1", text)  # ids of groups repeat from figure to figure and nothing refers to them
-    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
-    text = re.sub(r'<svg([^>]*?) width="[^"]*"', r"<svg\1", text, count=1)
-    text = re.sub(r'<svg([^>]*?) height="[^"]*"', r"<svg\1", text, count=1)
-    return text.replace("<svg", f'<svg role="img" aria-label="{label}"', 1).strip()

@@ -13,9 +13,10 @@ from frictool.metrics.final_value import final_value
 from frictool.metrics.response_time import zone_half_width
 from frictool.report.curves import Picture, draw, drive_of, log_colours
 from frictool.report.evidence import Evidence
-from frictool.report.figures import INK, LIMIT, MUTED, ZONE, drawing, new_figure, render
+from frictool.report.figures import INK, LIMIT, MUTED, ZONE, drawing, new_figure
 from frictool.report.measure import Measured
 from frictool.report.requirement import number
+from frictool.svg import render
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
