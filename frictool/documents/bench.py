@@ -29,14 +29,21 @@ Channel = Literal["time", "position", "reference", "velocity", "current", "volta
 
 
 class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """The position sensor: either counts per revolution (rotary) or the step, and the counter's wrap where it has one."""
+    """The position sensor: either counts per revolution (rotary) or the step, and its counter: where it wraps, and how it is read.
+
+    signed: how a counter of `wrap_bits` is meant, where the log's first count depends on it. index_reset: an index pulse sets the counter.
+    """
 
     counts_per_revolution: PositiveNumber | None = None
     step: PositiveLength | None = None
     direction: Literal[1, -1] = 1
     wrap_bits: Annotated[int, msgspec.Meta(ge=8, le=32)] | None = None
+    signed: bool | None = None
+    index_reset: bool = False
 
     def __post_init__(self) -> None:
+        if self.signed is not None and self.wrap_bits is None:
+            raise ValueError("signed says how a counter of wrap_bits is meant; give wrap_bits")
         if (self.counts_per_revolution is None) == (self.step is None):
             raise ValueError("give exactly one of counts_per_revolution and step")
 
@@ -97,3 +104,5 @@ class Bench(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     def __post_init__(self) -> None:
         if self.axis == "linear" and self.encoder.counts_per_revolution is not None:
             raise ValueError("encoder.counts_per_revolution belongs to a rotary axis; write encoder.step")
+        if self.encoder.index_reset and self.mechanics.top_speed is None:
+            raise ValueError("encoder.index_reset needs mechanics.top_speed, which tells a reset from motion")

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
 from frictool.errors import LogError
 from frictool.identify.record import Record
+from frictool.logs.jumps import Jumps, allowance
 
 MOST_COUNTS = 2.0**53  # from 0: beyond, not even whole numbers are told apart
 MOST_TRAVELS = 10.0  # from the middle: a travel is known roughly, and the zero of an encoder not at all
 MOST_EFFORT = 10.0  # of what the actuator gives at its limit
-SKIPPED = 2.0  # of what top speed covers in a period: a servo may be faster than its specification
-SLACK_COUNTS = 2.0
-WRAP_BITS = range(8, 33)  # as encoder.wrap_bits allows
 
 
 def implausible(record: Record, bench: Bench) -> list[str]:
@@ -53,20 +49,10 @@ def _skipped_counts(record: Record, bench: Bench) -> list[str]:
     top_speed = bench.mechanics.top_speed
     if top_speed is None:
         return []
-    jumps = np.abs(np.diff(record.position))
-    allowance = SKIPPED * top_speed.value * record.period + SLACK_COUNTS * record.resolution
-    skipped = np.flatnonzero((jumps > allowance) & (np.diff(record.piece) == 0))
-    if skipped.size == 0:
-        return []
-    first = int(skipped[0])
-    counts, slack = float(jumps[first]) / record.resolution, allowance / record.resolution
-    bits = round(math.log2(counts))
-    wraps = bits in WRAP_BITS and abs(counts - 2.0**bits) <= slack
-    hint = (
-        f"does its counter wrap? then set encoder.wrap_bits, here to {bits}"
-        if wraps
-        else "are counts lost? does its counter wrap (encoder.wrap_bits)?"
-    )
-    speed = f"{jumps[first] / record.period:.4g} {si_unit('velocity', bench.axis)} at a top speed of {top_speed.value:.4g}"
-    place = f"the first at {record.time[first + 1]:.6g} s, by {counts:.0f} counts, {speed}"
-    return [f"{record.name}: the position jumps {skipped.size} times, {place}; {hint}"]
+    steps = np.diff(record.position) / record.resolution
+    limit = allowance(top_speed.value, np.full(steps.size, record.period), record.resolution)
+    long = (np.abs(steps) > limit) & (np.diff(record.piece) == 0)
+    jumps = Jumps()
+    jumps.take(record.time[1:][long], steps[long], record.position[1:][long] / record.resolution, float(limit.max()))
+    text = jumps.text()
+    return [f"{record.name}: {text}"] if text else []
