@@ -17,7 +17,7 @@ from typing import Any, TypeVar, cast
 
 import numba
 
-ROOMS = ("friction", "control", "plant", "engine", "identify")
+ROOMS = ("friction", "control", "plant", "engine", "identify", "logs/kernels")
 F = TypeVar("F", bound=Callable[..., Any])
 settings: Any = numba.config
 
