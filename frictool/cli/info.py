@@ -44,8 +44,7 @@ def command(log: Path, bench: Path | None, output: Path | None, as_json: bool) -
 
 def summary(log: Log) -> dict[str, Any]:
     """The machine's view of a log: one row per signal."""
-    from frictool.logs.mapping import COLUMNS
-    from frictool.logs.mcap_layout import message_path
+    from frictool.logs.mcap_layout import COLUMNS, message_path
     from frictool.logs.quality import encoder_step, time_base
 
     columns = log.metadata.get(COLUMNS, {})

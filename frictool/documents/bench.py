@@ -88,6 +88,10 @@ class Column(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     offset: float = 0.0
 
 
+class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """How a text file is laid out, where the file does not tell."""
+
+
 class Bench(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """`bench.yaml`."""
 

@@ -9,6 +9,8 @@ import csv
 import re
 import warnings
 from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
@@ -18,10 +20,12 @@ from typing import TextIO
 
 import numpy as np
 
+from frictool.documents.bench import Layout
 from frictool.errors import LogError
 from frictool.logs.log import Vector
 from frictool.logs.raw_table import RawTable, Wanted, pick
 from frictool.logs.source import open_log
+from frictool.logs.table import BLOCK_ROWS, Block, Loss, find
 
 DELIMITERS = ",;\t"
 LONGEST_HEADER = 1_000_000  # characters
@@ -40,21 +44,63 @@ class Header:
     line: int
 
 
+def sniff(head: bytes, path: Path) -> bool:
+    """Whether the file may be text: it begins without a NUL character."""
+    return b"\0" not in head
+
+
+def tables(path: Path, layout: Layout | None = None) -> tuple[CsvTable, ...]:
+    """The one table of the file. Raises LogError where it has no header."""
+    return (CsvTable(path),)
+
+
+class CsvTable:
+    """The rows of a CSV file (a Table)."""
+
+    def __init__(self, path: Path) -> None:
+        open_log(path).close()
+        self._path = path
+        with _told(path), path.open(encoding="utf-8-sig", newline="") as text:
+            self._header = _header(text, path)
+        self.source, self.topic, self.clock, self.size = str(path), "", None, path.stat().st_size
+        self.names = self._header.names
+        self.units = dict(zip(self.names, self._header.units, strict=True))
+
+    def find(self, wanted: str | int) -> str | None:
+        return find(self.names, wanted)
+
+    def blocks(self, wanted: Sequence[str], losses: list[Loss] | None = None) -> Iterator[tuple[Block, int]]:
+        columns = read_csv(self._path, wanted).columns
+        rows = next(iter(columns.values())).size
+        for first in range(0, rows, BLOCK_ROWS):
+            end = min(first + BLOCK_ROWS, rows)
+            yield Block(first, {name: values[first:end] for name, values in columns.items()}), self.size * end // rows
+
+    def line(self, row: int) -> int | None:
+        return _line_of(self._path, self._header, row)
+
+
+@contextmanager
+def _told(path: Path) -> Iterator[None]:
+    """What cannot be read as text, in one line."""
+    try:
+        yield
+    except UnicodeDecodeError as error:
+        raise LogError(path, f"is not UTF-8 text (byte {error.object[error.start]:#04x}); save it as UTF-8") from None
+    except OSError as error:
+        raise LogError(path, f"cannot be read: {error.strerror or error}") from None
+
+
 def read_csv(path: Path, wanted: Wanted | None = None) -> RawTable:
     """The columns of a CSV file; `wanted` (names, or numbers from 1) leaves the others unparsed.
 
     Raises LogError with the line, the column, what was found and what is allowed.
     """
     open_log(path).close()
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as text:
-            header = _header(text, path)
-            chosen = header.names if wanted is None else tuple(dict.fromkeys(pick(header.names, one, str(path)) for one in wanted))
-            columns = _load(text, path, header, chosen)
-    except UnicodeDecodeError as error:
-        raise LogError(path, f"is not UTF-8 text (byte {error.object[error.start]:#04x}); save it as UTF-8") from None
-    except OSError as error:
-        raise LogError(path, f"cannot be read: {error.strerror or error}") from None
+    with _told(path), path.open(encoding="utf-8-sig", newline="") as text:
+        header = _header(text, path)
+        chosen = header.names if wanted is None else tuple(dict.fromkeys(pick(header.names, one, str(path)) for one in wanted))
+        columns = _load(text, path, header, chosen)
     units = dict(zip(header.names, header.units, strict=True))
     line_of = partial(_line_of, path, header)
     if not _ends_in_line_end(path):  # a number cut short is a number all the same: nothing else tells

@@ -15,14 +15,12 @@ import numpy as np
 from frictool.documents.bench import LONGEST_PERIOD, SHORTEST_PERIOD
 from frictool.documents.quantity import CHANNEL_DIMENSIONS, Axis, factor_to_si, si_unit
 from frictool.errors import LogError
-from frictool.logs.csv_format import read_csv
+from frictool.logs.formats import is_canonical, tables_of
 from frictool.logs.log import Log, Vector
 from frictool.logs.mapping import COUNT, TIME
-from frictool.logs.mat_format import read_mat
 from frictool.logs.mcap_format import read_mcap
+from frictool.logs.memory_table import MemoryTable, in_memory
 from frictool.logs.quality import encoder_step, time_base
-from frictool.logs.raw_table import RawTable
-from frictool.logs.source import format_of
 
 # the first channel that a name fits is taken: a "position reference" is a reference
 NAMES: dict[str, str] = {
@@ -61,20 +59,18 @@ def guess_from(path: Path, axis: Axis | None = None) -> Guess:
 
     Raises LogError where it cannot be read, and where neither `axis` nor the log tells the kind of axis.
     """
-    kind = format_of(path)
-    if kind == "hdf5":
-        raise LogError(path, "is MATLAB 7.3 (HDF5); save it with -v7")
-    if kind == "mcap":
+    if is_canonical(path):
         return guess(_table(read_mcap(path)), axis)
-    return guess(read_csv(path) if kind == "text" else read_mat(path), axis)
+    table = max(tables_of(path), key=lambda one: len(one.names))  # of several time bases, the one with most columns
+    return guess(in_memory(table, table.names), axis)
 
 
-def _table(log: Log) -> RawTable:
+def _table(log: Log) -> MemoryTable:
     """The main stream of a canonical log."""
-    return RawTable({TIME: log.main.time, **log.main.signals}, {TIME: "s", **log.main.units}, log.source)
+    return MemoryTable({TIME: log.main.time, **log.main.signals}, {TIME: "s", **log.main.units}, log.source)
 
 
-def guess(table: RawTable, axis: Axis | None = None) -> Guess:
+def guess(table: MemoryTable, axis: Axis | None = None) -> Guess:
     """The guess for a table that has been read. Raises LogError where nothing tells the kind of axis."""
     axis = axis or _axis(table)
     if axis is None:
@@ -89,7 +85,7 @@ def guess(table: RawTable, axis: Axis | None = None) -> Guess:
     return Guess(axis, columns, left, _period(table, columns, axis), _step(table, columns, axis))
 
 
-def _axis(table: RawTable) -> Axis | None:
+def _axis(table: MemoryTable) -> Axis | None:
     """The kind of axis that the units of positions and velocities tell, else the names; None where nothing tells, or both are told."""
     units = [unit for unit in table.units.values() if unit and not _is_count(unit)]
     words = {word for name in table.columns for word in re.split(r"[^a-z]+", name.lower())}
@@ -137,7 +133,7 @@ def _dimension(channel: str) -> str:
     return CHANNEL_DIMENSIONS.get(channel, TIME)
 
 
-def _unit(table: RawTable, name: str, channel: str, axis: Axis) -> str:
+def _unit(table: MemoryTable, name: str, channel: str, axis: Axis) -> str:
     """The file's unit; without one, counts where a position has whole numbers only, else SI."""
     unit = table.units.get(name)
     if unit is not None:
@@ -148,13 +144,13 @@ def _unit(table: RawTable, name: str, channel: str, axis: Axis) -> str:
     return si_unit(_dimension(channel), axis)
 
 
-def _si(table: RawTable, columns: dict[str, tuple[str, str]], channel: str, axis: Axis) -> Vector | None:
+def _si(table: MemoryTable, columns: dict[str, tuple[str, str]], channel: str, axis: Axis) -> Vector | None:
     """A channel in SI, or None where the file does not have it in a unit that says so."""
     name, unit = columns.get(channel, ("", COUNT))
     return None if unit == COUNT else table.columns[name] * factor_to_si(unit, _dimension(channel), axis)
 
 
-def _period(table: RawTable, columns: dict[str, tuple[str, str]], axis: Axis) -> float | None:
+def _period(table: MemoryTable, columns: dict[str, tuple[str, str]], axis: Axis) -> float | None:
     """The sample period: the mean interval of a log without gaps, else the median; 3 digits where they say it within 0.1 %, else 6.
 
     None where no bench could have it: the time is in another unit than it seems.
@@ -170,7 +166,7 @@ def _period(table: RawTable, columns: dict[str, tuple[str, str]], axis: Axis) ->
     return short if abs(short / period - 1.0) < ROUND else float(f"{period:.6g}")
 
 
-def _step(table: RawTable, columns: dict[str, tuple[str, str]], axis: Axis) -> float | None:
+def _step(table: MemoryTable, columns: dict[str, tuple[str, str]], axis: Axis) -> float | None:
     position = _si(table, columns, "position", axis)
     step = None if position is None else encoder_step(position)
     return None if step is None else float(f"{step:.6g}")

@@ -1,4 +1,4 @@
-"""Raw columns to channels: `bench.columns` says which column is what, in which unit; here it becomes SI.
+"""Raw columns to channels: `bench.columns` says which column is what, in which unit; here it becomes SI, block by block.
 
 A channel is (scale * raw + offset) in the unit of the bench. In `count`, it is times the encoder's resolution and direction, and a
 position is unwrapped first where the counter wraps.
@@ -7,6 +7,7 @@ position is unwrapped first where the counter wraps.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -14,104 +15,184 @@ import numpy as np
 from frictool.documents.bench import Bench, Column
 from frictool.documents.quantity import CHANNEL_DIMENSIONS, factor_to_si, si_unit
 from frictool.errors import LogError
-from frictool.logs.log import MAIN_TOPIC, Log, Stream, Vector
-from frictool.logs.mcap_layout import message_path
-from frictool.logs.quality import time_base
-from frictool.logs.raw_table import RawTable, Wanted, pick
+from frictool.logs.encoder import Counter, outside
+from frictool.logs.flow import Samples
+from frictool.logs.increasing import increasing
+from frictool.logs.intervals import Intervals
+from frictool.logs.ledger import Dropped, Ledger, Rows
+from frictool.logs.log import Vector
+from frictool.logs.losses import Losses
+from frictool.logs.mcap_layout import NS, Head, message_path
+from frictool.logs.quality import TimeBase
+from frictool.logs.table import Block, Loss, Nanoseconds, Table, fail_at
 
 TIME = "time"
 COUNT = "count"
+EFFORT = "effort"
+LATEST = 9_000_000_000.0  # s; a time in ns has to fit 63 bits
 RATE_NOTED = 0.01  # relative difference of the log's period from the bench's
 RATE_REFUSED = 0.2
-KIND = "log"  # metadata record: what kind of log this is
-COLUMNS = "columns"  # metadata record: MESSAGE PATH -> the raw column that it was made from
 
 
 class Source(NamedTuple):
-    """Where a channel comes from: the column of the file by its name, and what the bench says of it."""
+    """Where a channel comes from: the column of the file by its name, what the bench says of it, and the factor to SI of its numbers."""
 
     channel: str
     name: str
     column: Column
+    factor: float
+
+    def si(self, raw: Vector) -> Vector:
+        values: Vector = (raw * self.column.scale + self.column.offset) * self.factor
+        return values
+
+
+class Mapper:
+    """A table's columns on their way to one stream (a Flow).
+
+    Args:
+        table: where they come from.
+        bench: the rig.
+        columns: channel -> the bench's column and its name in the table; `time` where a column gives it.
+        topic: of the stream.
+        derive: whether `effort` is made from the drive where no column gives it.
+        period: what the rate is checked against, in s; None leaves it unchecked.
+
+    Raises LogError where a unit contradicts the file's.
+    """
+
+    def __init__(
+        self, table: Table, bench: Bench, columns: Mapping[str, tuple[Column, str]], topic: str, derive: bool, period: float | None
+    ) -> None:
+        self._table, self._bench, self._period = table, bench, period
+        sources = [Source(channel, name, one, _factor(table, bench, channel, name, one)) for channel, (one, name) in columns.items()]
+        self._time = next((one for one in sources if one.channel == TIME), None)
+        self._sources = [one for one in sources if one.channel != TIME]
+        self._wanted = tuple(dict.fromkeys(one.name for one in sources))
+        self._drive = bench.actuator.drive if derive else None
+        fields = [one.channel for one in self._sources] + ([EFFORT] if self._drive else [])
+        self.head = Head(topic, tuple(fields), tuple(si_unit(CHANNEL_DIMENSIONS[name], bench.axis) for name in fields))
+        self.columns: Mapping[str, str] = {one.channel: f"{one.name} [{one.column.unit}]" for one in sources}
+        self.source = table.source
+        self.clock = table.clock if self._time is None else None
+        self.size, self.done = table.size, 0
+        self.losses = Losses()
+        self.warnings: tuple[str, ...] = ()
+        self._counter = Counter(bench)
+        self._intervals = Intervals()
+        named = {one.name: tuple(message_path(topic, other.channel) for other in sources if other.name == one.name) for one in sources}
+        self._ledger = Ledger(self.losses, named, tuple(message_path(topic, name) for name in fields))
+
+    def samples(self, salvage: bool = False) -> Iterator[Samples]:
+        """See Flow. Also refuses times that do not increase, fewer than 2 samples, and a period that is not the bench's by 20 %."""
+        inbox: list[Loss] | None = [] if salvage else None
+        for block, done in self._table.blocks(self._wanted, inbox):
+            self._ledger.take(inbox, self._last)
+            rows, dropped = self._finite(block, salvage)
+            rows, time, unordered = self._in_order(block, rows, self._times(block, rows), salvage)
+            if time.size:
+                mapped = self._mapped(block, rows, time)
+                self._ledger.reach(int(time[0]))
+            self._ledger.drop([*dropped, *unordered], rows, time, self._last)
+            self._intervals.add(time)
+            self.done = done
+            if time.size:
+                yield mapped
+        self._ledger.take(inbox, self._last)
+        self._ledger.close()
+        if self._intervals.samples < 2:
+            raise LogError(self.source, f"has {self._intervals.samples} row{'s' * (not self._intervals.samples)}; a log has at least 2")
+        self.warnings = (*check_rate(self.source, self._intervals.base(), self._period), *self._counter.findings())
 
     @property
-    def dimension(self) -> str:
-        return CHANNEL_DIMENSIONS.get(self.channel, TIME)
+    def _last(self) -> int | None:
+        """The time of the last sample, in ns."""
+        return self._intervals.last_ns if self._intervals.samples else None
+
+    def _finite(self, block: Block, salvage: bool) -> tuple[Rows, list[Dropped]]:
+        """The rows without nan and inf, and the others."""
+        bad = {name: ~np.isfinite(block.columns[name]) for name in self._wanted}
+        bad = {name: mask for name, mask in bad.items() if mask.any()}
+        if not bad:
+            return np.arange(next(iter(block.columns.values())).size), []
+        if not salvage:
+            name, mask = next(iter(bad.items()))
+            row = int(np.argmax(mask))
+            found = f"column {name!r}: found {block.columns[name][row]}; allowed: a finite number"
+            raise fail_at(self._table, block.first_row + row, found)
+        dropped = [Dropped(name, "no finite number", np.flatnonzero(mask)) for name, mask in bad.items()]
+        return np.flatnonzero(~np.logical_or.reduce(list(bad.values()))), dropped
+
+    def _times(self, block: Block, rows: Rows) -> Nanoseconds:
+        """The times of rows of a block, in ns."""
+        if self._time is None and block.time_ns is not None:
+            return block.time_ns[rows]
+        if self._time is None:
+            seconds = (block.first_row + rows) * self._bench.sample_period_s
+        else:
+            seconds = self._time.si(block.columns[self._time.name][rows])
+        if seconds.size and np.abs(seconds).max() > LATEST:
+            worst = int(np.argmax(np.abs(seconds)))
+            found = f"time {seconds[worst]:g} s is beyond {LATEST:g} s; is its unit right?"
+            raise fail_at(self._table, block.first_row + int(rows[worst]), found)
+        time: Nanoseconds = np.rint(seconds * NS).astype(np.int64)
+        return time
+
+    def _in_order(self, block: Block, rows: Rows, time: Nanoseconds, salvage: bool) -> tuple[Rows, Nanoseconds, list[Dropped]]:
+        """The rows and their times without those whose time does not increase."""
+        back = np.flatnonzero(np.diff(time) <= 0) + 1
+        if time.size and self._last is not None and time[0] <= self._last:
+            back = np.insert(back, 0, 0)
+        if not back.size:
+            return rows, time, []
+        if not salvage:
+            row = int(back[0])
+            before = time[row - 1] if row else self._last
+            found = f"time does not increase: {time[row] / NS:.9g} s after {(before or 0) / NS:.9g} s"
+            raise fail_at(self._table, block.first_row + int(rows[row]), found)
+        kept = increasing(time, self._last)
+        return rows[kept], time[kept], [Dropped("", "time does not increase", np.delete(rows, kept))]
+
+    def _mapped(self, block: Block, rows: Rows, time: Nanoseconds) -> Samples:
+        """The rows in SI."""
+        every = rows.size == next(iter(block.columns.values())).size
+        values: dict[str, Vector] = {}
+        for one in self._sources:
+            raw = block.columns[one.name] if every else block.columns[one.name][rows]
+            values[one.channel] = one.si(self._counted(block, one, rows, time, raw) if _in_counts(one) else raw)
+        if self._drive is not None:
+            values[EFFORT] = self._bench.actuator.constant.value * values[self._drive]
+        return Samples(time, tuple(values.values()))
+
+    def _counted(self, block: Block, source: Source, rows: Rows, time: Nanoseconds, raw: Vector) -> Vector:
+        """The encoder's counts without the jumps of its counter."""
+        bits = self._bench.encoder.wrap_bits
+        bad = None if bits is None else outside(raw, bits)
+        if bad is not None:
+            found = f"column {source.name!r}: found {raw[bad]:.17g}; allowed: a counter of encoder.wrap_bits = {bits}"
+            raise fail_at(self._table, block.first_row + int(rows[bad]), found)
+        return self._counter.follow(time / NS, raw)
 
 
-def wanted_columns(bench: Bench) -> Wanted:
-    """The columns that the bench maps."""
-    return [column.column for column in bench.columns.values()]
+def _in_counts(source: Source) -> bool:
+    return source.channel == "position" and source.column.unit == COUNT
 
 
-def map_channels(table: RawTable, bench: Bench) -> Log:
-    """The stream `/axis` of a raw table, in SI, with `effort` = actuator constant times drive where no column gives it.
-
-    Raises LogError (with the line where the file has lines) where a column is missing, its unit contradicts the bench, a value is not
-    finite, time does not increase, or the rate differs from the bench's by more than 20 %; less than that is a warning of the log.
-    """
-    if not bench.columns.keys() - {TIME}:
-        raise LogError(table.source, f"bench {bench.name!r} maps no channel: columns needs at least one of {', '.join(CHANNEL_DIMENSIONS)}")
-    names = table.names or tuple(table.columns)
-    sources = [Source(channel, pick(names, column.column, table.source), column) for channel, column in bench.columns.items()]
-    size = _common_size(table, sources)
-    converted = {source.channel: _channel(table, bench, source) for source in sources}
-    time: Vector = converted.pop(TIME) if TIME in converted else np.arange(size, dtype=np.float64) * bench.sample_period_s
-    warnings = _check_time(table, bench, time)
-    units = {channel: si_unit(CHANNEL_DIMENSIONS[channel], bench.axis) for channel in converted}
-    drive = bench.actuator.drive
-    if "effort" not in converted and drive in converted:
-        converted["effort"] = bench.actuator.constant.value * converted[drive]
-        units["effort"] = si_unit("effort", bench.axis)
-    stream = Stream(MAIN_TOPIC, time, converted, units)
-    metadata = {
-        KIND: {"kind": "measured", "bench": bench.name, "axis": bench.axis},
-        COLUMNS: {message_path(MAIN_TOPIC, source.channel): f"{source.name} [{source.column.unit}]" for source in sources},
-    }
-    return Log((stream,), metadata, table.source, warnings)
-
-
-def _common_size(table: RawTable, sources: list[Source]) -> int:
-    """The number of samples. Raises LogError where columns differ in it, or where there are fewer than 2."""
-    first, *others = (source.name for source in sources)
-    size = table.columns[first].size
-    for name in others:
-        if table.columns[name].size != size:
-            found = f"{first!r} has {size} samples, {name!r} has {table.columns[name].size}"
-            raise LogError(table.source, f"{found}; the columns of one log have one time base")
-    if size < 2:
-        raise LogError(table.source, f"has {size} row; a log has at least 2")
-    return size
-
-
-def _channel(table: RawTable, bench: Bench, source: Source) -> Vector:
-    """One channel in SI."""
-    name, column, raw = source.name, source.column, table.columns[source.name]
-    bad = np.flatnonzero(~np.isfinite(raw))
-    if bad.size:
-        raise table.fail_at(int(bad[0]), f"column {name!r}: found {raw[bad[0]]}; allowed: a finite number")
-    factor = _factor(table, bench, source)
-    if source.channel == "position" and column.unit == COUNT and bench.encoder.wrap_bits is not None:
-        raw = _unwrapped(table, name, raw, bench.encoder.wrap_bits)
-    values: Vector = (raw * column.scale + column.offset) * factor
-    return values
-
-
-def _factor(table: RawTable, bench: Bench, source: Source) -> float:
+def _factor(table: Table, bench: Bench, channel: str, name: str, column: Column) -> float:
     """What the scaled numbers of a channel are multiplied by to be in SI, checked against the unit in the file."""
-    unit, given = source.column.unit, table.units.get(source.name)
-    key = f"columns.{source.channel}.unit of bench {bench.name!r}"
-    if unit == COUNT and source.dimension == "position":
+    unit, given, dimension = column.unit, table.units.get(name), CHANNEL_DIMENSIONS.get(channel, TIME)
+    key = f"columns.{channel}.unit of bench {bench.name!r}"
+    if unit == COUNT and dimension == "position":
         factor = bench.encoder.resolution * bench.encoder.direction
         agrees = given is None or given.lower() in (COUNT, "counts")
     else:
         try:
-            factor = factor_to_si(unit, source.dimension, bench.axis)
+            factor = factor_to_si(unit, dimension, bench.axis)
         except ValueError as error:
             raise LogError(table.source, f"{key}: {error}") from None
-        agrees = given in (None, unit) or _same(str(given), source.dimension, bench, factor)
-    if not agrees and source.column.scale == 1.0:  # a scale may be what turns one unit into the other
-        raise LogError(table.source, f"column {source.name!r} is in {given!r}, but {key} says {unit!r}; make them agree")
+        agrees = given in (None, unit) or _same(str(given), dimension, bench, factor)
+    if not agrees and column.scale == 1.0:  # a scale may be what turns one unit into the other
+        raise LogError(table.source, f"column {name!r} is in {given!r}, but {key} says {unit!r}; make them agree")
     return factor
 
 
@@ -122,36 +203,17 @@ def _same(unit: str, dimension: str, bench: Bench, factor: float) -> bool:
         return False
 
 
-def _unwrapped(table: RawTable, name: str, counts: Vector, bits: int) -> Vector:
-    """Counts of a counter of `bits` bits, signed or unsigned, without its jumps; a real step is less than half its range."""
-    modulus = 2.0**bits
-    outside = np.flatnonzero(np.abs(counts) >= modulus)
-    if outside.size:
-        row = int(outside[0])
-        raise table.fail_at(row, f"column {name!r}: found {counts[row]:.17g}; allowed: a counter of encoder.wrap_bits = {bits}")
-    steps = np.diff(counts, prepend=counts[:1])
-    unwrapped: Vector = counts[0] + np.cumsum(steps - modulus * np.rint(steps / modulus))
-    return unwrapped
-
-
-def _check_time(table: RawTable, bench: Bench, time: Vector) -> tuple[str, ...]:
-    """Raises LogError where time does not increase or the rate is another; returns what is merely odd about it."""
-    back = np.flatnonzero(np.diff(time) <= 0.0)
-    if back.size:
-        row = int(back[0]) + 1
-        raise table.fail_at(row, f"time does not increase: {time[row]:.9g} s after {time[row - 1]:.9g} s")
-    return check_rate(table.source, time, bench)
-
-
-def check_rate(source: str, time: Vector, bench: Bench) -> tuple[str, ...]:
-    """Raises LogError where the period of increasing times (n,) in s is not the bench's; returns what is merely odd about them."""
-    base = time_base(time)
+def check_rate(source: str, base: TimeBase, wanted: float | None) -> tuple[str, ...]:
+    """Raises LogError where a stream's period is not the one that is wanted, in s; returns what is merely odd about its times."""
     period = 1.0 / base.rate_hz
-    difference = abs(period / bench.sample_period_s - 1.0)
-    rates = f"the period is {period:.6g} s, the bench's sample_period_s {bench.sample_period_s:.6g} s"
-    if difference > RATE_REFUSED:
-        raise LogError(source, f"{rates}; allowed: within {RATE_REFUSED:.0%}; is the unit of time right?")
-    noted = [rates] if difference > RATE_NOTED else []
+    noted = []
+    if wanted is not None:
+        difference = abs(period / wanted - 1.0)
+        rates = f"the period is {period:.6g} s, the bench's sample_period_s {wanted:.6g} s"
+        if difference > RATE_REFUSED:
+            raise LogError(source, f"{rates}; allowed: within {RATE_REFUSED:.0%}; is the unit of time right?")
+        if difference > RATE_NOTED:
+            noted.append(rates)
     if base.gaps:
         noted.append(f"{base.gaps} gaps in time, the longest {base.longest_gap_s:.6g} s")
     return tuple(noted)

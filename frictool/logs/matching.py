@@ -14,10 +14,10 @@ from frictool.documents.bench import Bench
 from frictool.documents.quantity import CHANNEL_DIMENSIONS, drive_dimension, si_unit
 from frictool.errors import LogError
 from frictool.logs.log import Log, Stream, Vector
-from frictool.logs.mapping import COLUMNS, check_rate
-from frictool.logs.mcap_layout import message_path
+from frictool.logs.mapping import EFFORT, check_rate
+from frictool.logs.mcap_layout import COLUMNS, message_path
+from frictool.logs.quality import time_base
 
-EFFORT = "effort"
 ROUNDING = 1e-9  # relative: an effort that follows the drive so closely was computed from it
 SAME_CONSTANT = 1e-6  # relative
 
@@ -30,7 +30,7 @@ def matched(log: Log, bench: Bench) -> Log:
     """
     stream = log.main
     _check_units(log, stream, bench)
-    noted = [*log.warnings, *check_rate(log.source, stream.time, bench)]
+    noted = [*log.warnings, *check_rate(log.source, time_base(stream.time), bench.sample_period_s)]
     if _is_measured(log, stream, bench):
         return replace(log, warnings=tuple(dict.fromkeys(noted)))
     signals = {name: values for name, values in stream.signals.items() if name != EFFORT}

@@ -13,6 +13,7 @@ A message is the time in ns (log time = publish time) and the values of all fiel
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,9 @@ SCHEMA_NAME = "frictool_msgs/msg/Axis"  # a second set of fields is Axis2: tools
 UNITS = "units"  # metadata record: MESSAGE PATH -> unit
 TIME = "time"  # metadata record: SHIFT_KEY -> ns added to every time, where a log starts before 0
 SHIFT_KEY = "shift_ns"
+EPOCH_KEY = "epoch_ns"  # of the record `time`: the clocks' time at 0 of the log, in ns; the clocks stand beside it, TOPIC -> clock
+KIND = "log"  # metadata record: what kind of log this is
+COLUMNS = "columns"  # metadata record: MESSAGE PATH -> the raw column that it was made from
 
 RECORD_HEAD = 9  # opcode (1), length (8)
 MESSAGE_OPCODE = 0x05
@@ -37,6 +41,22 @@ TOPIC = re.compile(r"/axis(/[A-Za-z_][A-Za-z0-9_]*)*")
 _FIELD_LINE = re.compile(r"float64[ \t]+([A-Za-z][A-Za-z0-9_]*)")
 
 Records = NDArray[np.void]
+
+
+@dataclass(frozen=True)
+class Head:
+    """What a stream is, before its samples: topic, and its fields with their units, in the order of the file."""
+
+    topic: str
+    fields: tuple[str, ...]
+    units: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        if not TOPIC.fullmatch(self.topic):
+            raise ValueError(f"topic {self.topic!r}; allowed: /axis or /axis/NAME, NAME of letters, digits and _")
+        for name in self.fields:
+            if not FIELD_NAME.fullmatch(name):
+                raise ValueError(f"signal {name!r}; allowed: lower-case letters, digits and single _")
 
 
 def message_dtype(fields: int) -> np.dtype[np.void]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import struct
 import zlib
-from dataclasses import dataclass
 from typing import BinaryIO
 
 import numpy as np
@@ -32,7 +31,6 @@ from frictool.errors import LogError
 from frictool.logs.log import Log, Stream, Vector
 from frictool.logs.mcap_layout import (
     CDR_HEAD,
-    FIELD_NAME,
     MAGIC,
     MESSAGE_ENCODING,
     MESSAGE_OPCODE,
@@ -43,8 +41,8 @@ from frictool.logs.mcap_layout import (
     SCHEMA_NAME,
     SHIFT_KEY,
     TIME,
-    TOPIC,
     UNITS,
+    Head,
     message_dtype,
     message_path,
     schema_text,
@@ -57,22 +55,6 @@ LATEST = 9_000_000_000.0  # s; a time in ns has to fit 63 bits
 
 _INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])
 Nanoseconds = NDArray[np.int64]
-
-
-@dataclass(frozen=True)
-class Head:
-    """What a stream is, before its samples: topic, and its fields with their units, in the order of the file."""
-
-    topic: str
-    fields: tuple[str, ...]
-    units: tuple[str, ...]
-
-    def __post_init__(self) -> None:
-        if not TOPIC.fullmatch(self.topic):
-            raise ValueError(f"topic {self.topic!r}; allowed: /axis or /axis/NAME, NAME of letters, digits and _")
-        for name in self.fields:
-            if not FIELD_NAME.fullmatch(name):
-                raise ValueError(f"signal {name!r}; allowed: lower-case letters, digits and single _")
 
 
 class CanonicalWriter:

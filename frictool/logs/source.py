@@ -1,13 +1,12 @@
-"""Opening an input file, and telling by its first bytes what it is."""
+"""Opening an input file, and its first bytes."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import BinaryIO, Literal
+from typing import BinaryIO
 
 from frictool.errors import LogError
 
-Format = Literal["mcap", "mat", "hdf5", "text"]
 HEAD_BYTES = 4096
 
 
@@ -27,22 +26,10 @@ def open_log(path: Path) -> BinaryIO:
         raise LogError(path, f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
 
 
-def format_of(path: Path) -> Format:
-    """What the file holds, by its content and never by its name.
-
-    Raises LogError where it cannot be read or is none of the formats.
-    """
+def head_of(path: Path) -> bytes:
+    """The first HEAD_BYTES of the file. Raises LogError as `open_log` does."""
     with open_log(path) as stream:
         try:
-            head = stream.read(HEAD_BYTES)
+            return stream.read(HEAD_BYTES)
         except OSError as error:
             raise LogError(path, f"cannot be read: {error.strerror or error}") from None
-    if head.startswith(b"\x89MCAP"):
-        return "mcap"
-    if b"\x89HDF\r\n\x1a\n" in (head[:8], head[512:520]):
-        return "hdf5"
-    if head[124:128] in (b"\x00\x01IM", b"\x01\x00MI"):
-        return "mat"
-    if b"\0" in head:
-        raise LogError(path, "is binary and no known format; allowed: MCAP, MATLAB v5, text with columns (CSV)")
-    return "text"

@@ -9,22 +9,29 @@ read block after block, so that a log of hours fits in little memory; mapping (m
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import difflib
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.errors import LogError
 from frictool.logs.log import Vector
 
 BLOCK_ROWS = 1 << 16  # rows of a block, at most; a reader whose file has its own blocks (chunks, records) gives those, split
+MOST_NAMES_SHOWN = 12
 Nanoseconds = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
 class Loss:
-    """Samples that could not be read, and why: of which channels, in which span of the log's time [s], how many where that is known."""
+    """Samples that could not be read, and why: of which channels, in which span of the log's time [s], how many where that is known.
+
+    A table names its columns, or none where all of them are lost, and leaves the span open where it does not know it: the mapper fills in
+    the samples before and after, as long as the loss is appended before the next block is given.
+    """
 
     channels: tuple[str, ...]
     reason: str
@@ -62,6 +69,13 @@ class Table(Protocol):
     clock: str | None
     size: int
 
+    def find(self, wanted: str | int) -> str | None:
+        """The name of the column that is asked for by name or by number from 1; None where the table has none of that name.
+
+        Raises LogError where it is there and holds no numbers. A table whose columns have names as they stand leaves it to `find`.
+        """
+        ...
+
     def blocks(self, wanted: Sequence[str], losses: list[Loss] | None = None) -> Iterator[tuple[Block, int]]:
         """The rows of the columns `wanted`, block after block, each with the bytes worked through so far.
 
@@ -73,3 +87,37 @@ class Table(Protocol):
     def line(self, row: int) -> int | None:
         """The line of a row in the file, or None where the file has no lines."""
         ...
+
+
+def fail_at(table: Table, row: int, message: str) -> LogError:
+    """The error about one row: it names the line, or the sample where the file has no lines."""
+    line = table.line(row)
+    return LogError(table.source, message if line is not None else f"sample {row + 1}, {message}", line=line)
+
+
+def find(names: Sequence[str], wanted: str | int) -> str | None:
+    """The one of `names` that is asked for by name or by number from 1, or None."""
+    if isinstance(wanted, int):
+        return names[wanted - 1] if 1 <= wanted <= len(names) else None
+    return wanted if wanted in names else None
+
+
+def pick(names: Sequence[str], wanted: str | int, source: str, kind: str = "column") -> str:
+    """The name of the column that is asked for by name or by number from 1.
+
+    Raises LogError with the nearest name and what there is.
+    """
+    found = find(names, wanted)
+    if found is not None:
+        return found
+    if isinstance(wanted, int):
+        raise LogError(source, f"has no {kind} {wanted}; it has {len(names)}: {listed(names)}")
+    near = difflib.get_close_matches(wanted, names, n=1, cutoff=0.5)
+    hint = f" (did you mean {near[0]!r}?)" if near else ""
+    raise LogError(source, f"has no {kind} {wanted!r}{hint}; found: {listed(names)}")
+
+
+def listed(names: Collection[str]) -> str:
+    """Names for a message, not more than fit a line."""
+    shown = list(names)[:MOST_NAMES_SHOWN]
+    return ", ".join(shown) + (f" and {len(names) - len(shown)} more" if len(names) > len(shown) else "") if shown else "nothing"

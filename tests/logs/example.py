@@ -11,8 +11,11 @@ import pytest
 
 from frictool.documents.bench import Actuator, Bench, Column, Encoder, Mechanics
 from frictool.documents.quantity import Quantity
+from frictool.logs.binding import bind
 from frictool.logs.log import Log, Stream
 from frictool.logs.mcap_format import write_mcap
+from frictool.logs.reading import bench_metadata, joined
+from frictool.logs.table import Table
 
 GOLDEN = Path(__file__).parent / "golden"
 ROOT = Path(__file__).parents[2]
@@ -32,6 +35,11 @@ def bench(columns: dict[str, Column], encoder: Encoder | None = None, sample_per
         mechanics=Mechanics(Quantity(1.0, unit="kg m^2"), Quantity(1.0, unit="N m s/rad"), Quantity(1.0, unit="N m")),
         columns=columns,
     )
+
+
+def mapped(tables: Table | list[Table], rig: Bench) -> Log:
+    """Tables as the log that a rig's bench makes of them."""
+    return joined([*bind(tables if isinstance(tables, list) else [tables], rig)], bench_metadata(rig))
 
 
 def golden_log() -> Log:

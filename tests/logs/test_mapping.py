@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -13,8 +12,8 @@ from hypothesis import strategies as st
 from frictool.documents.bench import Column, Encoder
 from frictool.errors import LogError
 from frictool.logs.log import Log
-from frictool.logs.mapping import map_channels
-from frictool.logs.raw_table import RawTable
+from frictool.logs.memory_table import MemoryTable
+from tests.logs import example
 from tests.logs.example import bench
 
 STEP = 2.0 * math.pi / 100.0
@@ -22,13 +21,13 @@ POSITION = {"position": Column("encoder", "count")}
 TIMED = {"time": Column("t", "s"), **POSITION}
 
 
-def table(columns: dict[str, list[float]], units: dict[str, str | None] | None = None, line_of: Callable[[int], int] | None = None):
+def table(columns: dict[str, list[float]], units: dict[str, str | None] | None = None, first_line: int | None = None):
     vectors = {name: np.array(values, dtype=float) for name, values in columns.items()}
-    return RawTable(vectors, units or {}, "raw.csv", tuple(vectors), line_of)
+    return MemoryTable(vectors, units or {}, "raw.csv", first_line=first_line)
 
 
-def mapped(raw: RawTable, columns: dict[str, Column], encoder: Encoder | None = None, axis: str = "rotary") -> Log:
-    return map_channels(raw, bench(columns, encoder, axis=axis))
+def mapped(raw: MemoryTable, columns: dict[str, Column], encoder: Encoder | None = None, axis: str = "rotary") -> Log:
+    return example.mapped(raw, bench(columns, encoder, axis=axis))
 
 
 def test_counts_become_radians_in_the_encoders_direction():
@@ -63,7 +62,7 @@ def test_a_wrapped_counter_moves_as_the_true_count(bits: int, signed: bool, star
 def test_a_count_beyond_the_counter_is_refused():
     encoder = Encoder(counts_per_revolution=100, wrap_bits=8)
     with pytest.raises(LogError, match=r"raw.csv:7: column 'encoder': found 300; allowed: a counter of encoder.wrap_bits = 8"):
-        mapped(table({"encoder": [0, 300]}, line_of=lambda row: row + 6), POSITION, encoder)
+        mapped(table({"encoder": [0, 300]}, first_line=6), POSITION, encoder)
 
 
 def test_scale_and_offset_come_before_the_unit():
@@ -110,7 +109,7 @@ def test_a_unit_of_another_dimension_is_refused():
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 def test_what_is_not_finite_is_refused_where_it_stands(bad: float):
     with pytest.raises(LogError, match=r"raw.csv:4: column 'encoder': found -?(nan|inf); allowed: a finite number"):
-        mapped(table({"encoder": [0, 1, bad]}, line_of=lambda row: row + 2), POSITION)
+        mapped(table({"encoder": [0, 1, bad]}, first_line=2), POSITION)
     with pytest.raises(LogError, match=r"raw\.csv: sample 3, column 'encoder'"):
         mapped(table({"encoder": [0, 1, bad]}), POSITION)
 
@@ -127,7 +126,7 @@ def test_time_in_other_units():
 @pytest.mark.parametrize("again", [0.001, 0.0005])
 def test_time_that_does_not_increase_names_the_line(again: float):
     with pytest.raises(LogError, match=rf"raw.csv:4: time does not increase: {again:g} s after 0.001 s"):
-        mapped(table({"t": [0, 0.001, again, 0.003], "encoder": [0, 1, 2, 3]}, line_of=lambda row: row + 2), TIMED)
+        mapped(table({"t": [0, 0.001, again, 0.003], "encoder": [0, 1, 2, 3]}, first_line=2), TIMED)
 
 
 def test_another_rate_warns_and_a_very_different_one_is_refused():

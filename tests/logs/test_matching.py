@@ -10,10 +10,9 @@ from frictool.documents.bench import Bench, Column
 from frictool.documents.quantity import Quantity
 from frictool.errors import LogError
 from frictool.logs.log import Log, Stream
-from frictool.logs.mapping import map_channels
 from frictool.logs.matching import matched
-from frictool.logs.raw_table import RawTable
-from tests.logs.example import bench
+from frictool.logs.memory_table import MemoryTable
+from tests.logs.example import bench, mapped
 
 COLUMNS = {"position": Column("encoder", "count"), "current": Column("i", "A")}
 CURRENT = np.array([0.5, -1.25, 3.0, 2.0])
@@ -22,7 +21,7 @@ CURRENT = np.array([0.5, -1.25, 3.0, 2.0])
 def made(rig: Bench, **columns: np.ndarray) -> Log:
     """What `ingest` would make of four rows."""
     table = {"encoder": np.arange(4.0), "i": CURRENT, **columns}
-    return map_channels(RawTable(table, dict.fromkeys(table), "raw.csv"), rig)
+    return mapped(MemoryTable(table, dict.fromkeys(table), "raw.csv"), rig)
 
 
 def stronger(rig: Bench, constant: float) -> Bench:

@@ -1,0 +1,82 @@
+"""Which table of a raw file gives which channel: each time base that has one becomes a stream of its own."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Sequence
+
+from frictool.documents.bench import Bench, Column
+from frictool.documents.quantity import CHANNEL_DIMENSIONS
+from frictool.errors import LogError
+from frictool.logs.log import MAIN_TOPIC
+from frictool.logs.mapping import EFFORT, TIME, Mapper
+from frictool.logs.table import Table, listed, pick
+
+Found = dict[str, tuple[Column, str]]  # channel -> what the bench says of it, and the column's name in the table
+
+
+def bind(tables: Sequence[Table], bench: Bench) -> list[Mapper]:
+    """The streams of a raw file: `/axis`, made of the table with the position, else of the first; further ones `/axis/NAME`.
+
+    Raises LogError where the bench maps no channel, a column is missing or in several tables, its unit contradicts the bench, or a table
+    has no time.
+    """
+    source = tables[0].source
+    if not bench.columns.keys() - {TIME}:
+        raise LogError(source, f"bench {bench.name!r} maps no channel: columns needs at least one of {', '.join(CHANNEL_DIMENSIONS)}")
+    found: dict[int, Found] = {}
+    for channel, column in bench.columns.items():
+        if channel != TIME:
+            home, name = _home(tables, channel, column)
+            found.setdefault(home, {})[channel] = column, name
+    order = sorted(found, key=lambda home: "position" not in found[home])
+    topics: list[str] = []
+    for home in order:
+        topics.append(MAIN_TOPIC if not topics else free_topic(tables[home].topic, topics))
+    derive_from = bench.actuator.drive if not any(EFFORT in channels for channels in found.values()) else None
+    return [
+        Mapper(
+            tables[home],
+            bench,
+            _time(tables[home], bench) | found[home],
+            topic,
+            derive=derive_from in found[home],
+            period=bench.sample_period_s if topic == MAIN_TOPIC else None,
+        )
+        for home, topic in zip(order, topics, strict=True)
+    ]
+
+
+def _home(tables: Sequence[Table], channel: str, column: Column) -> tuple[int, str]:
+    """The table that has a channel's column, and the column's name there."""
+    wanted, source = column.column, tables[0].source
+    if isinstance(wanted, int) and len(tables) > 1:
+        raise LogError(source, f"has {len(tables)} time bases, so that columns have no number; give columns.{channel}.column by its name")
+    found = [(home, name) for home, table in enumerate(tables) if (name := table.find(wanted)) is not None]
+    if not found:
+        pick([name for table in tables for name in table.names], wanted, source)
+    if len(found) > 1:
+        where = listed([tables[home].topic for home, _ in found])
+        raise LogError(source, f"has {len(found)} columns {wanted!r}, in {where}; name the one of columns.{channel}")
+    return found[0]
+
+
+def _time(table: Table, bench: Bench) -> Found:
+    """The column that dates a table, where the bench names one and the table has it."""
+    column = bench.columns.get("time")
+    if column is None:
+        return {}
+    name = table.find(column.column)
+    if name is None and table.clock is None:
+        pick(table.names, column.column, table.source)
+    return {} if name is None else {TIME: (column, name)}
+
+
+def free_topic(name: str, taken: Collection[str]) -> str:
+    """`/axis/NAME`, in letters that ROS 2 allows, with a number where a stream has the name already."""
+    stem = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_") or "more"
+    topic = f"{MAIN_TOPIC}/{stem if not stem[:1].isdigit() else '_' + stem}"
+    number = 2
+    while topic in taken:
+        topic, number = f"{topic.removesuffix(f'_{number - 1}')}_{number}", number + 1
+    return topic

@@ -1,0 +1,62 @@
+"""The formats of raw bench files, and which of them a file has: its content tells, never its name.
+
+A format is one module, imported when it is asked: `sniff(head, path)` says whether the file is one of its own by the first HEAD_BYTES,
+and `tables(path, layout)` opens it: a table for each of its time bases, nothing of their rows read yet.
+"""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+from typing import NamedTuple, Protocol, cast
+
+from frictool.documents.bench import Layout
+from frictool.errors import LogError
+from frictool.logs.mcap_layout import MAGIC
+from frictool.logs.source import head_of
+from frictool.logs.table import Table
+
+
+class Format(NamedTuple):
+    """A format: what messages call it, and its module."""
+
+    name: str
+    module: str
+
+
+# in the order in which they are asked; text takes whatever holds no NUL character
+FORMATS = (
+    Format("MATLAB", "frictool.logs.mat_format"),
+    Format("text with columns (CSV)", "frictool.logs.csv_format"),
+)
+
+
+class Reader(Protocol):
+    """What the module of a format has."""
+
+    def sniff(self, head: bytes, path: Path) -> bool: ...
+
+    def tables(self, path: Path, layout: Layout | None) -> tuple[Table, ...]: ...
+
+
+def is_canonical(path: Path) -> bool:
+    """Whether the file is a log of frictool's own (mcap_layout.py). Raises LogError where it cannot be read."""
+    return head_of(path).startswith(MAGIC[:5])
+
+
+def format_of(path: Path) -> Format:
+    """The format of a raw file. Raises LogError where it cannot be read or is none of them."""
+    head = head_of(path)
+    for one in FORMATS:
+        if _reader(one).sniff(head, path):
+            return one
+    raise LogError(path, f"is binary and no known format; allowed: MCAP, {', '.join(one.name for one in FORMATS)}")
+
+
+def tables_of(path: Path, layout: Layout | None = None) -> tuple[Table, ...]:
+    """The tables of a raw file. Raises LogError where it cannot be read or is no file of its format."""
+    return _reader(format_of(path)).tables(path, layout)
+
+
+def _reader(one: Format) -> Reader:
+    return cast(Reader, importlib.import_module(one.module))

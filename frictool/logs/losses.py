@@ -1,0 +1,68 @@
+"""What was lost on the way into a log: gathered while reading, kept in the canonical log's metadata record `lost`, told by `info`."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, replace
+from typing import Any
+
+import msgspec
+
+from frictool.logs.table import Loss
+
+LOST = "lost"  # metadata record: number -> a Loss as JSON
+MOST_OF_A_KIND = 100  # losses of the same channels for the same reason; further ones are told together with the last
+MOST = 1000
+
+
+class Losses(list[Loss]):
+    """Losses as they are appended, in a bounded number: a log of hours may be damaged in every row."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._kinds: dict[tuple[tuple[str, ...], str], tuple[int, int]] = {}  # -> how many, the place of the last
+        self.settled = 0  # how many have got their span
+
+    def append(self, loss: Loss) -> None:
+        kind = (loss.channels, loss.reason if len(self) < MOST else "")
+        count, last = self._kinds.get(kind, (0, 0))
+        if count >= MOST_OF_A_KIND or (count and len(self) >= MOST):
+            self[last] = _joined(self[last], loss)
+            return
+        self._kinds[kind] = (count + 1, len(self))
+        super().append(loss)
+
+
+def _joined(one: Loss, other: Loss) -> Loss:
+    """Both in one: from the start of the first to the end of the second."""
+    samples = None if one.samples is None or other.samples is None else one.samples + other.samples
+    return replace(one, end_s=other.end_s, samples=samples)
+
+
+def record_of(losses: list[Loss]) -> dict[str, str]:
+    """The entries of the metadata record."""
+    return {str(number): msgspec.json.encode(asdict(loss)).decode() for number, loss in enumerate(losses, start=1)}
+
+
+def losses_of(metadata: dict[str, dict[str, str]]) -> list[Loss]:
+    """The losses that a canonical log tells of. Raises ValueError where the record is none that frictool writes."""
+    return [msgspec.json.decode(text, type=Loss) for text in metadata.get(LOST, {}).values()]
+
+
+def as_rows(losses: list[Loss]) -> list[dict[str, Any]]:
+    """The machine's view."""
+    return [asdict(loss) for loss in losses]
+
+
+def shown(loss: Loss) -> str:
+    """The same for people, in one line."""
+    samples = "samples" if loss.samples is None else f"{loss.samples} sample{'s' if loss.samples != 1 else ''}"
+    channels = f" of {', '.join(loss.channels)}" if loss.channels else ""
+    return f"{samples}{channels} {_span(loss.start_s, loss.end_s)}: {loss.reason}".replace("  ", " ")
+
+
+def _span(start: float | None, end: float | None) -> str:
+    if start is None and end is None:
+        return "at an unknown time"
+    if start is None:
+        return f"before {end:.6g} s"
+    return f"after {start:.6g} s" if end is None else f"from {start:.6g} to {end:.6g} s"

@@ -1,0 +1,70 @@
+"""A table whose columns are in memory, given in blocks like any other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from frictool.errors import LogError
+from frictool.logs.log import Vector
+from frictool.logs.table import BLOCK_ROWS, Block, Loss, Nanoseconds, Table, find
+
+
+@dataclass(frozen=True)
+class MemoryTable:
+    """columns: name -> (n,) numbers. units: name -> unit that the file gives, or None. source, topic, clock: as in Table.
+
+    time_ns: (n,) where the file dates its rows. first_line: of the rows in the file, where each has a line.
+    """
+
+    columns: Mapping[str, Vector]
+    units: Mapping[str, str | None]
+    source: str
+    topic: str = ""
+    clock: str | None = None
+    time_ns: Nanoseconds | None = field(default=None, repr=False)
+    first_line: int | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(self.columns)
+
+    @property
+    def size(self) -> int:
+        return 8 * sum(values.size for values in self.columns.values())
+
+    def find(self, wanted: str | int) -> str | None:
+        return find(self.names, wanted)
+
+    def blocks(self, wanted: Sequence[str], losses: list[Loss] | None = None) -> Iterator[tuple[Block, int]]:
+        """Raises LogError where the columns that are wanted differ in length."""
+        chosen = {name: self.columns[name] for name in wanted}
+        rows = _common_size(self.source, chosen)
+        for first in range(0, rows, BLOCK_ROWS):
+            part = slice(first, first + BLOCK_ROWS)
+            dated = None if self.time_ns is None else self.time_ns[part]
+            yield Block(first, {name: values[part] for name, values in chosen.items()}, dated), self.size * min(part.stop, rows) // rows
+
+    def line(self, row: int) -> int | None:
+        return None if self.first_line is None else self.first_line + row
+
+
+def _common_size(source: str, columns: Mapping[str, Vector]) -> int:
+    """The number of rows. Raises LogError where columns differ in it."""
+    first, *others = columns
+    for name in others:
+        if columns[name].size != columns[first].size:
+            found = f"{first!r} has {columns[first].size} samples, {name!r} has {columns[name].size}"
+            raise LogError(source, f"{found}; the columns of one log have one time base")
+    return int(columns[first].size)
+
+
+def in_memory(table: Table, wanted: Sequence[str]) -> MemoryTable:
+    """The columns `wanted` of a table with all of its rows. Raises LogError as its blocks do."""
+    blocks = [block for block, _ in table.blocks(wanted)]
+    columns = {name: np.concatenate([np.empty(0), *(block.columns[name] for block in blocks)]) for name in wanted}
+    dates = [block.time_ns for block in blocks if block.time_ns is not None]
+    time_ns = np.concatenate(dates) if dates else None
+    return MemoryTable(columns, {name: table.units.get(name) for name in wanted}, table.source, table.topic, table.clock, time_ns)
