@@ -93,7 +93,7 @@ class Counter:
             self._index = float(landings[np.argmax(np.sum(np.abs(landings[:, None] - landings) <= slack, axis=0))])
         left = long.copy()
         counts, after = self._counts, 0  # of the sample before `after`
-        for place in places:
+        for place in places.tolist():
             if abs(raw[place] - self._index) > limit[place]:
                 continue
             counts += float(steps[after:place].sum())

@@ -35,7 +35,8 @@ def lone(steps: Vector) -> NDArray[np.bool_]:
     if size.size < 3:
         return np.zeros(size.size, dtype=np.bool_)
     beside = np.maximum(np.append(size[1:], size[-2]), np.insert(size[:-1], 0, size[1]))
-    return (size > ALONE * np.maximum(beside, SLACK_COUNTS)) & (size > RARE * np.quantile(size, ORDINARY))
+    rare = RARE * float(np.quantile(size, ORDINARY))
+    return np.asarray((size > ALONE * np.maximum(beside, SLACK_COUNTS)) & (size > rare))
 
 
 @dataclass

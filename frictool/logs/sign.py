@@ -25,7 +25,7 @@ WINDOWS = 400  # differences of the position are taken over one part in so many 
 
 @dataclass(frozen=True)
 class Sign:
-    """work: net over absolute, -1 to 1; None where the log cannot tell. reversed: the signals whose sign is wrong, as far as it is known."""
+    """work: net over absolute, -1 to 1; None where the log cannot tell. reversed: signals of the wrong sign, as far as it is known."""
 
     work: float | None
     reversed: tuple[str, ...] = ()
