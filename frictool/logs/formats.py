@@ -27,6 +27,7 @@ class Format(NamedTuple):
 # in the order in which they are asked; text takes whatever holds no NUL character
 FORMATS = (
     Format("MATLAB", "frictool.logs.mat_format"),
+    Format("NumPy", "frictool.logs.npz_format"),
     Format("text with columns (CSV)", "frictool.logs.csv_format"),
 )
 

@@ -1,39 +1,56 @@
-"""MATLAB files up to version 7 (level 5): each real numeric vector is a column."""
+"""MATLAB files of version 4 to 7: each real vector is a column, each matrix one of its columns at a time, structures by their path.
+
+Version 7.3 is another format altogether (mat73_format.py).
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from frictool.errors import LogError
-from frictool.logs.mat_elements import Variable, variables
-from frictool.logs.raw_table import RawTable, Wanted, listed, pick
-from frictool.logs.source import open_log
+from frictool.logs import mat4_elements, mat_elements
+from frictool.logs.array_table import ArrayTable
+from frictool.logs.mat_array import MatArray, described
+from frictool.logs.source import HEAD_BYTES, open_log
+from frictool.logs.table import Table, listed
+
+if TYPE_CHECKING:
+    from frictool.documents.bench import Layout
+
+VERSION_5 = (b"\x00\x01IM", b"\x01\x00MI")
 
 
-def read_mat(path: Path, wanted: Wanted | None = None) -> RawTable:
-    """The vectors of a MATLAB file, as float64; `wanted` (names, or numbers from 1) leaves the others unread.
+def sniff(head: bytes, path: Path) -> bool:
+    """Whether the file is one of version 5 to 7, by its signature, or looks like one of version 4, which has none."""
+    return head[124:128] in VERSION_5 or mat4_elements.looks_like(head)
 
-    Raises LogError where the file is damaged, or where a variable that is asked for is missing or no vector: the message lists the vectors.
+
+def tables(path: Path, layout: Layout | None = None) -> tuple[Table, ...]:
+    """The one table of the file: all its vectors, of which those have to be of one length that are asked for together.
+
+    Raises LogError where there is none; what else is damaged is told by `blocks`.
     """
+    with open_log(path) as stream:
+        head = stream.read(HEAD_BYTES)
+    size = path.stat().st_size
+    found: list[MatArray] = []
+    damage: str | None = None
     try:
-        with open_log(path) as stream:
-            found = {variable.name: variable for variable in variables(stream, path.stat().st_size)}
-        chosen = _chosen(path, found, wanted)
-        columns = {name: found[name].numbers() for name in chosen}
+        _gather(mat_elements.arrays(path, size) if head[124:128] in VERSION_5 else mat4_elements.arrays(path, size), found)
+    except ValueError as error:
+        damage = str(error)
     except OSError as error:
         raise LogError(path, f"cannot be read: {error.strerror or error}") from None
-    except ValueError as error:
-        raise LogError(path, f"is damaged or no MATLAB file up to version 7: {error}") from None
-    names = tuple(name for name, variable in found.items() if variable.is_vector)
-    return RawTable(columns, dict.fromkeys(names), str(path), names)
+    columns = {name: column for array in found for name, column in array.columns()}
+    if not columns and damage is not None:
+        raise LogError(path, f"is damaged or no MATLAB file: {damage}")
+    if not columns:
+        raise LogError(path, f"has no real numeric vector; found: {listed([f'{array.name} ({array})' for array in found])}")
+    return (ArrayTable(str(path), columns, size, described(found), damage),)
 
 
-def _chosen(path: Path, found: dict[str, Variable], wanted: Wanted | None) -> tuple[str, ...]:
-    """The names of the vectors that are asked for, each once."""
-    vectors = tuple(name for name, variable in found.items() if variable.is_vector)
-    if not vectors:
-        raise LogError(path, f"has no real numeric vector; found: {listed([f'{name} ({variable})' for name, variable in found.items()])}")
-    for name in wanted or ():
-        if isinstance(name, str) and name in found and not found[name].is_vector:
-            raise LogError(path, f"variable {name!r} is a {found[name]}; allowed: a real vector: {listed(vectors)}")
-    return vectors if wanted is None else tuple(dict.fromkeys(pick(vectors, one, str(path), "variable") for one in wanted))
+def _gather(arrays: Iterator[MatArray], found: list[MatArray]) -> None:
+    """Appends the arrays as far as they can be read."""
+    found.extend(arrays)

@@ -1,0 +1,265 @@
+"""A table of arrays that a file holds one after the other (MATLAB, NumPy): each column is read from a stream of its own, in step.
+
+A stream never raises: it ends early, and `damage` says why, so that everything before a damage can be salvaged.
+"""
+
+from __future__ import annotations
+
+import re
+import zlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.errors import LogError
+from frictool.logs.table import BLOCK_ROWS, Block, Loss, find, listed
+
+PIECE = 1 << 16  # bytes read at once
+_LINE = re.compile(r"(.+)([\[(])(:,)?([0-9]{1,6})(,:)?[\])]")
+STRIDED_BYTES = 1 << 22  # of the rows of a matrix that are read at once for one of its columns
+
+
+class Bytes:
+    """Bytes of a file from `start` on, `length` of them at most."""
+
+    def __init__(self, path: Path, start: int, length: int) -> None:
+        self._file: IO[bytes] = path.open("rb")
+        self._file.seek(start)
+        self._left = length
+        self.position = 0
+        self.damage: str | None = None
+
+    def __enter__(self) -> Bytes:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
+    def read(self, size: int, /) -> bytes:
+        """The next `size` bytes; fewer where the stream ends before, and then `damage` says why."""
+        parts = []
+        while size > 0 and self.damage is None:
+            part = self._piece(size)
+            if not part:
+                self.damage = self.damage or f"is cut off: {size} bytes are missing"
+            parts.append(part)
+            size -= len(part)
+            self.position += len(part)
+        return b"".join(parts)
+
+    def skip(self, size: int) -> None:
+        """Goes `size` bytes further."""
+        while size > 0 and self.damage is None:
+            size -= len(self.read(min(size, PIECE)))
+
+    def check(self) -> None:
+        """Reads what remains, where only the end tells whether the bytes were the right ones; sets `damage` where they were not."""
+
+    def _piece(self, most: int) -> bytes:
+        """Some of the next bytes; none at the end, or where `damage` is set."""
+        try:
+            part = self._file.read(min(most, self._left))
+        except OSError as error:
+            self.damage = f"cannot be read: {error.strerror or error}"
+            return b""
+        self._left -= len(part)
+        return part
+
+
+class Plain(Bytes):
+    """Bytes as they stand in the file: skipping is free."""
+
+    def skip(self, size: int) -> None:
+        step = max(0, min(size, self._left))
+        self._file.seek(step, 1)
+        self._left -= step
+        self.position += step
+        if step < size:
+            self.damage = self.damage or f"is cut off: {size - step} bytes are missing"
+
+
+class Inflated(Bytes):
+    """The content of a zlib stream; its checksum is checked where it ends."""
+
+    def __init__(self, path: Path, start: int, length: int) -> None:
+        super().__init__(path, start, length)
+        self._inflater = zlib.decompressobj()
+
+    def check(self) -> None:
+        while self.damage is None and self._piece(PIECE):
+            pass
+        if not self._inflater.eof:
+            self.damage = self.damage or "is cut off"
+
+    def _piece(self, most: int) -> bytes:
+        while self.damage is None and not self._inflater.eof:
+            packed = self._inflater.unconsumed_tail or super()._piece(PIECE)
+            if not packed:
+                break
+            try:
+                part = self._inflater.decompress(packed, most)
+            except zlib.error as error:
+                self.damage = f"its compressed bytes are damaged ({error})"
+                break
+            if part:
+                return part
+        return b""
+
+
+class Wrapped(Bytes):
+    """A stream that another library decodes and checks (a member of a zip archive)."""
+
+    def __init__(self, opened: IO[bytes], length: int) -> None:
+        self._file = opened
+        self._left = length
+        self.position = 0
+        self.damage: str | None = None
+
+    def check(self) -> None:
+        while self.damage is None and self._piece(PIECE):
+            pass
+
+    def _piece(self, most: int) -> bytes:
+        try:
+            return super()._piece(most)
+        except Exception as error:  # zipfile raises its own, zlib's, lzma's and others on damaged members
+            self.damage = f"its archive is damaged ({str(error) or type(error).__name__})"
+            return b""
+
+
+@dataclass(frozen=True)
+class Column:
+    """Numbers inside a stream: `rows` of `dtype`, from byte `offset` on, each `step` bytes after the one before."""
+
+    open: Callable[[], Bytes]
+    offset: int
+    dtype: np.dtype[Any]
+    rows: int
+    step: int
+    unit: str | None = None
+
+
+class Feed:
+    """The numbers of a column, some at a time."""
+
+    def __init__(self, column: Column) -> None:
+        self.column = column
+        self.stream = column.open()
+        self._before = column.offset  # bytes to pass over before the next number
+
+    def __enter__(self) -> Feed:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stream.__exit__()
+
+    def take(self, n: int) -> NDArray[Any]:
+        """The next n numbers, or as many as there are."""
+        size, step = self.column.dtype.itemsize, self.column.step
+        at_once = max(1, STRIDED_BYTES // step)
+        parts = []
+        for first in range(0, n, at_once):
+            rows = min(at_once, n - first)
+            self.stream.skip(self._before)
+            data = self.stream.read((rows - 1) * step + size)
+            self._before = step - size
+            there = max(0, len(data) - size + step) // step
+            parts.append(np.ndarray((there,), self.column.dtype, data, strides=(step,)))
+        return np.concatenate(parts)
+
+
+@dataclass
+class ArrayTable:
+    """The columns of one file; `others` says of what else lies in it what it is; `damage` what was wrong beside the columns."""
+
+    source: str
+    columns: Mapping[str, Column]
+    size: int
+    others: Mapping[str, str] = field(default_factory=dict)
+    damage: str | None = None
+    dated: Column | None = None  # dates (datetime64), the clock of the rows
+    topic: str = ""
+    clock: str | None = None
+
+    def __post_init__(self) -> None:
+        self.names = tuple(self.columns)
+        self.units: Mapping[str, str | None] = {name: column.unit for name, column in self.columns.items()}
+
+    def line(self, row: int) -> int | None:
+        """None: the file has no lines."""
+        return None
+
+    def find(self, wanted: str | int) -> str | None:
+        """As `Table.find`; a column of a matrix is `x(:,1)` as MATLAB counts, or `x[:, 0]` as NumPy does.
+
+        Raises LogError where it is no real vector, and where it may lie behind what is damaged.
+        """
+        if isinstance(wanted, str) and wanted in self.others:
+            raise LogError(self.source, f"variable {wanted!r} is a {self.others[wanted]}; allowed: a real vector: {listed(self.names)}")
+        found = find(self.names, wanted) or _other_notation(self.names, str(wanted))
+        if found is None and self.damage is not None:
+            raise LogError(self.source, f"is damaged: {self.damage}; read before that: {listed(self.names)}, and no {wanted!r}")
+        return found
+
+    def blocks(self, wanted: Sequence[str], losses: list[Loss] | None = None) -> Iterator[tuple[Block, int]]:
+        """As `Table.blocks`. Raises LogError where the columns differ in length, and where one is cut off or damaged."""
+        chosen = {name: self.columns[name] for name in wanted}
+        every = {**({} if self.dated is None else {str(self.clock): self.dated}), **chosen}
+        rows, read = self._common_rows(every), 0
+        if self.damage is not None:
+            self._lost((), self.damage, None, losses)
+        with ExitStack() as stack:
+            feeds = {name: stack.enter_context(Feed(column)) for name, column in every.items()}
+            while read < rows:
+                n = min(BLOCK_ROWS, rows - read)
+                taken = {name: feed.take(n) for name, feed in feeds.items()}
+                there = min(values.size for values in taken.values())
+                if there:
+                    time = None if self.dated is None else taken[str(self.clock)][:there].astype("M8[ns]").astype(np.int64)
+                    block = Block(read, {name: taken[name][:there].astype(np.float64) for name in chosen}, time)
+                    read += there
+                    yield block, self.size * read // rows
+                if there < n:
+                    break
+            self._check({name: feed.stream for name, feed in feeds.items()}, rows, read, losses)
+
+    def _check(self, streams: Mapping[str, Bytes], rows: int, read: int, losses: list[Loss] | None) -> None:
+        """Tells of each stream that ended early; where all were whole, reads them to their end, where their checksums are."""
+        if read == rows:
+            for stream in streams.values():
+                stream.check()
+        for name, stream in streams.items():
+            if stream.damage is not None:
+                after = f" after {read} of {rows} samples" if read < rows else ""
+                self._lost((name,), f"variable {name!r} {stream.damage}{after}", rows - read, losses)
+
+    def _common_rows(self, columns: Mapping[str, Column]) -> int:
+        """The number of rows, 0 of no column. Raises LogError where they differ."""
+        sizes = {name: column.rows for name, column in columns.items()}
+        first = next(iter(sizes), "")
+        for name, size in sizes.items():
+            if size != sizes[first]:
+                found = f"{first!r} has {sizes[first]} samples, {name!r} has {size}"
+                raise LogError(self.source, f"{found}; the columns of one log have one time base")
+        return sizes.get(first, 0)
+
+    def _lost(self, channels: tuple[str, ...], reason: str, samples: int | None, losses: list[Loss] | None) -> None:
+        if losses is None:
+            raise LogError(self.source, f"is damaged: {reason}")
+        losses.append(Loss(channels, reason, samples=samples))
+
+
+def _other_notation(names: Sequence[str], wanted: str) -> str | None:
+    """The name of a matrix's column or row that is asked for with other blanks, or in NumPy's notation where the name is in MATLAB's."""
+    compact = {name.replace(" ", ""): name for name in names}
+    match = _LINE.fullmatch(wanted.replace(" ", ""))
+    if match is None:
+        return None
+    array, bracket, before, number, after = match.groups(default="")
+    other = f"({before}{int(number) + 1}{after})" if bracket == "[" else f"[{before}{int(number) - 1}{after}]"
+    return compact.get(match.group()) or compact.get(array + other)
