@@ -8,6 +8,7 @@ import zlib
 import zstandard
 
 LARGEST = 256_000_000  # bytes; ours hold at most 4 million
+PIECE = 1 << 16
 _FIXED = struct.Struct("<QQQII")  # start, end, uncompressed size, CRC, length of the compression's name
 _U64 = struct.Struct("<Q")
 _DECOMPRESSOR = zstandard.ZstdDecompressor()
@@ -54,3 +55,35 @@ def _decompress(compression: str, packed: bytes, size: int) -> bytes:
             raise ValueError(str(error)) from None
         return data
     raise ValueError(f"unknown compression {compression!r}; allowed: zstd, lz4, none")
+
+
+def chunk_prefix(rest: bytes) -> bytes:
+    """The plain records of a chunk whose content was cut, as far as they can be had; the last is a part of a record.
+
+    Raises ValueError where not even the chunk's own head is there.
+    """
+    if len(rest) < _FIXED.size + _U64.size:
+        raise ValueError("the head of a chunk is cut")
+    _, _, size, _, name_length = _FIXED.unpack_from(rest)
+    name_end = _FIXED.size + name_length
+    compression, packed = rest[_FIXED.size : name_end], rest[name_end + _U64.size :]
+    size = min(size, LARGEST)
+    if compression == b"zstd":
+        pieces = []
+        try:
+            with _DECOMPRESSOR.stream_reader(packed) as stream:
+                while size > 0 and (piece := stream.read(min(size, PIECE))):
+                    pieces.append(piece)
+                    size -= len(piece)
+        except zstandard.ZstdError:  # it begins well and is damaged further on
+            pass
+        return b"".join(pieces)
+    if compression == b"lz4":
+        import lz4.frame
+
+        try:
+            data: bytes = lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=size)
+        except RuntimeError:
+            return b""
+        return data
+    return packed
