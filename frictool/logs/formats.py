@@ -12,7 +12,6 @@ from typing import NamedTuple, Protocol, cast
 
 from frictool.documents.bench import Layout
 from frictool.errors import LogError
-from frictool.logs.mcap_layout import MAGIC
 from frictool.logs.source import head_of
 from frictool.logs.table import Table
 
@@ -38,11 +37,6 @@ class Reader(Protocol):
     def sniff(self, head: bytes, path: Path) -> bool: ...
 
     def tables(self, path: Path, layout: Layout | None) -> tuple[Table, ...]: ...
-
-
-def is_canonical(path: Path) -> bool:
-    """Whether the file is a log of frictool's own (mcap_layout.py). Raises LogError where it cannot be read."""
-    return head_of(path).startswith(MAGIC[:5])
 
 
 def format_of(path: Path) -> Format:

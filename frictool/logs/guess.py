@@ -15,10 +15,10 @@ import numpy as np
 from frictool.documents.bench import LONGEST_PERIOD, SHORTEST_PERIOD
 from frictool.documents.quantity import CHANNEL_DIMENSIONS, Axis, factor_to_si, si_unit
 from frictool.errors import LogError
-from frictool.logs.formats import is_canonical, tables_of
+from frictool.logs.formats import tables_of
 from frictool.logs.log import Log, Vector
 from frictool.logs.mapping import COUNT, TIME
-from frictool.logs.mcap_format import read_mcap
+from frictool.logs.mcap_reader import is_canonical, read_mcap
 from frictool.logs.memory_table import MemoryTable, in_memory
 from frictool.logs.quality import encoder_step, time_base
 

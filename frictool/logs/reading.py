@@ -10,10 +10,10 @@ from frictool.documents.bench import Bench
 from frictool.errors import LogError
 from frictool.logs.binding import bind, free_topic
 from frictool.logs.flow import Flow
-from frictool.logs.formats import is_canonical, tables_of
+from frictool.logs.formats import tables_of
 from frictool.logs.log import Log, Stream
-from frictool.logs.mcap_format import read_mcap
 from frictool.logs.mcap_layout import COLUMNS, EPOCH_KEY, KIND, NS, TIME, message_path
+from frictool.logs.mcap_reader import is_canonical, read_mcap
 
 
 def read_log(path: Path, bench: Bench | None = None) -> Log:

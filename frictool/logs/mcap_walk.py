@@ -1,0 +1,340 @@
+"""The canonical log (mcap_layout.py) in the order of its file: declarations are gathered, samples are given, and every CRC is checked.
+
+What another tool made of a canonical log is read as well, as long as the messages are the same: other chunks, several streams in one
+chunk, lz4 or no compression, no chunks, no summary. An MCAP with other messages is refused.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import re
+import struct
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO, NamedTuple, NoReturn
+
+import numpy as np
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import Channel, Metadata, Schema, Statistics
+from numpy.typing import NDArray
+
+from frictool.errors import LogError
+from frictool.logs.flow import Samples
+from frictool.logs.increasing import increasing
+from frictool.logs.mcap_chunk import chunk_data, chunk_prefix
+from frictool.logs.mcap_layout import (
+    CDR_HEAD,
+    MESSAGE_ENCODING,
+    MESSAGE_OPCODE,
+    NS,
+    RECORD_HEAD,
+    SCHEMA_ENCODING,
+    SHIFT_KEY,
+    TIME,
+    TOPIC,
+    UNITS,
+    Head,
+    Records,
+    message_dtype,
+    message_path,
+    schema_fields,
+)
+from frictool.logs.mcap_records import Damage, FileRecords, Record, record_bounds, whole_records
+from frictool.logs.table import Nanoseconds
+
+LOOSE_BYTES = 1_000_000  # of messages outside chunks that are decoded together
+_HEAD = struct.Struct("<BQ")
+_INDEX = struct.Struct("<HI")  # channel, bytes of entries
+_SHIFT = re.compile(r"-?[0-9]{1,18}")
+_UNREADABLE = (McapError, struct.error, ValueError)
+
+
+@dataclass
+class Declared:
+    """One stream as its channel declares it, how many samples have been found in it, and the time of the last, in ns as it is stored."""
+
+    number: int
+    topic: str
+    fields: tuple[str, ...]
+    samples: int = 0
+    first: int | None = None
+    last: int | None = None
+
+    def __post_init__(self) -> None:
+        self.dtype = message_dtype(len(self.fields))
+
+    def are_mine(self, records: Records) -> bool:
+        """Whether records are messages of this channel and of its layout."""
+        like = (records["opcode"] == MESSAGE_OPCODE) & (records["length"] == self.dtype.itemsize - RECORD_HEAD)
+        return bool((like & (records["channel"] == self.number) & (records["cdr"] == CDR_HEAD)).all())
+
+
+class Lost(NamedTuple):
+    """What cannot be read: of one channel, or of all; when, in ns as stored; how many samples; None is not known."""
+
+    reason: str
+    channel: int | None = None
+    first: int | None = None
+    last: int | None = None
+    samples: int | None = None
+
+
+class Piece(NamedTuple):
+    """Samples of a channel, times as stored; at: the byte where the record begins in which they lie."""
+
+    channel: int
+    samples: Samples
+    at: int
+
+
+class Walk:
+    """The way through one open file.
+
+    Args:
+        path: for messages.
+        stream: the file.
+        lost: what cannot be read is appended to it and left out; None raises LogError.
+        only: bytes where chunks begin that are opened; None opens all.
+    """
+
+    def __init__(self, path: Path, stream: BinaryIO, lost: list[Lost] | None = None, only: frozenset[int] | None = None) -> None:
+        self.path, self.size, self.lost, self._only = path, os.fstat(stream.fileno()).st_size, lost, only
+        self.records = FileRecords(stream, self.size)
+        self.schemas: dict[int, Schema] = {}
+        self.channels: dict[int, Declared] = {}
+        self.metadata: dict[str, dict[str, str]] = {}
+        self.counts: dict[int, int] | None = None  # by the statistics
+        self._unread: Lost | None = None  # the indexes behind a chunk tell what was in it,
+        self._told = False  # where they are there
+        self._endless: list[int] = []  # places in `lost` without an end
+
+    def fail(self, message: str) -> NoReturn:
+        raise LogError(self.path, message)
+
+    def pieces(self) -> Iterator[Piece]:
+        """The samples. Raises LogError where the file is damaged or no canonical log, and OSError."""
+        loose = bytearray()
+        begin = 0
+        for item in self.records:
+            if isinstance(item, Record) and item.opcode == MESSAGE_OPCODE:
+                begin = begin if loose else item.offset
+                loose += _HEAD.pack(item.opcode, len(item.body)) + item.body
+                if len(loose) < LOOSE_BYTES:
+                    continue
+            if loose:
+                yield from self._messages(bytes(loose), begin)
+                loose.clear()
+            yield from self._damage(item) if isinstance(item, Damage) else self._record(item)
+        self._close_unread()
+        if self._only is None:
+            self._check_counts()
+
+    def _record(self, item: Record) -> Iterator[Piece]:
+        if item.opcode == Opcode.MESSAGE_INDEX and self._unread is not None:
+            self._indexed(item.body)
+            return
+        self._close_unread()
+        if item.opcode == Opcode.CHUNK:
+            yield from self._chunk(item)
+            return
+        try:
+            self._declaration(item.opcode, item.body)
+        except _UNREADABLE as error:
+            self._lose(f"record {item.opcode:#04x} cannot be decoded ({_said(error)})", item.offset)
+
+    def _chunk(self, item: Record) -> Iterator[Piece]:
+        if self._only is not None and item.offset not in self._only:
+            return
+        try:
+            yield from self._messages(chunk_data(item.body), item.offset)
+        except _UNREADABLE as error:
+            self._lose(f"a chunk cannot be read ({_said(error)})", item.offset)
+
+    def _damage(self, item: Damage) -> Iterator[Piece]:
+        self._close_unread()
+        if item.rest and self.lost is not None:
+            with suppress(*_UNREADABLE):
+                yield from self._messages(chunk_prefix(item.rest), item.start, cut=True)
+        self._lose(item.reason, item.start)
+
+    def _lose(self, reason: str, at: int) -> None:
+        """Notes that something cannot be read. Raises LogError where nothing may be lost."""
+        last = max((one.last for one in self.channels.values() if one.last is not None), default=None)
+        if self.lost is None:
+            after = "before any sample" if last is None else f"after {last / NS:.6g} s of log"
+            hint = "`frictool ingest --salvage` keeps what is whole"
+            self.fail(f"is damaged or cut off at byte {at} of {self.size}, {after}: {reason}; {hint}")
+        self._unread = Lost(f"{reason}, at byte {at} of {self.size}", first=last)
+
+    def _indexed(self, body: bytes) -> None:
+        """The index of one channel behind a chunk that cannot be read: when, and how many samples."""
+        assert self._unread is not None
+        assert self.lost is not None
+        if len(body) < _INDEX.size:
+            return
+        channel, size = _INDEX.unpack_from(body)
+        times = np.frombuffer(body, "<u8", offset=_INDEX.size)[::2].astype(np.int64) if size and size == len(body) - _INDEX.size else None
+        if times is not None:
+            self.lost.append(Lost(self._unread.reason, channel, int(times.min()), int(times.max()), int(times.size)))
+            self._told = True
+
+    def _close_unread(self) -> None:
+        """What cannot be read and has no index: it ends where the next sample is."""
+        if self._unread is not None and self.lost is not None and not self._told:
+            self._endless.append(len(self.lost))
+            self.lost.append(self._unread)
+        self._unread, self._told = None, False
+
+    def _declaration(self, opcode: int, body: bytes) -> None:
+        """Takes in a record that holds no samples; kinds that say nothing of them are skipped."""
+        stream = ReadDataStream(io.BytesIO(body))
+        if opcode == Opcode.SCHEMA:
+            schema = Schema.read(stream)
+            self.schemas[schema.id] = schema
+        elif opcode == Opcode.CHANNEL:
+            self._channel(Channel.read(stream))
+        elif opcode == Opcode.METADATA:
+            metadata = Metadata.read(stream)
+            self.metadata[metadata.name] = metadata.metadata
+        elif opcode == Opcode.STATISTICS:
+            self.counts = dict(Statistics.read(stream).channel_message_counts)
+
+    def _channel(self, channel: Channel) -> None:
+        """Declares a stream. Raises LogError where it is none of a canonical log."""
+        schema = self.schemas.get(channel.schema_id)
+        fields = axis_fields(channel, schema)
+        if fields is None:
+            kind = schema.name if schema is not None else "no schema"
+            self.fail(
+                f"is no canonical log: channel {channel.topic!r} carries {kind} in {channel.message_encoding or 'no encoding'}; "
+                "allowed: /axis and /axis/NAME with flat float64 fields in cdr, as `frictool ingest` and `simulate` write them"
+            )
+        known = self.channels.setdefault(channel.id, Declared(channel.id, channel.topic, fields))
+        if (known.topic, known.fields) != (channel.topic, fields):
+            raise ValueError(f"channel {channel.id} is declared twice, as {known.topic} and as {channel.topic}")
+
+    def _messages(self, data: bytes, at: int, cut: bool = False) -> Iterator[Piece]:
+        """Message records, as they stand in a chunk: usually of one channel and nothing else. Raises ValueError."""
+        if len(data) > RECORD_HEAD + 2 and data[0] == MESSAGE_OPCODE:
+            channel = self.channels.get(int.from_bytes(data[RECORD_HEAD : RECORD_HEAD + 2], "little"))
+            if channel is not None and len(data) % channel.dtype.itemsize == 0:
+                records = np.frombuffer(data, channel.dtype)
+                if channel.are_mine(records):
+                    yield from self._taken(channel, records, at)
+                    return
+        yield from self._mixed(data, at, cut)
+
+    def _mixed(self, data: bytes, at: int, cut: bool) -> Iterator[Piece]:
+        """The same for what another tool has put together, and for what is cut."""
+        bounds = whole_records(data)[0] if cut else record_bounds(data)
+        plain = np.frombuffer(data, np.uint8)
+        for place in np.flatnonzero(bounds.opcode != MESSAGE_OPCODE).tolist():
+            opcode, start = int(bounds.opcode[place]), int(bounds.start[place])
+            if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):  # a chunk holds nothing else, and above all no chunk
+                self._declaration(opcode, data[start : start + int(bounds.length[place])])
+        mine = bounds.opcode == MESSAGE_OPCODE
+        starts, lengths = bounds.start[mine] - RECORD_HEAD, bounds.length[mine]
+        if (lengths < 2).any():
+            raise ValueError("a message is shorter than its head")
+        numbers = plain[starts + RECORD_HEAD] + plain[starts + RECORD_HEAD + 1].astype(np.int64) * 256
+        for number in dict.fromkeys(numbers.tolist()):
+            channel, which = self.channels.get(number), numbers == number
+            size = 0 if channel is None else channel.dtype.itemsize
+            if channel is None or (lengths[which] + RECORD_HEAD != size).any():
+                raise ValueError(f"messages of channel {number} are not as its schema says")
+            records = plain[starts[which][:, None] + np.arange(size)].reshape(-1).view(channel.dtype)
+            if not channel.are_mine(records):
+                raise ValueError(f"messages of channel {number} are not as its schema says")
+            yield from self._taken(channel, records, at)
+
+    def _taken(self, channel: Declared, records: Records, at: int) -> Iterator[Piece]:
+        """Samples of one channel: finite, and in the order of time."""
+        time, values = records["log_time"].astype(np.int64), records["values"]
+        good = np.isfinite(values).all(axis=1)
+        if not good.all():
+            row = int(np.argmin(good))
+            name = channel.fields[int(np.argmin(np.isfinite(values[row])))]
+            self._unfit(channel, f"{name} is not finite", row, time, good)
+            time, values = time[good], values[good]
+        back = np.diff(time) <= 0
+        if back.any() or (time.size and channel.last is not None and time[0] <= channel.last):
+            row = int(np.argmax(back)) + 1 if back.any() else 0
+            kept = increasing(time, channel.last)
+            self._unfit(channel, "time does not increase", row, time, np.isin(np.arange(time.size), kept))
+            time, values = time[kept], values[kept]
+        if time.size:
+            self._end(int(time[0]))
+            channel.first = int(time[0]) if channel.first is None else channel.first
+            channel.samples, channel.last = channel.samples + int(time.size), int(time[-1])
+            yield Piece(channel.number, Samples(time, tuple(np.ascontiguousarray(values.T))), at)
+
+    def _end(self, time: int) -> None:
+        for place in self._endless:
+            assert self.lost is not None
+            self.lost[place] = self.lost[place]._replace(last=time)
+        self._endless.clear()
+
+    def _unfit(self, channel: Declared, what: str, row: int, time: Nanoseconds, good: NDArray[np.bool_]) -> None:
+        """Samples that are left out, although they can be read. Raises LogError where nothing may be lost."""
+        if self.lost is None:
+            self.fail(f"stream {channel.topic}: {what} at sample {channel.samples + row + 1}, {time[row] / NS:.9g} s")
+        bad = time[~good]
+        self.lost.append(Lost(what, channel.number, int(bad.min()), int(bad.max()), int(bad.size)))
+
+    def _check_counts(self) -> None:
+        """Compares with the statistics. Raises LogError where they count otherwise."""
+        for number, declared in (self.counts or {}).items():
+            found = self.channels[number].samples if number in self.channels else 0
+            if declared == found:
+                continue
+            if self.lost is None:
+                name = self.channels[number].topic if number in self.channels else f"channel {number}"
+                self.fail(f"is damaged: {found} messages of {name} are there, the statistics count {declared}")
+            missing = declared - found - sum(one.samples or 0 for one in self.lost if one.channel == number)
+            if missing > 0:
+                self.lost.append(Lost("the statistics count more samples than are there", number, samples=missing))
+
+    def heads(self) -> list[Head]:
+        """The streams in the order of their channels. Raises LogError where there is none, or one has no samples or no units."""
+        if not self.channels:
+            self.fail("is no canonical log: it has no channel")
+        units = self.metadata.get(UNITS, {})
+        for one in self.channels.values():
+            if not one.samples:
+                self.fail(f"stream {one.topic} has no samples")
+            missing = [name for name in one.fields if message_path(one.topic, name) not in units]
+            if missing:
+                self.fail(f"is no canonical log: metadata {UNITS!r} has no {message_path(one.topic, missing[0])!r}")
+        return [
+            Head(one.topic, one.fields, tuple(units[message_path(one.topic, name)] for name in one.fields))
+            for one in self.channels.values()
+        ]
+
+    def shift(self) -> int:
+        """What was added to every time, in ns. Raises LogError where it is no number."""
+        shift = self.metadata.get(TIME, {}).get(SHIFT_KEY, "0")
+        if not _SHIFT.fullmatch(shift):
+            self.fail(f"metadata {TIME}.{SHIFT_KEY}: found {shift!r}; allowed: a whole number")
+        return int(shift)
+
+    def notes(self) -> dict[str, dict[str, str]]:
+        """The metadata records, without what the streams carry."""
+        clocks = {key: text for key, text in self.metadata.get(TIME, {}).items() if key != SHIFT_KEY}
+        others = {name: entries for name, entries in self.metadata.items() if name not in (UNITS, TIME)}
+        return {**others, **({TIME: clocks} if clocks else {})}
+
+
+def axis_fields(channel: Channel, schema: Schema | None) -> tuple[str, ...] | None:
+    """The fields of a stream of a canonical log; None where the channel is none."""
+    text = schema.data.decode() if schema is not None and schema.encoding == SCHEMA_ENCODING else ""
+    fields = schema_fields(text)
+    return fields if channel.message_encoding == MESSAGE_ENCODING and TOPIC.fullmatch(channel.topic) else None
+
+
+def _said(error: Exception) -> str:
+    return str(error) or type(error).__name__
