@@ -104,7 +104,7 @@ class FileRecords:
         return known and fits
 
     def _wrong_crc(self, opcode: int, head: bytes, body: bytes, before: int | None) -> str | None:
-        """What is wrong at the end of the data section, or of the summary. before: the CRC up to this record; where one is 0, there is none."""
+        """What is wrong at the end of the data section, or of the summary. before: the CRC up to it; 0 stands for no CRC."""
         if opcode not in (Opcode.DATA_END, Opcode.FOOTER) or len(body) < 4:
             return None
         self._crc = 0

@@ -1,0 +1,48 @@
+"""Messages of one topic as they stand in a recording: serialised, many at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import as_strided
+from numpy.typing import NDArray
+
+LABELS = ("name", "names", "joint_names", "interface_names")  # arrays of texts that name the elements of the arrays beside and below them
+MOST_LISTED = 1000  # elements of an array that are listed one by one
+
+Bytes = NDArray[np.uint8]
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Messages:
+    """n messages: when each was recorded [ns], where in `data` its payload begins and how many bytes it has; all of them lie in it."""
+
+    log_time: Integers
+    data: Bytes
+    start: Integers
+    length: Integers
+
+    def payload(self, index: int) -> bytes:
+        start = int(self.start[index])
+        return self.data[start : start + int(self.length[index])].tobytes()
+
+    def at(self, which: NDArray[np.intp] | slice) -> Messages:
+        """Some of them."""
+        return Messages(self.log_time[which], self.data, self.start[which], self.length[which])
+
+
+def packed(log_time: list[int], payloads: list[bytes]) -> Messages:
+    """Messages that are read one by one, put one behind the other."""
+    length = np.fromiter(map(len, payloads), np.int64, len(payloads))
+    return Messages(np.array(log_time, np.int64), np.frombuffer(b"".join(payloads), np.uint8), np.cumsum(length) - length, length)
+
+
+def gather(data: Bytes, start: Integers, width: int) -> Bytes:
+    """(n, width) bytes of `data` from each start on; all have to lie in it."""
+    if not start.size:
+        return np.empty((0, width), np.uint8)
+    windows = as_strided(data, (data.size - width + 1, width), (1, 1), writeable=False)
+    found: Bytes = windows[start]
+    return found

@@ -1,0 +1,125 @@
+"""What a ROS message is made of: its definition (`ros2msg`, `ros1msg`: the type and all that it contains, one text) as a tree of fields.
+
+float64[] position        # a sequence; float64[6] has a fixed length, float64[<=6] a bound, which says nothing of the bytes
+std_msgs/Header header    # a message in it, defined behind a line of ===
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Literal, NamedTuple
+
+DEEPEST = 32  # messages in messages
+MOST_FIELDS = 20_000
+NUMBERS = {
+    "bool": "u1",
+    "byte": "u1",
+    "char": "u1",
+    "int8": "i1",
+    "uint8": "u1",
+    "int16": "i2",
+    "uint16": "u2",
+    "int32": "i4",
+    "uint32": "u4",
+    "int64": "i8",
+    "uint64": "u8",
+    "float32": "f4",
+    "float64": "f8",
+}
+TEXTS = ("string", "wstring")
+TIME_TEXT = "int32 sec\nuint32 nanosec\n"
+WELL_KNOWN = {"builtin_interfaces/Time": TIME_TEXT, "builtin_interfaces/Duration": TIME_TEXT}  # tools leave them out of definitions
+ROS1_NAMES = {"Header": "std_msgs/Header", "time": "builtin_interfaces/Time", "duration": "builtin_interfaces/Duration"}
+
+_SEPARATOR = re.compile(r"^=+[ \t\r]*\nMSG: *(\S+)[^\n]*$", re.MULTILINE)
+_FIELD = re.compile(r"\s*([\w/]+)(?:<=\d+)?(\[(?:<=)?\d*\])?\s+(\w+)\s*(=?)", re.ASCII)
+
+Repeat = Literal["once", "fixed", "sequence"]
+
+
+class Message(NamedTuple):
+    """A type of message and its fields in their order."""
+
+    name: str
+    fields: tuple[Field, ...]
+
+
+class Field(NamedTuple):
+    """One field. kind: a key of NUMBERS, one of TEXTS, or the message that it holds; size: of a fixed array, else 0."""
+
+    name: str
+    kind: str | Message
+    repeat: Repeat = "once"
+    size: int = 0
+
+
+Definitions = dict[str, list[tuple[str, str, Repeat, int]]]  # message -> name, kind, repeat and size of each field
+
+
+def parse_message(name: str, text: str) -> Message:
+    """The message `name` (`sensor_msgs/msg/JointState`) of a definition.
+
+    Raises ValueError where a line is no field, or a message that is used is not defined.
+    """
+    main = short_name(name)
+    parts = _SEPARATOR.split(text)
+    definitions: Definitions = {known: _fields(known, lines) for known, lines in WELL_KNOWN.items()}
+    for part, lines in zip([main, *map(short_name, parts[1::2])], parts[0::2], strict=True):
+        definitions[part] = _fields(part, lines)
+    return assembled(main, definitions)
+
+
+def short_name(name: str) -> str:
+    """`sensor_msgs/msg/JointState` and `sensor_msgs/JointState` are one message.
+
+    >>> short_name("sensor_msgs/msg/JointState")
+    'sensor_msgs/JointState'
+    """
+    return name.replace("/msg/", "/")
+
+
+def assembled(name: str, definitions: Definitions) -> Message:
+    """The tree under a message. Raises ValueError where a message that is used is not defined, or the tree has no end."""
+    left = MOST_FIELDS
+
+    def build(name: str, depth: int) -> Message:
+        nonlocal left
+        if name not in definitions:
+            raise ValueError(f"message {name!r} is used and not defined")
+        left -= len(definitions[name])
+        if depth > DEEPEST or left < 0:
+            raise ValueError(f"message {name!r} lies more than {DEEPEST} messages deep, or has more than {MOST_FIELDS} fields in it")
+        fields = (
+            Field(field, kind if kind in NUMBERS or kind in TEXTS else build(kind, depth + 1), repeat, size)
+            for field, kind, repeat, size in definitions[name]
+        )
+        return Message(name, tuple(fields))
+
+    return build(name, 0)
+
+
+def _fields(message: str, lines: str) -> list[tuple[str, str, Repeat, int]]:
+    """The fields of one message; constants (`uint8 ERROR=40`) take no bytes."""
+    found: list[tuple[str, str, Repeat, int]] = []
+    for line in lines.splitlines():
+        if not line.strip() or line.lstrip().startswith("#"):
+            continue
+        match = _FIELD.match(line)
+        if match is None:
+            raise ValueError(f"message {message!r}: {line.strip()[:60]!r} is no field")
+        kind, array, name, constant = match.groups()
+        if constant:
+            continue
+        fixed = array[1:-1].isdigit() if array else False
+        repeat: Repeat = "once" if not array else "fixed" if fixed else "sequence"
+        found.append((name, _full_name(kind, message), repeat, int(array[1:-1]) if array and fixed else 0))
+    return found
+
+
+def _full_name(kind: str, message: str) -> str:
+    if kind in NUMBERS or kind in TEXTS:
+        return kind
+    if kind in ROS1_NAMES:
+        return ROS1_NAMES[kind]
+    package = message.rpartition("/")[0]
+    return short_name(kind) if "/" in kind else f"{package}/{kind}"
