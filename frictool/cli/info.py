@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,13 +11,18 @@ import click
 from frictool.cli.output import STDOUT, existing, json_option, note, output_option, print_json, save_text
 
 if TYPE_CHECKING:
+    from frictool.documents.bench import Bench
     from frictool.logs.log import Log
+    from frictool.logs.survey import Signal, Survey
+    from frictool.logs.table import Loss
 
 HELP = """\b
 Example:
   frictool info sines.mcap
 
-Show a log's channels, rate, jitter, gaps and the encoder step that its positions show. A raw bench file needs --bench.
+Show what a log holds and what it is good for: channels, rate and jitter, gaps, the step of the encoder and of every other signal,
+velocities, saturation (flat tops), signals that are held, the kind of test, whether effort and motion have one sign, what was lost on the
+way, and which methods of identification it can feed. A raw bench file needs --bench; with it, samples at the actuator's limit are counted.
 """
 
 
@@ -30,76 +36,140 @@ def command(log: Path, bench: Path | None, output: Path | None, as_json: bool) -
     from frictool.documents.registry import load
 
     document = None if bench is None else load(bench, Bench)
-    from frictool.logs.reading import read_log
-
-    found = read_log(log, document)
+    found, surveys = _surveyed(log, document)
     for warning in found.warnings:
         note(f"warning: {warning}")
-    facts = summary(found)
+    facts = summary(found, surveys)
     if as_json:
         print_json(facts, output)
     if output is not None or not as_json:
-        save_text(output or STDOUT, table(found, facts) + "\n", [log] if bench is None else [log, bench])
+        save_text(output or STDOUT, table(found, surveys, facts) + "\n", [log] if bench is None else [log, bench])
 
 
-def summary(log: Log) -> dict[str, Any]:
-    """The machine's view of a log: one row per signal."""
+def _surveyed(path: Path, bench: Bench | None) -> tuple[Log, list[Survey]]:
+    """A log without its samples, and what they show: a canonical log of any length in bounded memory, a raw file in memory."""
+    from frictool.logs.log import Log
+    from frictool.logs.mcap_reader import is_canonical, open_mcap
+    from frictool.logs.reading import read_log
+    from frictool.logs.survey import in_memory, survey
+
+    limits: dict[str, float] = {} if bench is None else {bench.actuator.drive: bench.actuator.limit.value}
+    if is_canonical(path):
+        streams, metadata, _ = open_mcap(path)
+        return Log((), metadata, str(path)), [survey(one.head, one.samples, limits) for one in streams]
+    log = read_log(path, bench)
+    return replace(log, streams=()), [survey(*in_memory(stream), limits) for stream in log.streams]
+
+
+def summary(log: Log, surveys: list[Survey]) -> dict[str, Any]:
+    """The machine's view of a log: one row per signal, and what is said of it as a whole."""
+    from frictool.identify.feeds import feeds
+    from frictool.logs.losses import as_rows
     from frictool.logs.mcap_layout import COLUMNS, message_path
-    from frictool.logs.quality import encoder_step, time_base
+    from frictool.logs.sign import sign_of
+    from frictool.logs.survey import row
 
     columns = log.metadata.get(COLUMNS, {})
-    rows = []
-    for stream in log.streams:
-        base = time_base(stream.time)
-        for name, values in stream.signals.items():
-            rows.append(
-                {
-                    "name": name,
-                    "source": stream.topic,
-                    "column": columns.get(message_path(stream.topic, name)),
-                    "unit": stream.units[name],
-                    "samples": base.samples,
-                    "rate_hz": base.rate_hz,
-                    "jitter_s": base.jitter_s,
-                    "gaps": base.gaps,
-                    "low": float(values.min()),
-                    "high": float(values.max()),
-                }
-            )
-    position = next((stream.signals["position"] for stream in log.streams if "position" in stream.signals), None)
+    main = next((one for one in surveys if "position" in one.signals), surveys[0])
+    test, given = _test(log, main)
+    sign = None if main.opening is None else sign_of(main.opening)
+    velocity = main.velocity
     return {
-        "channels": rows,
-        "duration_s": max(float(stream.time[-1] - stream.time[0]) for stream in log.streams),
-        "encoder_step": None if position is None else encoder_step(position),
-        "lost": [],  # a log that lost samples is not read at all
+        "channels": [row(seen, one, columns.get(message_path(seen.topic, one.name))) for seen in surveys for one in seen.signals.values()],
+        "duration_s": max(one.base.duration_s for one in surveys),
+        "encoder_step": main.signals["position"].step if "position" in main.signals else None,
+        "lost": as_rows(_lost(log)),
+        "test": {"kind": test, "given": given},
+        "velocity": None if velocity is None else {"low": velocity[0], "high": velocity[1], "samples": main.window},
+        "work_share": None if sign is None else sign.work,
+        "reversed": [] if sign is None else list(sign.reversed),
+        "odd": [text for text in (main.jumps.text(), None if sign is None else sign.text) if text],
+        "methods": feeds(main, test),
     }
 
 
-def table(log: Log, facts: dict[str, Any]) -> str:
+def _lost(log: Log) -> list[Loss]:
+    """What the log says was lost. Raises LogError where that is none that frictool writes."""
+    from frictool.errors import LogError
+    from frictool.logs.losses import LOST, losses_of
+
+    try:
+        return losses_of(log.metadata)
+    except ValueError as error:
+        raise LogError(log.source, f"metadata {LOST!r} does not tell losses as frictool writes them: {error}") from None
+
+
+def _test(log: Log, main: Survey) -> tuple[str | None, bool]:
+    """The kind of test, and whether it was given to `ingest`."""
+    from frictool.logs.kind import TEST, kind_of
+    from frictool.logs.mcap_layout import KIND
+
+    given = log.metadata.get(KIND, {}).get(TEST)
+    return (given, True) if given else (None if main.opening is None else kind_of(main.opening), False)
+
+
+def table(log: Log, surveys: list[Survey], facts: dict[str, Any]) -> str:
     """The same for people."""
-    lines = [f"{Path(log.source).name}: {facts['duration_s']:.6g} s"]
-    lines.append(f"{'channel':<24} {'unit':<8} {'samples':>9} {'rate [Hz]':>10} {'jitter [s]':>10} {'gaps':>5}  range")
-    for row in facts["channels"]:
-        channel = f"{row['source']}.{row['name']}"
-        numbers = f"{row['samples']:>9} {row['rate_hz']:>10.6g} {row['jitter_s']:>10.2g} {row['gaps']:>5}"
-        lines.append(f"{channel:<24} {row['unit']:<8} {numbers}  {row['low']:.6g} to {row['high']:.6g}")
-    lines += _encoder_step(log, facts["encoder_step"])
+    from frictool.logs.losses import shown
+
+    lines = [f"{Path(log.source).name}: {facts['duration_s']:.6g} s", *_channels(facts)]
+    lines += [line for seen in surveys for line in _signals(seen)]
+    lines += _motion(facts, surveys)
+    lines += [f"odd: {text}" for text in facts["odd"]]
+    lines += [f"lost: {shown(loss)}" for loss in _lost(log)]
+    lines += [f"feeds {name}" if why is None else f"does not feed {name}: {why}" for name, why in facts["methods"].items()]
     lines += [f"{key}: {text}" for key, text in log.metadata.get("provenance", {}).items()]
     return "\n".join(lines)
 
 
-def _encoder_step(log: Log, step: float | None) -> list[str]:
-    """The line on the encoder step, or why none is seen; no line where the log has no position."""
-    from frictool.logs.quality import FEWEST_LEVELS, levels
+def _channels(facts: dict[str, Any]) -> list[str]:
+    """One line for each signal."""
+    lines = [f"{'channel':<24} {'unit':<8} {'samples':>9} {'rate [Hz]':>10} {'jitter [s]':>10} {'gaps':>5} {'step':>9}  range"]
+    for row in facts["channels"]:
+        channel = f"{row['source']}.{row['name']}"
+        step = "none" if row["step"] is None else f"{row['step']:.4g}"
+        numbers = f"{row['samples']:>9} {row['rate_hz']:>10.6g} {row['jitter_s']:>10.2g} {row['gaps']:>5} {step:>9}"
+        lines.append(f"{channel:<24} {row['unit']:<8} {numbers}  {row['low']:.6g} to {row['high']:.6g}")
+    return lines
 
-    stream = next((stream for stream in log.streams if "position" in stream.signals), None)
-    if stream is None:
+
+def _signals(seen: Survey) -> list[str]:
+    """What is remarkable about the signals of a stream."""
+    lines = []
+    for one in seen.signals.values():
+        name, rate = f"{seen.topic}.{one.name}", seen.base.rate_hz
+        if one.hold is not None:
+            lines.append(f"held: {name} keeps its value for {one.hold} samples ({one.hold / rate:.4g} s) or more")
+        for top in one.flat:
+            at = f"{name} is flat at {top.at:.6g} {one.unit}"
+            lines.append(f"saturated: {at} in {top.samples} samples, for up to {top.longest / rate:.4g} s")
+        if one.at_limit:
+            lines.append(f"saturated: {name} is at the bench's limit in {one.at_limit} samples")
+    return lines
+
+
+def _motion(facts: dict[str, Any], surveys: list[Survey]) -> list[str]:
+    """The encoder step, or why none is seen; velocities; the kind of test. Nothing where the log has no position."""
+    seen = next((one for one in surveys if "position" in one.signals), None)
+    if seen is None:
         return []
-    if step is not None:
-        return [f"encoder step: {step:.6g} {stream.units['position']}"]
-    seen = levels(stream.signals["position"])
-    if seen == 1:
-        return ["encoder step: none seen, the position does not change"]
-    if seen < FEWEST_LEVELS:
-        return [f"encoder step: none seen, the position takes {seen} values; at least {FEWEST_LEVELS} are needed to tell"]
-    return ["encoder step: none seen, positions lie on no lattice"]
+    position, velocity = seen.signals["position"], facts["velocity"]
+    lines = [f"encoder step: {_step(position)}"]
+    if velocity is not None:
+        over = f"over {velocity['samples']} sample{'s' * (velocity['samples'] > 1)}"
+        lines.append(f"velocity: {velocity['low']:.4g} to {velocity['high']:.4g} {position.unit}/s, {over}")
+    test = facts["test"]
+    lines.append(f"test: {test['kind'] or 'too short to tell'} ({'given' if test['given'] else 'detected'})")
+    return lines
+
+
+def _step(position: Signal) -> str:
+    from frictool.logs.quality import FEWEST_LEVELS
+
+    if position.step is not None:
+        return f"{position.step:.6g} {position.unit}"
+    if position.levels == 1:
+        return "none seen, the position does not change"
+    if position.levels < FEWEST_LEVELS:
+        return f"none seen, the position takes {position.levels} values; at least {FEWEST_LEVELS} are needed to tell"
+    return "none seen, positions lie on no lattice"

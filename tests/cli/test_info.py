@@ -1,0 +1,105 @@
+"""`frictool info`: one row per signal, and what the log is good for, in text and as JSON."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+
+from frictool.logs.log import Log, Stream
+from tests.cli.run import refused, run
+from tests.logs.example import ROOT, as_bytes, golden_log, measured
+
+CLUTCH = ROOT / "configs" / "clutch" / "bench.yaml"
+EMPS = ROOT / "configs" / "emps" / "bench.yaml"
+UNITS = {"position": "rad", "current": "A", "command": "A"}
+
+
+def saved(folder: Path, metadata: dict[str, dict[str, str]] | None = None, **signals: np.ndarray) -> Path:
+    """A canonical log at 1 kHz."""
+    time = np.arange(next(iter(signals.values())).size) * 0.001
+    stream = Stream("/axis", time, signals, {name: UNITS[name] for name in signals})
+    path = folder / "log.mcap"
+    path.write_bytes(as_bytes(Log((stream,), metadata or {})))
+    return path
+
+
+def facts(*arguments: str | Path) -> Any:
+    done = run("info", *arguments, "--json")
+    assert done.code == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_one_row_per_signal_with_what_the_machine_needs(tmp_path: Path):
+    path = tmp_path / "two.mcap"
+    path.write_bytes(as_bytes(golden_log()))
+    found = facts(path)
+    assert [(row["source"], row["name"]) for row in found["channels"]] == [
+        ("/axis", "position"),
+        ("/axis", "current"),
+        ("/axis/force", "effort"),
+    ]
+    needed = {"name", "source", "unit", "samples", "rate_hz", "jitter_s", "gaps", "step", "held_s", "flat_tops", "low", "high"}
+    assert all(row.keys() >= needed for row in found["channels"])
+    assert found.keys() >= {"channels", "duration_s", "encoder_step", "lost"}
+
+
+@pytest.mark.parametrize("kind", ["sines", "ramp", "steps"])
+def test_the_sample_logs(kind: str):
+    found = facts(ROOT / "sample_logs" / f"{kind}.csv", "--bench", CLUTCH)
+    assert found["test"] == {"kind": kind, "given": False}
+    assert found["reversed"] == found["odd"] == []
+    assert [name for name, why in found["methods"].items() if why is None] == (["breakaway"] if kind == "ramp" else ["least-squares"])
+
+
+def test_the_kind_that_was_given_is_believed(tmp_path: Path):
+    path = saved(tmp_path, {"log": {"test": "ramp"}}, position=np.sin(np.arange(3000) / 300.0))
+    assert facts(path)["test"] == {"kind": "ramp", "given": True}
+    assert "test: ramp (given)\n" in run("info", path).stdout
+
+
+def test_saturation_holds_and_limits_in_text(tmp_path: Path):
+    k = np.arange(6000)
+    current = np.clip(80.0 * np.sin(k / 200.0), -50.0, 50.0)
+    command = np.repeat(80.0 * np.sin(k[::4] / 200.0), 4)
+    path = saved(tmp_path, position=np.rint(40 * np.sin(k / 200.0)), current=current, command=command)
+    shown = run("info", path, "--bench", CLUTCH).stdout
+    assert "saturated: /axis.current is flat at -50 A in " in shown
+    assert "saturated: /axis.current is flat at 50 A in " in shown
+    assert f"saturated: /axis.current is at the bench's limit in {np.sum(np.abs(current) >= 49.0)} samples" in shown
+    assert "held: /axis.command keeps its value for 4 samples (0.004 s) or more" in shown
+    assert "/axis.command is flat" not in shown
+    without = run("info", path).stdout
+    assert "flat at 50 A" in without
+    assert "limit" not in without
+
+
+def test_a_reversed_sensor_is_named(tmp_path: Path):
+    bench = tmp_path / "bench.yaml"
+    bench.write_text(EMPS.read_text().replace("{column: vir, unit: V}", "{column: vir, unit: V, scale: -1}"))
+    record = measured("emps/DATA_EMPS.mat")
+    assert facts(record, "--bench", EMPS)["reversed"] == []
+    assert facts(record, "--bench", bench)["reversed"] == ["effort"]
+    assert "odd: the effort takes energy from the axis" in run("info", record, "--bench", bench).stdout
+
+
+def test_what_was_lost_is_listed(tmp_path: Path):
+    loss = {"channels": ["/axis.position"], "reason": "a chunk is damaged", "start_s": 1.0, "end_s": 2.0, "samples": 1000}
+    path = saved(tmp_path, {"lost": {"1": msgspec.json.encode(loss).decode()}}, position=np.arange(50.0))
+    assert facts(path)["lost"] == [loss]
+    assert "lost: 1000 samples of /axis.position from 1 to 2 s: a chunk is damaged\n" in run("info", path).stdout
+
+
+def test_a_record_of_losses_that_is_none_is_one_line(tmp_path: Path):
+    path = saved(tmp_path, {"lost": {"1": "everything"}}, position=np.arange(50.0))
+    refused(run("info", path), 3, "log.mcap: metadata 'lost' does not tell losses")
+
+
+def test_the_same_log_gives_the_same_text_wherever_it_goes(tmp_path: Path):
+    path, target = saved(tmp_path, position=np.arange(500.0) % 90), tmp_path / "info.txt"
+    assert run("info", path, "-o", target).code == 0
+    assert target.read_text() == run("info", path).stdout
