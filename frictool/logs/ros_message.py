@@ -27,9 +27,12 @@ NUMBERS = {
     "float64": "f8",
 }
 TEXTS = ("string", "wstring")
-TIME_TEXT = "int32 sec\nuint32 nanosec\n"
-WELL_KNOWN = {"builtin_interfaces/Time": TIME_TEXT, "builtin_interfaces/Duration": TIME_TEXT}  # tools leave them out of definitions
-ROS1_NAMES = {"Header": "std_msgs/Header", "time": "builtin_interfaces/Time", "duration": "builtin_interfaces/Duration"}
+WELL_KNOWN = {  # what definitions use and do not define
+    "builtin_interfaces/Time": "int32 sec\nuint32 nanosec\n",
+    "builtin_interfaces/Duration": "int32 sec\nuint32 nanosec\n",
+    "time": "uint32 sec\nuint32 nanosec\n",  # of ROS 1, as are those that follow
+    "duration": "int32 sec\nint32 nanosec\n",
+}
 
 _SEPARATOR = re.compile(r"^=+[ \t\r]*\nMSG: *(\S+)[^\n]*$", re.MULTILINE)
 _FIELD = re.compile(r"\s*([\w/]+)(?:<=\d+)?(\[(?:<=)?\d*\])?\s+(\w+)\s*(=?)", re.ASCII)
@@ -119,7 +122,9 @@ def _fields(message: str, lines: str) -> list[tuple[str, str, Repeat, int]]:
 def _full_name(kind: str, message: str) -> str:
     if kind in NUMBERS or kind in TEXTS:
         return kind
-    if kind in ROS1_NAMES:
-        return ROS1_NAMES[kind]
+    if kind in WELL_KNOWN:
+        return kind
+    if kind == "Header":  # wherever it is used in ROS 1
+        return "std_msgs/Header"
     package = message.rpartition("/")[0]
     return short_name(kind) if "/" in kind else f"{package}/{kind}"
