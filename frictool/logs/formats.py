@@ -25,6 +25,7 @@ class Format(NamedTuple):
 
 # in the order in which they are asked; text takes whatever holds no NUL character
 FORMATS = (
+    Format("recordings (MCAP, ROS bags)", "frictool.logs.recording_format"),
     Format("MATLAB", "frictool.logs.mat_format"),
     Format("NumPy", "frictool.logs.npz_format"),
     Format("text with columns (CSV)", "frictool.logs.csv_format"),
@@ -45,7 +46,7 @@ def format_of(path: Path) -> Format:
     for one in FORMATS:
         if _reader(one).sniff(head, path):
             return one
-    raise LogError(path, f"is binary and no known format; allowed: MCAP, {', '.join(one.name for one in FORMATS)}")
+    raise LogError(path, f"is binary and no known format; allowed: {', '.join(one.name for one in FORMATS)}")
 
 
 def tables_of(path: Path, layout: Layout | None = None) -> tuple[Table, ...]:
