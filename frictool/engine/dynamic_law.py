@@ -2,9 +2,9 @@
 
     m v' = u(t, x, v, q) - F(z, z', v)        x' = v        q' = x - r        z' = rate(z, v)
 
-These laws have no modes: v is small in their stick, never zero. Dormand-Prince with error control on v and z; where the contact is
-stiff (z relaxes in microseconds at speed) the error itself keeps the step within the method's stability. A law's memory moves after an
-accepted step only.
+These laws have no modes: v is small in their stick, never zero. A Rosenbrock method (engine/rosenbrock.py) with error control on v and z:
+in slip the contact relaxes in microseconds, in stick it is as soft as the drive. A law's memory moves after an accepted step only, and no
+step passes a reversal, which the memory has to see: it ends there.
 """
 
 from __future__ import annotations
@@ -16,8 +16,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.engine.body import SAMPLE_EFFORT, SAMPLE_FRICTION, SAMPLE_MODE, SAMPLE_POSITION, SAMPLE_VELOCITY
-from frictool.engine.dormand_prince import ERRORS, NODES, STAGES, TABLEAU, B
-from frictool.engine.drive import effort, reference
+from frictool.engine.drive import (
+    AMPLITUDE,
+    DERIVATIVE,
+    FREQUENCY,
+    INTEGRAL,
+    PHASE,
+    PROPORTIONAL,
+    SLOPE,
+    TARGET_SPEED,
+    effort,
+    reference,
+)
+from frictool.engine.rosenbrock import CONTACT, NODES, STAGES, between, complete_stage, stage_point
 from frictool.engine.status import LAW_FAILED, NOT_FINITE, OK, STEP_TOO_SMALL
 from frictool.kernels import kernel
 
@@ -26,10 +37,11 @@ Rate = Callable[[Vector, float, Vector, Vector], int]
 Force = Callable[[Vector, Vector, float, Vector], float]
 Commit = Callable[[Vector, float, Vector], int]
 
-CONTACT = 3  # the state is (x, v, q, z...)
 FIRST_STEP = 1e-9  # of the run
 SHORTEST_STEP = 2.0**-50
 GROWTH, SHRINKAGE, SAFETY = 5.0, 0.2, 0.9
+DIFFERENCE = 1e-7  # of a state's size: the derivatives of the law are differences
+AT_REVERSAL = 1e-3  # of the speed's size: slower than that a step may pass v = 0
 
 
 @kernel
@@ -43,6 +55,48 @@ def _field(rate: Rate, force: Force, law: Vector, mass: float, drive: Vector, t:
 
 
 @kernel
+def _linearise(
+    rate: Rate,
+    force: Force,
+    law: Vector,
+    mass: float,
+    drive: Vector,
+    t: float,
+    y: Vector,
+    slope: Vector,
+    scales: Vector,
+    own: Vector,
+    couplings: Vector,
+    in_time: Vector,
+) -> int:
+    """The derivatives of the field at y, where it is `slope`, as engine/rosenbrock.py takes them.
+
+    Differences point away from v = 0, and of z the way it goes: a hysteresis is stiffer on the way back.
+    """
+    m, z, zdot = couplings.shape[1], y[CONTACT:], slope[CONTACT:]
+    out, there = np.zeros_like(z), z.copy()
+    friction = force(z, zdot, y[1], law)
+    step = math.copysign(DIFFERENCE * max(scales[1], abs(y[1])), y[1])
+    failed = rate(z, y[1] + step, law, out)
+    own[0], own[2] = drive[PROPORTIONAL] / mass, drive[INTEGRAL] / mass
+    own[1] = (drive[DERIVATIVE] + (force(z, out, y[1] + step, law) - friction) / step) / mass
+    couplings[0] = (out[:m] - zdot[:m]) / step
+    for j in range(m):
+        there[j] += math.copysign(DIFFERENCE * max(scales[CONTACT + j], abs(z[j])), zdot[j])
+    failed += rate(there, y[1], law, out)
+    couplings[1] = (out[:m] - zdot[:m]) / (there[:m] - z[:m])
+    for j in range(m):
+        here, turned, step = z[j], zdot[j], there[j] - z[j]
+        z[j], zdot[j] = there[j], out[j]
+        couplings[2, j] = (force(z, zdot, y[1], law) - friction) / (step * mass)
+        z[j], zdot[j] = here, turned
+    turn = drive[AMPLITUDE] * drive[FREQUENCY] * math.cos(drive[FREQUENCY] * t + drive[PHASE])
+    in_time[1] = (drive[SLOPE] + turn + drive[PROPORTIONAL] * drive[TARGET_SPEED]) / mass
+    in_time[2] = -drive[TARGET_SPEED]
+    return failed
+
+
+@kernel
 def _try_step(
     rate: Rate,
     force: Force,
@@ -52,37 +106,30 @@ def _try_step(
     t: float,
     h: float,
     y: Vector,
-    slopes: Vector,
+    slope: Vector,
     scales: Vector,
+    own: Vector,
+    couplings: Vector,
+    in_time: Vector,
+    stages: Vector,
     end: Vector,
 ) -> float:
-    """One step of length h to `end`; slopes (7, n), the first row given. Returns the error in tolerances, inf where the law fails."""
+    """One step of length h to `end` from y, where the field is `slope`; stages (6, n). Returns the error in tolerances, inf if it fails."""
+    rows = CONTACT + couplings.shape[1]
+    stages[0, :] = slope
+    complete_stage(own, couplings, in_time, h, 0, stages)
     for i in range(1, STAGES):
-        for row in range(y.shape[0]):
-            total = 0.0
-            for j in range(i):
-                total += TABLEAU[i, j] * slopes[j, row]
-            end[row] = y[row] + h * total
-        if _field(rate, force, law, mass, drive, t + NODES[i] * h, end, slopes[i]) != OK:
+        stage_point(y, stages, i, rows, end)
+        if _field(rate, force, law, mass, drive, t + NODES[i] * h, end, stages[i]) != OK:
             return math.inf
+        complete_stage(own, couplings, in_time, h, i, stages)
     worst = 0.0
-    for row in range(1, y.shape[0]):
+    for row in range(rows):
+        error = stages[STAGES - 1, row]
+        end[row] += error
         if scales[row] > 0.0:
-            error = 0.0
-            for i in range(STAGES):
-                error += ERRORS[i] * slopes[i, row]
-            worst = max(worst, abs(h * error) / (scales[0] * max(scales[row], abs(y[row]), abs(end[row]))))
+            worst = max(worst, abs(error) / (scales[0] * max(scales[row], abs(y[row]), abs(end[row]))) if row > 0 else 0.0)
     return worst if math.isfinite(worst) and math.isfinite(end[1]) else math.inf
-
-
-@kernel
-def _between(y: Vector, slopes: Vector, h: float, share: float, out: Vector) -> None:
-    """The dense output at the share of the step."""
-    for row in range(y.shape[0]):
-        total = 0.0
-        for i in range(STAGES):
-            total += slopes[i, row] * share * (B[i, 0] + share * (B[i, 1] + share * (B[i, 2] + share * B[i, 3])))
-        out[row] = y[row] + h * total
 
 
 @kernel
@@ -98,7 +145,7 @@ def _factor(error: float) -> float:
     """How much longer or shorter the next step is than one of this error, in tolerances."""
     if not math.isfinite(error):
         return SHRINKAGE
-    return GROWTH if error == 0.0 else min(GROWTH, max(SHRINKAGE, SAFETY * error**-0.2))
+    return GROWTH if error == 0.0 else min(GROWTH, max(SHRINKAGE, SAFETY * error**-0.25))
 
 
 @kernel
@@ -109,6 +156,7 @@ def _segment(
     law: Vector,
     mass: float,
     y: Vector,
+    moving: int,
     scales: Vector,
     drive: Vector,
     t: float,
@@ -119,26 +167,35 @@ def _segment(
 ) -> tuple[int, float, int]:
     """Under one drive up to `end`: status, the time reached, samples filled so far."""
     n = y.shape[0]
-    slopes, after, at, zdot = np.zeros((STAGES, n)), np.zeros(n), np.zeros(n), np.zeros(n - CONTACT)
-    h, shortest = FIRST_STEP * (end - t), SHORTEST_STEP * max(abs(t), abs(end))
+    slope, after, at, zdot = np.zeros(n), y.copy(), y.copy(), np.zeros(n - CONTACT)
+    stages, own, couplings, in_time = np.zeros((STAGES, n)), np.zeros(3), np.zeros((3, moving)), np.zeros(CONTACT)
+    h, shortest, fresh = FIRST_STEP * (end - t), SHORTEST_STEP * max(abs(t), abs(end)), True
     while t < end:
         step = min(h, end - t)
-        if _field(rate, force, law, mass, drive, t, y, slopes[0]) != OK:
-            return LAW_FAILED, t, filled
-        error = _try_step(rate, force, law, mass, drive, t, step, y, slopes, scales, after)
-        if error > 1.0:
+        if fresh:
+            failed = _field(rate, force, law, mass, drive, t, y, slope)
+            if failed + _linearise(rate, force, law, mass, drive, t, y, slope, scales, own, couplings, in_time) != OK:
+                return LAW_FAILED, t, filled
+        error = _try_step(rate, force, law, mass, drive, t, step, y, slope, scales, own, couplings, in_time, stages, after)
+        fresh = error <= 1.0
+        if not fresh:
             if step <= shortest:
                 return STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE, t, filled
             h = step * _factor(error)
             continue
+        if y[1] * after[1] < 0.0 and min(abs(y[1]), abs(after[1])) > AT_REVERSAL * scales[1]:
+            h, fresh = step * y[1] / (y[1] - after[1]), False
+            continue
         later = t + step if step < end - t else end
         while filled < times.shape[0] and times[filled] < later:
-            _between(y, slopes, step, (times[filled] - t) / step, at)
+            between(y, after, stages, (times[filled] - t) / step, CONTACT + moving, at)
             _sample(rate, force, law, drive, times[filled], at, zdot, samples[filled])
             filled += 1
-        y[:] = after
+        y[: CONTACT + moving] = after[: CONTACT + moving]
         if commit(y[CONTACT:], y[1], law) != OK:
             return LAW_FAILED, later, filled
+        after[CONTACT + moving :] = y[CONTACT + moving :]
+        at[CONTACT + moving :] = y[CONTACT + moving :]
         t, h = later, max(h if step < h else 0.0, step * _factor(error))
     return OK, t, filled
 
@@ -151,6 +208,7 @@ def run_dynamic(
     law: Vector,
     mass: float,
     y: Vector,
+    moving: int,
     scales: Vector,
     start: float,
     ends: Vector,
@@ -160,12 +218,13 @@ def run_dynamic(
 ) -> tuple[int, float]:
     """Moves y = (x, v, q, z...), in place, from `start` [s] through segments that end at `ends` (s,) with `drives` (s, 10).
 
-    scales (n,): the tolerance, the speed [m/s] that it is relative to, 0, and a size for each z; 0: z is not controlled. times (n,),
-    ascending, within the run; samples (n, 5) are filled. Returns a status of engine/status.py and the time reached.
+    moving: how many of z, the first ones, have a rate; the rest is memory. scales (n,): the tolerance, the speed [m/s] that it is relative
+    to, 0, and a size for each z. times (n,), ascending, within the run; samples (n, 5) are filled. Returns a status of engine/status.py
+    and the time reached.
     """
     t, filled = start, 0
     for k in range(ends.shape[0]):
-        status, t, filled = _segment(rate, force, commit, law, mass, y, scales, drives[k], t, ends[k], times, samples, filled)
+        status, t, filled = _segment(rate, force, commit, law, mass, y, moving, scales, drives[k], t, ends[k], times, samples, filled)
         if status != OK:
             return status, t
     zdot = np.zeros(y.shape[0] - CONTACT)

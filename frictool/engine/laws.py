@@ -2,7 +2,7 @@
 
     static    coulomb, svc, stribeck, and the smoothed forms    exact engine: events solved, `tolerance`
               svc_band, karnopp                                 as printed, in a fixed step
-    dynamic   dahl, lugre, elasto_plastic, leuven, ...          Dormand-Prince with error control, `tolerance`
+    dynamic   dahl, lugre, elasto_plastic, leuven, ...          Rosenbrock method with error control, `tolerance`
     hybrid    hybrid_a, hybrid_b, hybrid_c                      as printed, in a fixed step
 
 Each driver is compiled once and runs every law of its kind through pointers to the law's kernels.
@@ -19,18 +19,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from frictool.engine.body import EVENT_SIZE, SAMPLE_SIZE, Body
 from frictool.engine.drive import Drive
-from frictool.engine.dynamic_law import CONTACT, run_dynamic
+from frictool.engine.dynamic_law import run_dynamic
 from frictool.engine.fixed_step import run_band, run_hybrid
+from frictool.engine.rosenbrock import CONTACT
 from frictool.engine.status import OK
 from frictool.engine.trajectory import ROOM_FOR_EVENTS, Trajectory, checked, simulate
 from frictool.friction import signatures as s
 from frictool.friction.law import DynamicKernels, HybridKernels, Law, StaticKernels
+from frictool.friction.stribeck import straight_from
 from frictool.kernels import pointer
 
 Vector = NDArray[np.float64]
 Segments = Sequence[tuple[float, Drive]]
 
-ROUNDING_EXPONENT = 38.4  # exp(-0.98^2 38.4) = 1e-16: from there on the curve of Stribeck is F_c to rounding
 STEP_TOLERANCE = 1e-7
 
 
@@ -49,7 +50,7 @@ def body_of(law: Law, p: Vector, mass: float) -> Body:
         straight, scale = math.inf, values["smoothing_velocity"]
     elif "stribeck_velocity" in values:
         scale = values["stribeck_velocity"]
-        straight = scale * float(ROUNDING_EXPONENT ** (1.0 / values["stribeck_exponent"]))
+        straight = straight_from(scale, values["stribeck_exponent"])
     breakaway = (float(kernels.breakaway(-1.0, p)), float(kernels.breakaway(1.0, p)))
     viscous = values.get("viscous", 0.0)
     return Body(
@@ -117,11 +118,14 @@ def _run_dynamic(
 ) -> Trajectory:
     """The driver of dynamic laws; events are none: such a law has no modes."""
     z = kernels.reset(p)
+    rates = np.zeros_like(z)
+    kernels.rate(z, scales[1], p, rates)
+    moving = int(np.count_nonzero(rates))  # every state of a virgin contact moves with it; memory has no rate, hence no error
     y = np.concatenate([np.zeros(CONTACT), z])
-    sizes = np.concatenate([scales[:CONTACT], np.full(z.size, scales[CONTACT])])  # a memory has no rate, hence no error
+    sizes = np.concatenate([scales[:CONTACT], np.abs(rates) / scales[1] * scales[CONTACT]])  # what each goes through over the length scale
     driver: Any = run_dynamic
     parts = _pointers(kernels[:3], (s.RATE, s.FORCE, s.COMMIT))
-    status, reached = driver(*parts, p, mass, y, sizes, 0.0, ends, drives, times, samples)
+    status, reached = driver(*parts, p, mass, y, moving, sizes, 0.0, ends, drives, times, samples)
     if status != OK:
         samples[times > reached] = np.nan
     return Trajectory(status, reached, times, samples, np.zeros((0, EVENT_SIZE)), y)

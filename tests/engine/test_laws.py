@@ -155,6 +155,16 @@ def test_dynamic_driver_agrees_with_a_stiff_integrator(name: str) -> None:
     assert np.all(np.diff(found.position) != 0.0)
 
 
+@pytest.mark.parametrize("name", ["lugre", "elasto_plastic", "leuven", "leuven_masing", "maxwell_slip"])
+def test_a_tighter_tolerance_changes_a_dynamic_law_by_less_than_the_tolerance_allows(name: str) -> None:
+    """Through slip, reversals and stick: the memory of a hysteresis sees each reversal, whatever the step."""
+    law, drive = LAWS[name], Drive(offset=0.3, amplitude=2.2, frequency=6.0, proportional=2.0, derivative=0.3)
+    p, times = law.pack(TABLE_3_1[name]), np.linspace(0.0, 4.0, 41)
+    loose, tight = (run_law(law, p, MASS, [(4.0, drive)], times, tolerance=tolerance) for tolerance in (1e-7, 1e-10))
+    np.testing.assert_allclose(loose.position, tight.position, rtol=0.0, atol=5e-7 * np.max(np.abs(tight.position)))
+    assert np.max(np.abs(np.diff(tight.position))) > 1e-3
+
+
 def test_static_laws_have_an_exact_body_and_laws_with_a_band_do_not() -> None:
     for name in ("coulomb", "svc", "stribeck", "coulomb_tanh", "coulomb_atan"):
         body_of(LAWS[name], LAWS[name].pack(TABLE_3_1[name]), MASS).as_array()
