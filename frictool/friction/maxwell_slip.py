@@ -5,7 +5,8 @@
     F = sum F_i + sigma_v v
 
 C [N/s] is how fast slipping friction follows Stribeck's curve g: frictional memory, with the time constant g/C.
-State: [F_1 .. F_N, mode_1 .. mode_N], mode 0 sticking, +-1 slipping in that direction; modes change in `commit` only.
+State: [F_1 .. F_N, mode_1 .. mode_N], mode 0 sticking, +-1 slipping in that direction; `commit` remembers them. Within a step an element
+slips as soon as it is loaded enough.
 Elements as in friction/maxwell_bank.py: k_i = w_i F_s/(d_i z_max).
 """
 
@@ -29,6 +30,12 @@ LIMIT, PULL, FIXED = 5, 6, 7
 
 
 @kernel
+def _loaded(force: float, v: float, limit: float) -> bool:
+    """Whether an element has reached the force [N | N m] at which it slips."""
+    return v != 0.0 and math.copysign(force, force * v) >= limit
+
+
+@kernel
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
     """Fills out (2 N,) with F_i' [N/s | N m/s], and 0 for the modes. Returns friction/status.py."""
     count = z.shape[0] // 2
@@ -36,7 +43,7 @@ def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
     total = 0.0
     for i in range(count):
         weight = p[FIXED + count + i]
-        if z[count + i] * v > 0.0:
+        if z[count + i] * v > 0.0 or _loaded(z[i], v, weight * level):
             out[i] = p[PULL] * (weight * towards - z[i] / level)
         else:
             out[i] = weight * p[BREAKAWAY] / (p[FIXED + i] * p[LIMIT]) * v
@@ -63,8 +70,7 @@ def commit(z: Vector, v: float, p: Vector) -> int:
     level, towards = curve(v, p), math.copysign(1.0, v)
     for i in range(count):
         if z[count + i] * v <= 0.0:
-            loaded = v != 0.0 and towards * z[i] >= p[FIXED + count + i] * level
-            z[count + i] = towards if loaded else 0.0
+            z[count + i] = towards if _loaded(z[i], v, p[FIXED + count + i] * level) else 0.0
     return OK
 
 
