@@ -74,7 +74,7 @@ def violations(version: Version, bench: HybridBench, settings: HybridSettings, a
     sigma = f"Sigma = {s.capture_velocity:g} {speed}"
     broken = []
     if version == "hybrid_a":
-        if s.convergence_rate * b.sample_period < 5.0:
+        if s.convergence_rate < 5.0 / b.sample_period:
             broken.append(
                 f"(3.8) p0 >= 5/T_s: p0 = {s.convergence_rate:g} 1/s, 5/T_s = {5.0 / b.sample_period:g} 1/s (T_s = {b.sample_period:g} s)"
             )
