@@ -25,6 +25,7 @@ LONGEST_REST = 64_000_000  # bytes of a chunk that the end of the file cut
 WINDOW = 1 << 20
 MESSAGE_HEAD = 22  # channel (2), sequence (4), log time (8), publish time (8)
 _HEAD = struct.Struct("<BQ")
+_LENGTH = struct.Struct("<Q")
 _CHUNK = struct.Struct("<QQQII")  # start, end, uncompressed size, CRC, length of the compression's name
 _INDEX = struct.Struct("<HI")  # channel, bytes of entries
 _CANDIDATE = re.compile(rb"[\x01-\x0f].{5}\0\0\0", re.DOTALL)  # an opcode and a length below 1 TB
@@ -192,19 +193,18 @@ def whole_records(data: bytes) -> tuple[Bounds, int]:
     uniform = _uniform(data)
     if uniform is not None:
         return uniform, len(data)
-    opcodes, starts, lengths = [], [], []
+    begins = []
     position, last = 0, len(data) - RECORD_HEAD
-    unpack = _HEAD.unpack_from
+    length_at = _LENGTH.unpack_from
     while position <= last:
-        opcode, length = unpack(data, position)
-        start = position + RECORD_HEAD
-        if start + length > len(data):
+        end = position + RECORD_HEAD + length_at(data, position + 1)[0]
+        if end > len(data):
             break
-        opcodes.append(opcode)
-        starts.append(start)
-        lengths.append(length)
-        position = start + length
-    return Bounds(np.array(opcodes, np.uint8), np.array(starts, np.int64), np.array(lengths, np.int64)), position
+        begins.append(position)
+        position = end
+    heads = np.array(begins, np.int64)
+    lengths = np.diff(heads, append=position) - RECORD_HEAD
+    return Bounds(np.frombuffer(data, np.uint8)[heads], heads + RECORD_HEAD, lengths), position
 
 
 def _uniform(data: bytes) -> Bounds | None:
