@@ -24,6 +24,7 @@ from frictool.logs.table import BLOCK_ROWS, Block, Loss, Nanoseconds, find, list
 LOG_TIME = "log time"
 STAMPS = ("header.stamp", "stamp", "timestamp")  # where a message says of what time it tells
 STAMP_PARTS = (("sec", "nanosec"), ("sec", "nsec"), ("seconds", "nanos"))
+FARTHEST_APART = 3600.0  # s, of two clocks that are meant to show the same time
 SAMPLED = 20  # messages of a topic that tell what numbers it carries
 PART_BYTES = 8_000_000  # of messages that are decoded at once
 HOUSEKEEPING = ("rcl_interfaces/", "rosgraph_msgs/", "bond/", "diagnostic_msgs/")  # types that tell of the software and not of the rig
@@ -53,6 +54,7 @@ class Topic:
     """A topic: the type of its messages; how they are decoded, or why they cannot be.
 
     paths: the numbers that its first messages have. stamp: what dates these messages, and the paths of its parts; None where nothing does.
+    apart_s: by how much a stamp is from the log time: clocks that are far apart were never set by one another.
     """
 
     name: str
@@ -61,6 +63,7 @@ class Topic:
     refused: str = ""
     paths: dict[str, None] = field(default_factory=dict)
     stamp: tuple[str, tuple[str, ...]] | None = None
+    apart_s: float = 0.0
     sampled: int = 0
 
     def sample(self, messages: Messages) -> None:
@@ -75,8 +78,10 @@ class Topic:
             except ValueError as error:
                 self.refused = self.refused or str(error)
         for stamp, parts in _stamps(self.paths):
-            if self.stamp is None and np.nan_to_num(self.decoder.columns(first, parts)[0]).any():
+            seconds, nanoseconds = np.nan_to_num(self.decoder.columns(first, parts)[0])
+            if self.stamp is None and (seconds.any() or nanoseconds.any()):
                 self.stamp = stamp, parts
+                self.apart_s = float(np.abs(seconds - first.log_time / NS).max())
 
 
 class Container(Protocol):
@@ -158,7 +163,8 @@ class TopicTable:
 def tables_of(container: Container, clock: str | None = None) -> tuple[TopicTable, ...]:
     """A table for each topic; those without numbers have no columns.
 
-    clock: `log time`, or the path of a stamp in the messages; None takes the stamp where there is one.
+    clock: `log time`, or the path of a stamp in the messages; None takes the stamp where there is one, except where another topic has
+    none and the stamps are of a clock that was never set by the recorder's: streams of one log need one.
 
     Raises LogError that lists the topics where none carries numbers, or where no topic has the clock that is asked for.
     """
@@ -169,6 +175,8 @@ def tables_of(container: Container, clock: str | None = None) -> tuple[TopicTabl
     known = sorted({LOG_TIME, *(topic.stamp[0] for topic in carrying if topic.stamp)})
     if clock not in (None, *known):
         raise LogError(container.source, f"no topic has the clock {clock!r}; found: {', '.join(known)}")
+    if clock is None and any(topic.stamp is None for topic in carrying) and max(topic.apart_s for topic in carrying) > FARTHEST_APART:
+        clock = LOG_TIME
     return tuple(TopicTable(container, topic, clock) for topic in container.topics.values())
 
 
