@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.output import command_line, existing, json_option, note, output_option, print_json, replacing, say
+from frictool.cli.output import STDOUT, FiniteRange, command_line, existing, json_option, note, output_option, print_json, replacing, say
 
 if TYPE_CHECKING:
-    from frictool.logs.log import Log
+    from frictool.logs.assembly import Assembly, Window
+    from frictool.logs.mcap_layout import Head
+    from frictool.logs.quality import TimeBase
 
 HELP = """\b
 Example:
@@ -18,65 +20,115 @@ Example:
 
 Turn bench files into the canonical log (MCAP), which Foxglove, PlotJuggler and ROS 2 tools open as it is.
 
-RAW is CSV with a header `name [unit]`, a MATLAB file up to version 7, or a canonical log, which passes through. `columns` of the bench says
-which column is which channel; everything is converted to SI. The first file becomes /axis, each further one of the same rig /axis/NAME.
+RAW is a file of any format that frictool reads (its content tells which), or a canonical log, which passes through; - is standard input.
+`columns` of the bench says which column is which channel; everything is converted to SI. The first file becomes /axis, each further one
+of the same rig /axis/NAME.
+
+--from and --to keep a part of the log, in its own time. --resample puts all streams on one grid as /axis: commands, drives and what is
+made from them are held, everything else is interpolated linearly, nothing is extrapolated; there is no filter, so do not resample to a
+longer period what has faster parts. --salvage keeps what can be read of a damaged file and lists what is lost, with exit code 3.
 """
 
 
 @click.command("ingest", help=HELP)
 @click.argument("raw", type=existing, nargs=-1, required=True)
 @click.option("--bench", type=existing, required=True, help="The rig, and its columns (bench.yaml).")
+@click.option("--from", "start", type=FiniteRange(), metavar="S", help="Leave out what is before this time of the log [s].")
+@click.option("--to", "end", type=FiniteRange(), metavar="S", help="Leave out what is after this time of the log [s].")
+@click.option("--resample", "period", type=FiniteRange(1e-6, 10.0), metavar="S", help="Put all streams on one grid of this period [s].")
+@click.option("--salvage", is_flag=True, help="Keep what can be read of a damaged file; exit code 3.")
 @output_option()
 @json_option
-def command(raw: tuple[Path, ...], bench: Path, output: Path, as_json: bool) -> None:
+def command(
+    raw: tuple[Path, ...],
+    bench: Path,
+    start: float | None,
+    end: float | None,
+    period: float | None,
+    salvage: bool,
+    output: Path,
+    as_json: bool,
+) -> None:
+    from frictool.cli.progress import progress
+    from frictool.cli.standard_input import kept
     from frictool.documents.bench import Bench
     from frictool.documents.provenance import record
     from frictool.documents.registry import load
 
+    if start is not None and end is not None and start > end:
+        raise click.UsageError(f"--from {start:g} is after --to {end:g}.")
     document = load(bench, Bench)
-    from frictool.logs.mcap_format import write_mcap
-    from frictool.logs.provenance import with_provenance
-    from frictool.logs.reading import read_logs
+    from frictool.logs.assembly import assemble, write
+    from frictool.logs.provenance import PROVENANCE, provenance_record
 
-    log = read_logs(list(raw), document)
-    for warning in log.warnings:
+    options = {"--from": start, "--to": end, "--resample": period, "--salvage": salvage}
+    line = command_line("ingest", {"raw": raw, "--bench": bench, **options})
+    with kept(raw) as paths:
+        inputs = [*paths, bench]
+        made = assemble(paths, document, salvage)
+        notes = {PROVENANCE: provenance_record(record(line, inputs))}
+        with replacing(output, inputs) as stream, progress("ingest") as tick:
+            streams = write(made, stream, notes, _window(start, end), _nanoseconds(period), tick)
+    for warning in made.warnings:
         note(f"warning: {warning}")
-    inputs = [*raw, bench]
-    log = with_provenance(log, record(command_line("ingest", {"raw": raw, "--bench": bench}), inputs))
-    with replacing(output, inputs) as stream:
-        write_mcap(log, stream)
+    facts = summary(streams, made)
     if as_json:
-        print_json(summary(log), output)
+        print_json(facts, output)
     else:
-        say(table(log), output)
+        say(table(facts), output)
+    _refuse_loss(made, output)
 
 
-def summary(log: Log) -> dict[str, Any]:
-    """The machine's view of what was ingested."""
-    from frictool.logs.quality import time_base
+def _nanoseconds(seconds: float | None) -> int | None:
+    return None if seconds is None else round(seconds * 1e9)
 
-    streams = []
-    for stream in log.streams:
-        base = time_base(stream.time)
-        streams.append(
-            {
-                "topic": stream.topic,
-                "channels": {name: stream.units[name] for name in stream.signals},
-                "samples": base.samples,
-                "rate_hz": base.rate_hz,
-                "duration_s": base.duration_s,
-                "gaps": base.gaps,
-            }
+
+def _window(start: float | None, end: float | None) -> Window:
+    from frictool.logs.assembly import Window
+
+    return Window(_nanoseconds(start), _nanoseconds(end))
+
+
+def _refuse_loss(made: Assembly, output: Path) -> None:
+    """Raises LogError where data were lost."""
+    from frictool.errors import LogError
+    from frictool.logs.losses import counted
+
+    if made.losses:
+        where = "the output" if output == STDOUT else output.name
+        raise LogError(
+            made.flows[0].source, f"was read with data lost: {counted(made.losses)}; {where} has the rest and lists what is lost"
         )
-    return {"streams": streams, "warnings": list(log.warnings)}
 
 
-def table(log: Log) -> str:
+def summary(streams: list[tuple[Head, TimeBase]], made: Assembly) -> dict[str, Any]:
+    """The machine's view of what was ingested."""
+    from frictool.logs.losses import as_rows
+
+    rows = [
+        {
+            "topic": head.topic,
+            "channels": dict(zip(head.fields, head.units, strict=True)),
+            "samples": base.samples,
+            "rate_hz": base.rate_hz,
+            "duration_s": base.duration_s,
+            "gaps": base.gaps,
+        }
+        for head, base in streams
+    ]
+    return {"streams": rows, "warnings": list(made.warnings), "lost": as_rows(made.losses)}
+
+
+def table(facts: dict[str, Any]) -> str:
     """The same for people."""
+    from frictool.logs.losses import shown
+    from frictool.logs.table import Loss
+
     lines = []
-    for stream in summary(log)["streams"]:
+    for stream in facts["streams"]:
         channels = ", ".join(f"{name} [{unit}]" for name, unit in stream["channels"].items())
         lines.append(f"{stream['topic']}: {channels}")
         rate = f"{stream['rate_hz']:.6g} Hz" if stream["samples"] > 1 else "one sample"
         lines.append(f"  {stream['samples']} samples, {rate}, {stream['duration_s']:.6g} s, {stream['gaps']} gaps")
+    lines += [f"lost: {shown(Loss(**row))}" for row in facts["lost"]]
     return "\n".join(lines)

@@ -15,8 +15,10 @@ from frictool.logs.table import Table, listed, pick
 Found = dict[str, tuple[Column, str]]  # channel -> what the bench says of it, and the column's name in the table
 
 
-def bind(tables: Sequence[Table], bench: Bench) -> list[Mapper]:
+def bind(tables: Sequence[Table], bench: Bench, stem: str = "", taken: Sequence[str] = ()) -> list[Mapper]:
     """The streams of a raw file: `/axis`, made of the table with the position, else of the first; further ones `/axis/NAME`.
+
+    stem: the file's, where it is not the first of its log: its streams are `/axis/STEM`, `/axis/STEM_NAME`. taken: topics of the others.
 
     Raises LogError where the bench maps no channel, a column is missing or in several tables, its unit contradicts the bench, or a table
     has no time.
@@ -32,7 +34,7 @@ def bind(tables: Sequence[Table], bench: Bench) -> list[Mapper]:
     order = sorted(found, key=lambda home: "position" not in found[home])
     topics: list[str] = []
     for home in order:
-        topics.append(MAIN_TOPIC if not topics else free_topic(tables[home].topic, topics))
+        topics.append(topic_for(stem, tables[home].topic if topics else "", [*taken, *topics]))
     derive_from = bench.actuator.drive if not any(EFFORT in channels for channels in found.values()) else None
     return [
         Mapper(
@@ -41,7 +43,7 @@ def bind(tables: Sequence[Table], bench: Bench) -> list[Mapper]:
             _time(tables[home], bench) | found[home],
             topic,
             derive=derive_from in found[home],
-            period=bench.sample_period_s if topic == MAIN_TOPIC else None,
+            period=bench.sample_period_s if topic == topics[0] else None,
         )
         for home, topic in zip(order, topics, strict=True)
     ]
@@ -72,11 +74,12 @@ def _time(table: Table, bench: Bench) -> Found:
     return {} if name is None else {TIME: (column, name)}
 
 
-def free_topic(name: str, taken: Collection[str]) -> str:
-    """`/axis/NAME`, in letters that ROS 2 allows, with a number where a stream has the name already."""
-    stem = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_") or "more"
-    topic = f"{MAIN_TOPIC}/{stem if not stem[:1].isdigit() else '_' + stem}"
+def topic_for(stem: str, name: str, taken: Collection[str]) -> str:
+    """`/axis`, or `/axis/STEM`, `/axis/NAME`, `/axis/STEM_NAME` in letters that ROS 2 allows, with a number where it is taken."""
+    words = re.sub(r"[^A-Za-z0-9]+", "_", "_".join(filter(None, (stem, name)))).strip("_")
+    topic = f"{MAIN_TOPIC}/{words if not words[:1].isdigit() else '_' + words}" if words else MAIN_TOPIC
     number = 2
     while topic in taken:
-        topic, number = f"{topic.removesuffix(f'_{number - 1}')}_{number}", number + 1
+        base = topic.removesuffix(f"_{number - 1}") if topic != MAIN_TOPIC else f"{MAIN_TOPIC}/more"
+        topic, number = f"{base}_{number}", number + 1
     return topic

@@ -53,6 +53,13 @@ def as_rows(losses: list[Loss]) -> list[dict[str, Any]]:
     return [asdict(loss) for loss in losses]
 
 
+def counted(losses: list[Loss]) -> str:
+    """How much, in words."""
+    samples = sum(loss.samples or 0 for loss in losses)
+    more = " and more that nobody can count" if any(loss.samples is None for loss in losses) else ""
+    return f"{samples} samples{more}, in {len(losses)} place{'s' if len(losses) != 1 else ''}"
+
+
 def shown(loss: Loss) -> str:
     """The same for people, in one line."""
     samples = "samples" if loss.samples is None else f"{loss.samples} sample{'s' if loss.samples != 1 else ''}"

@@ -22,14 +22,14 @@ from frictool.logs.intervals import Intervals
 from frictool.logs.ledger import Dropped, Ledger, Rows
 from frictool.logs.log import Vector
 from frictool.logs.losses import Losses
-from frictool.logs.mcap_layout import NS, Head, message_path
+from frictool.logs.mcap_layout import LATEST, NS, Head, message_path
 from frictool.logs.quality import TimeBase
 from frictool.logs.table import Block, Loss, Nanoseconds, Table, fail_at
 
 TIME = "time"
 COUNT = "count"
 EFFORT = "effort"
-LATEST = 9_000_000_000.0  # s; a time in ns has to fit 63 bits
+
 RATE_NOTED = 0.01  # relative difference of the log's period from the bench's
 RATE_REFUSED = 0.2
 
@@ -75,16 +75,22 @@ class Mapper:
         self.columns: Mapping[str, str] = {one.channel: f"{one.name} [{one.column.unit}]" for one in sources}
         self.source = table.source
         self.clock = table.clock if self._time is None else None
-        self.size, self.done = table.size, 0
-        self.losses = Losses()
+        self.size = table.size
         self.warnings: tuple[str, ...] = ()
-        self._counter = Counter(bench)
-        self._intervals = Intervals()
-        named = {one.name: tuple(message_path(topic, other.channel) for other in sources if other.name == one.name) for one in sources}
-        self._ledger = Ledger(self.losses, named, tuple(message_path(topic, name) for name in fields))
+        self._paths = {
+            one.name: tuple(message_path(topic, other.channel) for other in sources if other.name == one.name) for one in sources
+        }
+        self._begin()
+
+    def _begin(self) -> None:
+        """Forgets what has been read."""
+        self.done, self.losses, self.warnings = 0, Losses(), ()
+        self._counter, self._intervals = Counter(self._bench), Intervals()
+        self._ledger = Ledger(self.losses, self._paths, tuple(message_path(self.head.topic, name) for name in self.head.fields))
 
     def samples(self, salvage: bool = False) -> Iterator[Samples]:
         """See Flow. Also refuses times that do not increase, fewer than 2 samples, and a period that is not the bench's by 20 %."""
+        self._begin()
         inbox: list[Loss] | None = [] if salvage else None
         for block, done in self._table.blocks(self._wanted, inbox):
             self._ledger.take(inbox, self._last)

@@ -34,6 +34,7 @@ RECORD_HEAD = 9  # opcode (1), length (8)
 MESSAGE_OPCODE = 0x05
 CDR_HEAD = 0x00000100  # bytes 00 01 00 00: plain CDR, little-endian
 NS = 1_000_000_000
+LATEST = 9_000_000_000.0  # s; a time in ns has to fit 63 bits
 
 # what ROS 2 accepts as the name of a field and of a topic
 FIELD_NAME = re.compile(r"(?!.*__)(?!.*_$)[a-z][a-z0-9_]*")

@@ -20,7 +20,7 @@ from frictool.logs.flow import Samples
 from frictool.logs.log import Log, Stream
 from frictool.logs.losses import Losses
 from frictool.logs.mcap_chunk import chunk_data
-from frictool.logs.mcap_layout import COLUMNS, MAGIC, NS, Head, message_path
+from frictool.logs.mcap_layout import COLUMNS, MAGIC, NS, TIME, Head, message_path
 from frictool.logs.mcap_records import FileRecords, Record, whole_records
 from frictool.logs.mcap_walk import Lost, Piece, Walk, axis_fields
 from frictool.logs.source import head_of, open_log
@@ -60,43 +60,45 @@ def open_mcap(path: Path, salvage: bool = False) -> tuple[list[CanonicalStream],
             chunks.setdefault(piece.channel, set()).add(piece.at)
     if salvage:
         walk.channels = {number: one for number, one in walk.channels.items() if one.samples}
-    shift, notes = walk.shift(), walk.notes()
+    shift, notes, epoch = walk.shift(), walk.notes(), walk.epoch()
     streams = []
     for number, head in zip(walk.channels, walk.heads(), strict=True):
         stored = {name: notes.get(COLUMNS, {}).get(message_path(head.topic, name)) for name in ("time", *head.fields)}
         columns = {name: text for name, text in stored.items() if text is not None}
-        streams.append(CanonicalStream(path, head, columns, number, frozenset(chunks[number]), shift, walk.size))
+        clock = None if epoch is None else notes[TIME].get(head.topic, "unknown")
+        streams.append(CanonicalStream(str(path), head, columns, number, frozenset(chunks[number]), shift, walk.size, epoch, clock))
     return streams, notes, [_loss(one, walk, shift) for one in lost or ()]
 
 
 @dataclass
 class CanonicalStream:
-    """One stream of a canonical log that has been checked (a Flow). chunks: where those begin that hold its samples."""
+    """One stream of a canonical log that has been checked (a Flow). chunks: where those begin that hold its samples.
 
-    path: Path
+    epoch: what its clock showed at 0 of the log, in ns, where a clock dates it.
+    """
+
+    source: str
     head: Head
     columns: Mapping[str, str]
     number: int
     chunks: frozenset[int]
     shift: int
     size: int
+    epoch: int | None = None
     clock: str | None = None
     done: int = 0
     losses: Losses = field(default_factory=Losses)
     warnings: tuple[str, ...] = ()
 
-    @property
-    def source(self) -> str:
-        return str(self.path)
-
     def samples(self, salvage: bool = False) -> Iterator[Samples]:
         """See Flow. What is damaged has been told by `open_mcap`."""
-        with open_log(self.path) as stream:
-            walk = Walk(self.path, stream, [] if salvage else None, self.chunks)
+        path = Path(self.source)
+        with open_log(path) as stream:
+            walk = Walk(path, stream, [] if salvage else None, self.chunks)
             for piece in _guarded(walk):
                 self.done = walk.records.offset
                 if piece.channel == self.number:
-                    yield Samples(piece.samples.time - self.shift, piece.samples.values)
+                    yield Samples(piece.samples.time + ((self.epoch or 0) - self.shift), piece.samples.values)
 
 
 def is_canonical(path: Path) -> bool:

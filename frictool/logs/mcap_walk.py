@@ -29,6 +29,7 @@ from frictool.logs.increasing import increasing
 from frictool.logs.mcap_chunk import chunk_data, chunk_prefix
 from frictool.logs.mcap_layout import (
     CDR_HEAD,
+    EPOCH_KEY,
     MESSAGE_ENCODING,
     MESSAGE_OPCODE,
     NS,
@@ -50,7 +51,7 @@ from frictool.logs.table import Nanoseconds
 LOOSE_BYTES = 1_000_000  # of messages outside chunks that are decoded together
 _HEAD = struct.Struct("<BQ")
 _INDEX = struct.Struct("<HI")  # channel, bytes of entries
-_SHIFT = re.compile(r"-?[0-9]{1,18}")
+_WHOLE = re.compile(r"-?[0-9]{1,19}")
 _UNREADABLE = (McapError, struct.error, ValueError)
 
 
@@ -317,10 +318,17 @@ class Walk:
 
     def shift(self) -> int:
         """What was added to every time, in ns. Raises LogError where it is no number."""
-        shift = self.metadata.get(TIME, {}).get(SHIFT_KEY, "0")
-        if not _SHIFT.fullmatch(shift):
-            self.fail(f"metadata {TIME}.{SHIFT_KEY}: found {shift!r}; allowed: a whole number")
-        return int(shift)
+        return self._nanoseconds(SHIFT_KEY) or 0
+
+    def epoch(self) -> int | None:
+        """What the clocks showed at 0 of the log, in ns; None where none dates it. Raises LogError where it is no number."""
+        return self._nanoseconds(EPOCH_KEY)
+
+    def _nanoseconds(self, key: str) -> int | None:
+        text = self.metadata.get(TIME, {}).get(key)
+        if text is not None and not (_WHOLE.fullmatch(text) and abs(int(text)) < 2**62):
+            self.fail(f"metadata {TIME}.{key}: found {text!r}; allowed: a whole number")
+        return None if text is None else int(text)
 
     def notes(self) -> dict[str, dict[str, str]]:
         """The metadata records, without what the streams carry."""

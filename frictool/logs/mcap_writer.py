@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
 import struct
 import zlib
+from collections.abc import Callable, Iterator, Sequence
 from typing import BinaryIO
 
 import numpy as np
@@ -28,9 +28,12 @@ from mcap.records import (
 from numpy.typing import NDArray
 
 from frictool.errors import LogError
+from frictool.logs.chunks import chunked, merged
+from frictool.logs.flow import Samples
 from frictool.logs.log import Log, Stream, Vector
 from frictool.logs.mcap_layout import (
     CDR_HEAD,
+    LATEST,
     MAGIC,
     MESSAGE_ENCODING,
     MESSAGE_OPCODE,
@@ -47,14 +50,14 @@ from frictool.logs.mcap_layout import (
     message_path,
     schema_text,
 )
+from frictool.logs.table import Nanoseconds
 
 LIBRARY = "frictool"
-CHUNK_BYTES = 4_000_000  # a second of a fast log is several chunks
 ZSTD_LEVEL = 1  # measured values hardly compress: higher levels take twice the time for a few per cent
-LATEST = 9_000_000_000.0  # s; a time in ns has to fit 63 bits
+
 
 _INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])
-Nanoseconds = NDArray[np.int64]
+Notes = dict[str, dict[str, str]]  # metadata records: name -> key -> text
 
 
 class CanonicalWriter:
@@ -67,8 +70,9 @@ class CanonicalWriter:
         shift_ns: what was added to every time to make it positive; the reader subtracts it.
     """
 
-    def __init__(self, stream: BinaryIO, heads: tuple[Head, ...], metadata: dict[str, dict[str, str]], shift_ns: int = 0) -> None:
+    def __init__(self, stream: BinaryIO, heads: tuple[Head, ...], metadata: Notes, shift_ns: int = 0) -> None:
         self._stream = stream
+        self.shift_ns = shift_ns
         self._offset = 0
         self._crc = 0
         self._schemas, self._channels = _declarations(heads)
@@ -82,11 +86,11 @@ class CanonicalWriter:
         for record in (Header(PROFILE, LIBRARY), *self._schemas, *self._channels):
             self._put(_bytes(record))
         units = {message_path(h.topic, name): unit for h in heads for name, unit in zip(h.fields, h.units, strict=True)}
-        shift = {TIME: {SHIFT_KEY: str(shift_ns)}} if shift_ns else {}
+        shift = {TIME: {**metadata.get(TIME, {}), SHIFT_KEY: str(shift_ns)}} if shift_ns else {}
         for name, entries in {**metadata, UNITS: units, **shift}.items():
-            self._describe(name, entries)
+            self.describe(name, entries)
 
-    def chunk(self, index: int, time: Nanoseconds, values: list[Vector]) -> None:
+    def chunk(self, index: int, time: Nanoseconds, values: Sequence[Vector]) -> None:
         """Appends samples of stream `index`: time (n,) in ns, not negative; one vector (n,) for each of its fields."""
         channel, dtype, n = index + 1, self._dtypes[index], time.size
         records = np.empty(n, dtype)
@@ -162,7 +166,8 @@ class CanonicalWriter:
             schema_count=len(self._schemas),
         )
 
-    def _describe(self, name: str, entries: dict[str, str]) -> None:
+    def describe(self, name: str, entries: dict[str, str]) -> None:
+        """Writes a metadata record."""
         record = _bytes(Metadata(name, entries))
         self._metadata.append(MetadataIndex(self._offset, len(record), name))
         self._put(record)
@@ -182,11 +187,22 @@ def write_mcap(log: Log, stream: BinaryIO) -> None:
     heads = tuple(_head(one) for one in log.streams)
     times = [_nanoseconds(log.source, one) for one in log.streams]
     shift = max([0, *(-int(time[0]) for time in times)])
-    metadata = {name: entries for name, entries in log.metadata.items() if name not in (UNITS, TIME)}
-    writer = CanonicalWriter(stream, heads, metadata, shift)
-    pieces = sorted((int(time[low]), index, low, high) for index, time in enumerate(times) for low, high in _pieces(time, heads[index]))
-    for _, index, low, high in pieces:
-        writer.chunk(index, times[index][low:high] + shift, [values[low:high] for values in log.streams[index].signals.values()])
+    metadata = {name: entries for name, entries in log.metadata.items() if name != UNITS}
+    streams = [
+        Samples(time, tuple(one.signals[name] for name in head.fields)) for one, head, time in zip(log.streams, heads, times, strict=True)
+    ]
+    write_streams(CanonicalWriter(stream, heads, metadata, shift), [chunked(iter([one])) for one in streams])
+
+
+def write_streams(writer: CanonicalWriter, streams: list[Iterator[Samples]], last: Callable[[], Notes] = dict) -> None:
+    """Writes the chunks of all streams in the order of time, and the file's end. Times are in ns, before the writer's shift.
+
+    last: gives metadata records that are known only when all samples have been read.
+    """
+    for place, piece in merged(streams):
+        writer.chunk(place, piece.time + writer.shift_ns, piece.values)
+    for name, entries in last().items():
+        writer.describe(name, entries)
     writer.finish()
 
 
@@ -208,14 +224,6 @@ def _nanoseconds(source: str, stream: Stream) -> Nanoseconds:
         sample = int(np.flatnonzero(np.diff(time) <= 0)[0]) + 1
         raise LogError(source, f"stream {stream.topic}: time does not increase by 1 ns or more at sample {sample + 1}")
     return time
-
-
-def _pieces(time: Nanoseconds, head: Head) -> list[tuple[int, int]]:
-    """Bounds of the chunks of a stream: no more than a second, no more than CHUNK_BYTES."""
-    rows = max(1, CHUNK_BYTES // message_dtype(len(head.fields)).itemsize)
-    seconds = (time - time[0]) // NS
-    bounds = [0, *(np.flatnonzero(np.diff(seconds)) + 1).tolist(), time.size]
-    return [(low, min(low + rows, end)) for start, end in itertools.pairwise(bounds) for low in range(start, end, rows)]
 
 
 def _declarations(heads: tuple[Head, ...]) -> tuple[list[Schema], list[Channel]]:

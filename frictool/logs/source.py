@@ -18,7 +18,7 @@ def open_log(path: Path) -> BinaryIO:
         if not path.exists():
             raise LogError(path, "no such file")
         if not path.is_file():
-            raise LogError(path, "is not a regular file; a log file is expected")
+            raise LogError(path, "is not a regular file; a log file is expected (of a pipe, `frictool ingest -` reads standard input)")
         if path.stat().st_size == 0:
             raise LogError(path, "is empty; a log file is expected")
         return path.open("rb")

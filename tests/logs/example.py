@@ -11,10 +11,9 @@ import pytest
 
 from frictool.documents.bench import Actuator, Bench, Column, Encoder, Mechanics
 from frictool.documents.quantity import Quantity
-from frictool.logs.binding import bind
+from frictool.logs.assembly import Assembly, add_tables, whole
 from frictool.logs.log import Log, Stream
 from frictool.logs.mcap_format import write_mcap
-from frictool.logs.reading import bench_metadata, joined
 from frictool.logs.table import Table
 
 GOLDEN = Path(__file__).parent / "golden"
@@ -39,7 +38,9 @@ def bench(columns: dict[str, Column], encoder: Encoder | None = None, sample_per
 
 def mapped(tables: Table | list[Table], rig: Bench) -> Log:
     """Tables as the log that a rig's bench makes of them."""
-    return joined([*bind(tables if isinstance(tables, list) else [tables], rig)], bench_metadata(rig))
+    made = Assembly()
+    add_tables(made, tables if isinstance(tables, list) else [tables], rig)
+    return whole(made)
 
 
 def golden_log() -> Log:

@@ -20,7 +20,8 @@ from mcap_ros2.decoder import DecoderFactory
 from frictool.errors import LogError
 from frictool.logs.log import Log, Stream
 from frictool.logs.mcap_format import read_mcap, write_mcap
-from frictool.logs.mcap_writer import CanonicalWriter, Head
+from frictool.logs.mcap_layout import Head
+from frictool.logs.mcap_writer import CanonicalWriter
 from tests.logs.example import GOLDEN, as_bytes, golden_log, measured, same
 
 
@@ -176,7 +177,7 @@ def test_a_chunk_that_declares_more_than_it_holds_is_refused():
 def test_a_shift_that_is_no_number_is_refused(shift: str):
     out = io.BytesIO()
     writer = CanonicalWriter(out, (Head("/axis", ("position",), ("rad",)),), {})
-    writer._describe("time", {"shift_ns": shift})
+    writer.describe("time", {"shift_ns": shift})
     writer.chunk(0, np.array([1, 2]), [np.array([0.0, 1.0])])
     writer.finish()
     with pytest.raises(LogError, match=r"shift_ns: found .*; allowed: a whole number"):
@@ -186,7 +187,7 @@ def test_a_shift_that_is_no_number_is_refused(shift: str):
 def test_a_log_without_its_units_is_refused():
     out = io.BytesIO()
     writer = CanonicalWriter(out, (Head("/axis", ("position",), ("rad",)),), {})
-    writer._describe("units", {"/axis.speed": "rad/s"})  # the later record counts
+    writer.describe("units", {"/axis.speed": "rad/s"})  # the later record counts
     writer.chunk(0, np.array([1, 2]), [np.array([0.0, 1.0])])
     writer.finish()
     with pytest.raises(LogError, match=r"metadata 'units' has no '/axis.position'"):

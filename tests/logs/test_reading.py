@@ -11,7 +11,8 @@ import scipy.io
 from frictool.documents.bench import Bench, Column
 from frictool.documents.registry import load
 from frictool.errors import LogError
-from frictool.logs.reading import read_log, read_logs
+from frictool.logs.assembly import assemble, write
+from frictool.logs.reading import read_log
 from tests.logs.example import ROOT, as_bytes, bench, golden_log, measured, same
 
 COLUMNS = {"time": Column("t", "s"), "position": Column("x", "count"), "current": Column("i", "A")}
@@ -38,12 +39,13 @@ def test_several_files_are_one_log(tmp_path: Path):
     files = [tmp_path / name for name in ("sines.csv", "2nd run.csv", "2nd_run.csv")]
     for file in files:
         write_csv(file)
-    log = read_logs(files, bench(COLUMNS))
+    path = tmp_path / "log.mcap"
+    with path.open("wb") as stream:
+        write(assemble(files, bench(COLUMNS)), stream, {})
+    log = read_log(path)
     assert [stream.topic for stream in log.streams] == ["/axis", "/axis/_2nd_run", "/axis/_2nd_run_2"]
     assert log.metadata["columns"]["/axis/_2nd_run_2.current"] == "i [A]"
-    path = tmp_path / "log.mcap"
-    path.write_bytes(as_bytes(log))
-    assert same(read_log(path), log)
+    assert log.streams[2].signals["position"].tolist() == log.main.signals["position"].tolist()
 
 
 def test_a_raw_file_needs_the_bench(tmp_path: Path):

@@ -1,0 +1,248 @@
+"""Files of one rig to one log, stream by stream and without holding it: opened, dated alike, cut, resampled, written.
+
+files ──▶ Flows ──dated──▶ cut ──▶ resampled where asked ──▶ chunks in the order of time ──▶ CanonicalWriter
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import chain
+from pathlib import Path
+from typing import BinaryIO, NamedTuple
+
+from frictool.documents.bench import Bench
+from frictool.errors import LogError
+from frictool.logs.binding import bind, topic_for
+from frictool.logs.chunks import chunked, joined
+from frictool.logs.flow import Flow, Samples
+from frictool.logs.formats import tables_of
+from frictool.logs.intervals import Intervals
+from frictool.logs.log import Log, Stream
+from frictool.logs.losses import LOST, Losses, losses_of, record_of
+from frictool.logs.mapping import EFFORT
+from frictool.logs.mcap_layout import COLUMNS, EPOCH_KEY, KIND, NS, TIME, Head, message_path
+from frictool.logs.mcap_reader import is_canonical, open_mcap
+from frictool.logs.mcap_writer import CanonicalWriter, Notes, write_streams
+from frictool.logs.quality import TimeBase
+from frictool.logs.resampling import RESAMPLED, grid, resampled
+from frictool.logs.table import Loss, Table
+
+
+class Window(NamedTuple):
+    """From when to when of the log's time, in ns; None is its start, its end. Both are within."""
+
+    start: int | None = None
+    end: int | None = None
+
+    def cut(self, pieces: Iterator[Samples]) -> Iterator[Samples]:
+        """The samples of a stream that lie within; what follows is not read."""
+        for piece in pieces:
+            low = 0 if self.start is None else int(piece.time.searchsorted(self.start))
+            high = piece.time.size if self.end is None else int(piece.time.searchsorted(self.end, side="right"))
+            if low < high:
+                yield piece.part(low, high)
+            if high < piece.time.size:
+                return
+
+    def __str__(self) -> str:
+        return " ".join(f"{word} {at / NS:.9g} s" for word, at in (("from", self.start), ("to", self.end)) if at is not None)
+
+
+EVERYTHING = Window()
+
+
+@dataclass
+class Assembly:
+    """What is to become one log.
+
+    notes: metadata records. lost: what was found on opening; told: what an earlier salvage lost. origin: of the clocks, in ns, where it is
+    known before the first sample.
+    """
+
+    flows: list[Flow] = field(default_factory=list)
+    notes: Notes = field(default_factory=dict)
+    lost: list[Loss] = field(default_factory=list)
+    told: list[Loss] = field(default_factory=list)
+    origin: int | None = None
+    salvage: bool = False
+
+    @property
+    def progress(self) -> float:
+        """The part of the bytes that has been worked through."""
+        return sum(flow.done for flow in self.flows) / max(1, sum(flow.size for flow in self.flows))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What was odd about the samples; complete when they have been read."""
+        several = len({flow.source for flow in self.flows}) > 1
+        return tuple((f"{Path(flow.source).name}: " if several else "") + text for flow in self.flows for text in flow.warnings)
+
+    @property
+    def losses(self) -> list[Loss]:
+        """What this reading has lost, in the log's time; complete when the samples have been read."""
+        found = Losses()
+        for loss in self.lost:
+            found.append(loss)
+        for flow in self.flows:
+            origin = (self.origin or 0) / NS if flow.clock is not None else 0.0
+            for loss in flow.losses:
+                start, end = (None if at is None else round(at - origin, 9) for at in (loss.start_s, loss.end_s))
+                found.append(replace(loss, start_s=start, end_s=end))
+        return found
+
+
+def assemble(paths: Sequence[Path], bench: Bench | None, salvage: bool = False) -> Assembly:
+    """The streams of the files: of the first as they are, of each further one as `/axis/STEM`, `/axis/STEM_NAME`.
+
+    Raises LogError where a file cannot be read or mapped, and where a raw one has no bench.
+    """
+    made = Assembly(salvage=salvage)
+    for path in paths:
+        stem = path.stem if made.flows else ""
+        if is_canonical(path):
+            _add_canonical(made, path, stem)
+            continue
+        if bench is None:
+            missing = "is a raw bench file; its columns mean nothing without --bench bench.yaml (or `frictool ingest` it first)"
+            raise LogError(path, missing)
+        add_tables(made, tables_of(path), bench, stem)
+    return made
+
+
+def add_tables(made: Assembly, tables: Sequence[Table], bench: Bench, stem: str = "") -> None:
+    """The streams of a raw file. Raises LogError as `bind` does."""
+    made.flows += bind(tables, bench, stem, [flow.head.topic for flow in made.flows])
+    made.notes = made.notes or {KIND: {"kind": "measured", "bench": bench.name, "axis": bench.axis}}
+
+
+def _add_canonical(made: Assembly, path: Path, stem: str) -> None:
+    streams, notes, lost = open_mcap(path, made.salvage)
+    taken = [flow.head.topic for flow in made.flows]
+    renamed = {}
+    for number, stream in enumerate(streams):
+        topic = stream.head.topic
+        if stem:
+            topic = topic_for(stem, stream.head.topic.removeprefix("/axis") if number else "", taken)
+        taken.append(topic)
+        renamed[stream.head.topic] = topic
+        made.flows.append(replace(stream, head=replace(stream.head, topic=topic)))
+    if not stem:
+        made.notes = {name: entries for name, entries in notes.items() if name not in (LOST, COLUMNS, TIME)}
+        made.origin = streams[0].epoch
+    made.lost += [_renamed(loss, renamed) for loss in lost]
+    made.told += [_renamed(loss, renamed) for loss in losses_of(notes)]
+
+
+def _renamed(loss: Loss, topics: dict[str, str]) -> Loss:
+    paths = [path.rpartition(".") for path in loss.channels]
+    return replace(loss, channels=tuple(message_path(topics.get(topic, topic), name) for topic, _, name in paths))
+
+
+@dataclass
+class Ready:
+    """A stream that is ready to be written: its samples begin at `first` ns of the log."""
+
+    head: Head
+    samples: Iterator[Samples]
+    first: int
+    intervals: Intervals = field(default_factory=Intervals)
+
+    def seen(self) -> Iterator[Samples]:
+        for piece in self.samples:
+            self.intervals.add(piece.time)
+            yield piece
+
+
+def write(
+    made: Assembly,
+    stream: BinaryIO,
+    notes: Notes,
+    window: Window = EVERYTHING,
+    period_ns: int | None = None,
+    tick: Callable[[float], None] = lambda part: None,
+) -> list[tuple[Head, TimeBase]]:
+    """Writes the log: all streams within the window, on one grid where a period is given; returns what was written.
+
+    notes: further metadata records. tick: is told the part that has been worked through.
+
+    Raises LogError where a sample cannot be read, or where none is left.
+    """
+    ready = _begun(made, window)
+    records = {**made.notes, **_origins(made, [one.head.topic for one in ready]), **notes}
+    if period_ns is not None:
+        ready, records[RESAMPLED] = _on_grid(made, ready, period_ns)
+    shift = max(0, -min(one.first for one in ready))
+    writer = CanonicalWriter(stream, tuple(one.head for one in ready), records, shift)
+
+    def last() -> Notes:
+        lost = [*made.told, *made.losses]
+        return {LOST: record_of(lost)} if lost else {}
+
+    write_streams(writer, [_ticking(chunked(one.seen()), made, tick) for one in ready], last)
+    return [(one.head, one.intervals.base()) for one in ready]
+
+
+def _ticking(pieces: Iterator[Samples], made: Assembly, tick: Callable[[float], None]) -> Iterator[Samples]:
+    for piece in pieces:
+        tick(made.progress)
+        yield piece
+
+
+def whole(made: Assembly) -> Log:
+    """The log in memory. Raises LogError as `write` does."""
+    ready = _begun(made, EVERYTHING)
+    streams = []
+    for one in ready:
+        samples = joined([*one.samples])
+        signals = dict(zip(one.head.fields, samples.values, strict=True))
+        units = dict(zip(one.head.fields, one.head.units, strict=True))
+        streams.append(Stream(one.head.topic, samples.time / NS, signals, units))
+    notes = {**made.notes, **_origins(made, [one.head.topic for one in ready])}
+    return Log(tuple(streams), notes, made.flows[0].source, made.warnings)
+
+
+def _begun(made: Assembly, window: Window) -> list[Ready]:
+    """The streams with a sample in the window; the first sample of every file is read, as the clocks count from the earliest."""
+    begun = []
+    for flow in made.flows:
+        pieces = flow.samples(made.salvage)
+        first = next(pieces, None)
+        if first is not None:
+            begun.append((flow, chain([first], pieces), int(first.time[0])))
+    if made.origin is None:
+        made.origin = min((first for flow, _, first in begun if flow.clock is not None), default=None)
+    ready = []
+    for flow, pieces, _ in begun:
+        cut = window.cut(_since(pieces, made.origin or 0 if flow.clock is not None else 0))
+        first = next(cut, None)
+        if first is not None:
+            ready.append(Ready(flow.head, chain([first], cut), int(first.time[0])))
+    if not ready:
+        raise LogError(made.flows[0].source, f"has no samples {window}".rstrip())
+    return ready
+
+
+def _since(pieces: Iterator[Samples], origin: int) -> Iterator[Samples]:
+    for piece in pieces:
+        yield Samples(piece.time - origin, piece.values) if origin else piece
+
+
+def _origins(made: Assembly, topics: list[str]) -> Notes:
+    """What the samples were made from and what dates them."""
+    flows = [flow for flow in made.flows if flow.head.topic in topics]
+    columns = {message_path(flow.head.topic, name): text for flow in flows for name, text in flow.columns.items()}
+    clocks = {flow.head.topic: flow.clock for flow in flows if flow.clock is not None}
+    records = {COLUMNS: columns, TIME: {EPOCH_KEY: str(made.origin), **clocks} if clocks else {}}
+    return {name: entries for name, entries in records.items() if entries}
+
+
+def _on_grid(made: Assembly, ready: list[Ready], period_ns: int) -> tuple[list[Ready], dict[str, str]]:
+    """All streams as one. Raises LogError where they have no time in common."""
+    derived = [flow.head.topic for flow in made.flows if EFFORT in flow.head.fields and EFFORT not in flow.columns]
+    on = grid([one.head for one in ready], derived, period_ns)
+    samples = resampled([one.samples for one in ready], on)
+    first = next(samples, None)
+    if first is None:
+        raise LogError(made.flows[0].source, "its streams have no time in common, so that nothing can be resampled")
+    return [Ready(on.head, chain([first], samples), int(first.time[0]))], on.note
