@@ -19,7 +19,7 @@ Vector = NDArray[np.float64]
 
 @parallel_kernel
 def replay_axes(axes: Vector, states: Vector, commands: Vector, period: float, positions: Vector, statuses: NDArray[np.int64]) -> None:
-    """Moves many axes (m, 12), states (m, 6) in place, each under its commands (m, n), one held for a `period` [s].
+    """Moves many axes (m, a), states (m, 7) in place, each under its commands (m, n), one held for a `period` [s].
 
     positions (m, n) [m | rad]: those at the beginning of each period. statuses (m,): engine/status.py; a run that fails stops there.
     """
@@ -43,7 +43,7 @@ def closed_loops(
     records: Vector,
     statuses: NDArray[np.int64],
 ) -> None:
-    """Many closed loops: engine/closed_loop.py `run` for each row of axes (m, 12), states (m, 6), controllers (m, c), their states
+    """Many closed loops: engine/closed_loop.py `run` for each row of axes (m, a), states (m, 7), controllers (m, c), their states
     (m, s), references (m, n); fills records (m, n, 7) and statuses (m,)."""
     for i in prange(axes.shape[0]):
         statuses[i] = run_loop(axes[i], states[i], controllers[i], controller_states[i], references[i], period, delay_samples, records[i])

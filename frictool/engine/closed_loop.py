@@ -46,7 +46,7 @@ def run(
 ) -> int:
     """Runs the loop over `reference` (n,), one value a `period` [s]; fills `record` (n, 7). Returns engine/status.py.
 
-    axis (12,) and state (6,): plant/axis.py, the state in place; controller and controller_state: control/cascade.py, the state in
+    axis (a,) and state (7,): plant/axis.py, the state in place; controller and controller_state: control/cascade.py, the state in
     place. Where the status is not OK the record is filled up to the failing sample.
     """
     waiting = np.zeros(delay_samples + 1)

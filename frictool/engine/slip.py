@@ -8,20 +8,20 @@ held, the drive relaxes at `rate` = 1/lag and the speed at `decay` = viscous/ine
 settled     acceleration that the final drive leaves after Coulomb friction, at w = 0
 transient   acceleration due to what the drive still has to lose; 0 without lag
 A phase is the tuple (w0, settled, transient, decay, rate) in SI. Its acceleration has one zero at most, so that the speed is
-monotone on two intervals at most: the first stop is bracketed without a search.
+monotone on two intervals at most: the first stop, or any other level, is bracketed without a search.
 """
 
 from __future__ import annotations
 
 import math
 
+from frictool.engine.bracket import MAX_ITERATIONS, narrow
 from frictool.engine.exponentials import convolved, convolved_integral, phi1, phi2
 from frictool.kernels import kernel
 
 Phase = tuple[float, float, float, float, float]
 
 NEVER = -1.0
-MAX_ITERATIONS = 200  # bisection alone needs 60-110; reached by no bracket of finite numbers
 SPEED, DISTANCE = 0, 1
 
 
@@ -56,41 +56,34 @@ def _turning_time(start: float, transient: float, decay: float, rate: float) -> 
         return math.inf
     r = start / (transient * rate)
     x = (decay - rate) * r
-    if r <= 0.0 or x <= -1.0:
+    if r <= 0.0 or r == math.inf or x <= -1.0:
         return math.inf
     return r if x == 0.0 else r * math.log1p(x) / x
 
 
 @kernel
 def _root(phase: Phase, quantity: int, level: float, low: float, high: float) -> float:
-    """Where w falls to `level`, or y rises to it, in [low, high]: Newton's method kept inside a shrinking bracket."""
+    """Where w falls to `level`, or y rises to it, in [low, high]."""
     t = 0.5 * (low + high)
     for _ in range(MAX_ITERATIONS):
         if quantity == SPEED:
             ahead, slope = speed(phase, t) - level, acceleration(phase, t)
         else:
             ahead, slope = level - distance(phase, t), -speed(phase, t)
-        if ahead > 0.0:
-            low = t
-        else:
-            high = t
-        new = t - ahead / slope if slope < 0.0 else low
-        if not low < new < high:
-            new = 0.5 * (low + high)
-        if abs(new - t) <= 2.0**-52 * t or high - low <= 2.0**-52 * high:
-            return new
-        t = new
+        low, high, t, found = narrow(t, ahead, slope, low, high)
+        if found:
+            return t
     return t
 
 
 @kernel
-def stop_time(phase: Phase, duration: float) -> float:
-    """First t in [0, duration] at which the speed falls to zero, or NEVER.
+def fall_time(phase: Phase, level: float, duration: float) -> float:
+    """First t in [0, duration] at which the speed falls to `level`, not above w0, or NEVER; 0 is the stop.
 
-    A phase that starts at w0 = 0 with an acceleration that is or becomes positive does not stop at its start.
+    A phase that starts on the level with an acceleration that is or becomes positive does not fall to it at its start.
     """
     w0, settled, transient, decay, rate = phase
-    if w0 > (abs(settled) + abs(transient) + decay * w0) * duration:
+    if w0 - level > (abs(settled) + abs(transient) + decay * max(abs(w0), abs(level))) * duration:
         return NEVER  # not even the largest deceleration would do
     start = settled + transient - decay * w0
     turning = _turning_time(start, transient, decay, rate)
@@ -98,13 +91,20 @@ def stop_time(phase: Phase, duration: float) -> float:
         low, high = turning, duration
         if low >= high:
             return NEVER
-    elif w0 == 0.0:
+    elif w0 == level:
         return 0.0
     else:  # falls, then rises
         low, high = 0.0, min(turning, duration)
-    if speed(phase, high) > 0.0:
+    if speed(phase, high) > level:
         return NEVER
-    return _root(phase, SPEED, 0.0, low, high)
+    return _root(phase, SPEED, level, low, high)
+
+
+@kernel
+def rise_time(phase: Phase, level: float, duration: float) -> float:
+    """First t in [0, duration] at which the speed rises to `level`, not below w0, or NEVER: the mirrored phase falls to -level."""
+    w0, settled, transient, decay, rate = phase
+    return fall_time((-w0, -settled, -transient, decay, rate), -level, duration)
 
 
 @kernel

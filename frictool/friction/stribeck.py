@@ -23,6 +23,12 @@ Vector = NDArray[np.float64]
 # where the parameters of the curve lie in p, in every law that takes it
 COULOMB, BREAKAWAY, STRIBECK_VELOCITY, STRIBECK_EXPONENT, VISCOUS = 0, 1, 2, 3, 4
 FALLEN = 700.0  # exp(-FALLEN) is nothing beside any force; beyond, its factors would overflow
+ROUNDING_EXPONENT = 38.4  # exp(-0.98^2 38.4) = 1e-16: from there on the curve is F_c to rounding
+
+
+def straight_from(velocity: float, exponent: float) -> float:
+    """The speed [m/s | rad/s] from which on the curve of this v_s and delta is F_c to rounding."""
+    return velocity * float(ROUNDING_EXPONENT ** (1.0 / exponent))
 
 
 @kernel

@@ -9,6 +9,7 @@ Between motor and load there may be a backlash of full width rho, (4.45): the ga
 load) stays in [-rho/2, rho/2]. At the edge z = sign(v) rho/2 the motor carries the load along and the friction is the axis's.
 Elsewhere the load rests where it is, and only `backlash_coulomb` opposes the motor (`backlash_breakaway` at rest). The load has
 no inertia of its own (thesis 2.2.4): contact does not change the velocity. The offset belongs to the drive and acts everywhere.
+What else friction may depend on, and where the travel ends: plant/axis_laws.py.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.plant.axis_laws import PLAIN_SIZE, Laws, Levels
+
 BACKLASH_BREAKAWAY_RATIO = 1.1  # beta of table 4.8: breakaway over Coulomb friction inside the backlash
 
 # where each parameter lies in the kernels' array: the order of AxisParameters
@@ -25,8 +28,8 @@ INERTIA, VISCOUS, COULOMB, BREAKAWAY, OFFSET, CONSTANT = 0, 1, 2, 3, 4, 5
 LAG, DRIVE_LIMIT, BACKLASH, BACKLASH_COULOMB, BACKLASH_BREAKAWAY, ENCODER_STEP = 6, 7, 8, 9, 10, 11
 
 # where each quantity lies in the kernels' state
-POSITION, VELOCITY, DRIVE, GAP, LOAD_POSITION, MODE = 0, 1, 2, 3, 4, 5
-STATE_SIZE = 6
+POSITION, VELOCITY, DRIVE, GAP, LOAD_POSITION, MODE, RESTED = 0, 1, 2, 3, 4, 5, 6  # RESTED: s at rest, kept while it slips
+STATE_SIZE = 7
 
 # MODE, for the reader of a state; kernels derive it anew from velocity, gap and effort
 STUCK = 0.0  # at rest
@@ -49,10 +52,11 @@ class AxisParameters(NamedTuple):
     backlash_coulomb: float = 0.0  # N m | N
     backlash_breakaway: float = 0.0  # N m | N
     encoder_step: float = 0.0  # rad | m; 0 is a perfect sensor
+    laws: Laws = Laws()
 
     def checked(self) -> AxisParameters:
         """The same axis with each breakaway at least its Coulomb friction. Raises ValueError naming what is out of range."""
-        for name, value in self._asdict().items():
+        for name, value in zip(self._fields, self.numbers, strict=False):
             if np.isnan(value) or (np.isinf(value) and name != "drive_limit"):
                 raise ValueError(f"{name} is {value}; allowed: a finite number")
             if value < 0.0 and name != "offset":
@@ -66,10 +70,16 @@ class AxisParameters(NamedTuple):
         )
 
     def as_array(self) -> NDArray[np.float64]:
-        """The kernels' parameter array, shape (12,). Raises ValueError as `checked` does."""
-        return np.array(self.checked(), dtype=np.float64)
+        """The kernels' parameter array, shape (12,), or (EXTENDED_SIZE,) with laws. Raises ValueError as `checked` and `Laws.pack` do."""
+        axis = self.checked()
+        return np.concatenate([axis.numbers, self.laws.pack(Levels(axis.viscous, axis.coulomb, axis.breakaway))])
+
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        """The fields without the laws."""
+        return self[:PLAIN_SIZE]  # type: ignore[return-value]  # the laws come after them
 
 
 def rest(position: float = 0.0, drive: float = 0.0) -> NDArray[np.float64]:
-    """The state at rest, shape (6,): the motor at `position` in the middle of its backlash, the load at the same place."""
-    return np.array([position, 0.0, drive, 0.0, position, STUCK])
+    """The state at rest, shape (7,): the motor at `position` in the middle of its backlash, the load at the same place."""
+    return np.array([position, 0.0, drive, 0.0, position, STUCK, 0.0])

@@ -85,7 +85,7 @@ def test_breaks_away_without_a_jump_where_breakaway_is_coulomb_friction() -> Non
     """At the threshold nothing accelerates but rounding; a state in which stop and breakaway once chased each other."""
     p = CLUTCH._replace(inertia=6.981067816286203e-05, viscous=0.0, coulomb=1.0, breakaway=1.0, offset=0.1, lag=0.00013695001383866654)
     p = p._replace(drive_limit=math.inf, backlash=0.001, backlash_coulomb=0.5, backlash_breakaway=0.55)
-    state = np.array([-0.0008695420573285649, 0.0, 74.55186769034435, 0.0005, -0.001369542057328565, 0.0])
+    state = np.array([-0.0008695420573285649, 0.0, 74.55186769034435, 0.0005, -0.001369542057328565, 0.0, 0.0])
     command, duration = 82.377879530717, 0.0009452002877781537
     x, v, drive, gap = event_integration(p, state, command, duration)
     run(p, [command], duration, state)
@@ -96,7 +96,7 @@ def test_lets_go_where_the_effort_falls_from_the_threshold() -> None:
     """The drive stands on the breakaway, an ulp beyond it in effort, and reverses: another stop that chased its breakaway."""
     p = CLUTCH._replace(inertia=8.239388702323114e-06, viscous=0.0013223462328762084, coulomb=0.3, breakaway=0.3)
     p = p._replace(lag=4.586875357877132e-05, backlash=1.0, backlash_coulomb=0.15, backlash_breakaway=0.165)
-    state = np.array([-1.3406974085415995, -8.630428065841487e-42, -22.388059701492537, -0.5, -0.8406974085415995, -1.0])
+    state = np.array([-1.3406974085415995, -8.630428065841487e-42, -22.388059701492537, -0.5, -0.8406974085415995, -1.0, 0.0])
     command, duration = 23.266554086095336, 0.6272006173861266
     run(p, [command], duration, state)
     assert (state[MODE], state[GAP]) == (SLIPPING, 0.5)

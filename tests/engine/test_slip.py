@@ -10,7 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from frictool.engine.slip import NEVER, Phase, acceleration, distance, speed, stop_time, travel_time
+from frictool.engine.slip import NEVER, Phase, acceleration, distance, fall_time, rise_time, speed, travel_time
 
 DURATION = 0.05
 PHASES = st.tuples(
@@ -48,7 +48,7 @@ def test_stop_is_the_first_zero(phase: Phase) -> None:
     w0, settled, transient, decay, _ = phase
     start = settled + transient - decay * w0
     assume(w0 > 0.0 or start > 1.0)
-    stop = stop_time(phase, DURATION)
+    stop = fall_time(phase, 0.0, DURATION)
     scale = w0 + (abs(settled) + abs(transient)) * DURATION
     before = np.linspace(0.0, DURATION if stop == NEVER else stop, 400)[1:-1]
     assert min(speed(phase, t) for t in before) > -1e-12 * scale
@@ -62,7 +62,7 @@ def test_stop_is_the_first_zero(phase: Phase) -> None:
 @settings(derandomize=True, deadline=None, max_examples=200)
 @given(phase=PHASES, part=st.floats(1e-6, 1.0))
 def test_travel_time_inverts_the_distance(phase: Phase, part: float) -> None:
-    stop = stop_time(phase, DURATION)
+    stop = fall_time(phase, 0.0, DURATION)
     end = DURATION if stop == NEVER else stop
     assume(end > 0.0)
     length = part * distance(phase, end)
@@ -73,9 +73,23 @@ def test_travel_time_inverts_the_distance(phase: Phase, part: float) -> None:
 
 def test_a_start_at_rest_that_accelerates_only_later_is_no_stop() -> None:
     rising: Phase = (0.0, 100.0, -100.0, 0.0, 300.0)  # acceleration 0 at first, then 100 (1 - e^{-300 t})
-    assert stop_time(rising, DURATION) == NEVER
+    assert fall_time(rising, 0.0, DURATION) == NEVER
     assert speed(rising, 0.01) == pytest.approx(1.0 + (math.exp(-3.0) - 1.0) / 3.0, rel=1e-12)
 
 
 def test_a_start_at_rest_against_the_acceleration_stops_at_once() -> None:
-    assert stop_time((0.0, -100.0, 0.0, 0.0, 0.0), DURATION) == 0.0
+    assert fall_time((0.0, -100.0, 0.0, 0.0, 0.0), 0.0, DURATION) == 0.0
+
+
+@settings(derandomize=True, deadline=None, max_examples=300)
+@given(phase=PHASES, above=st.floats(1e-3, 50.0))
+def test_a_level_of_speed_is_reached_first_at_its_time(phase: Phase, above: float) -> None:
+    """Upwards from below, and downwards through the mirrored phase; dense samples before it stay on their side."""
+    w0, settled, transient, _, _ = phase
+    scale = w0 + above + (abs(settled) + abs(transient)) * DURATION
+    for sign, find in ((1.0, rise_time), (-1.0, fall_time)):
+        level = w0 + sign * above
+        reached = find(phase, level, DURATION)
+        ahead = [sign * (level - speed(phase, t)) for t in np.linspace(0.0, DURATION if reached == NEVER else reached, 400)]
+        assert min(ahead[:-1]) > -1e-12 * scale
+        assert abs(ahead[-1]) <= 1e-12 * scale if reached != NEVER else ahead[-1] > -1e-12 * scale

@@ -1,0 +1,181 @@
+"""Which friction an axis has where it is: per direction, over speed, position and time at rest (plant/axis_laws.py).
+
+Everything is seen in the direction of the motion: speed w >= 0. Which piece of a law holds follows from the state alone. What is left
+upwards at a level is entered again a trace below it, so that no motion can dwell between two pieces.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.friction.dwell import dwell_factor
+from frictool.friction.position_polynomial import polynomial
+from frictool.kernels import inner_kernel, kernel
+from frictool.plant.axis import (
+    BACKLASH,
+    BACKLASH_BREAKAWAY,
+    BACKLASH_COULOMB,
+    BREAKAWAY,
+    COULOMB,
+    GAP,
+    POSITION,
+    RESTED,
+    VELOCITY,
+    VISCOUS,
+)
+from frictool.plant.axis_laws import (
+    BREAKAWAY_MAPS,
+    BREAKAWAY_PAIR,
+    COULOMB_MAPS,
+    COULOMB_PAIR,
+    FRESH,
+    LAYER,
+    MAP_HIGH,
+    MAP_LOW,
+    MAPPED,
+    MAX_TERMS,
+    REGIME_SIZE,
+    REGIMES,
+    RISE_TIME,
+    STOP_PAIR,
+    STRIBECK_VELOCITY,
+    VISCOUS_PAIR,
+)
+
+Vector = NDArray[np.float64]
+Laws = Vector | None  # the parameters once more, or None where the axis has no laws: numba compiles each apart, the plain one without them
+
+BELOW_KNEE, BELOW_LAYER = 1.0 - 2.0**-40, 0.98  # of its speed: where a slower slip enters it from above
+NOWHERE, MAP_EDGE, END_STOP = 0, 1, 2
+
+
+@kernel
+def _side(direction: float) -> int:
+    """Place of a direction in a pair (backward, forward)."""
+    return 1 if direction > 0.0 else 0
+
+
+@kernel
+def _mapped(p: Vector, maps: int, direction: float, x: float) -> float:
+    first = maps + MAX_TERMS * _side(direction)
+    return polynomial(p[first : first + MAX_TERMS], min(max(x, p[MAP_LOW]), p[MAP_HIGH]))
+
+
+@kernel
+def coulomb_at(p: Vector, direction: float, x: float) -> float:
+    """F_c of an extended axis [N m | N] at x [rad | m]."""
+    return _mapped(p, COULOMB_MAPS, direction, x) if p[MAPPED] > 0.0 else p[COULOMB_PAIR + _side(direction)]
+
+
+@kernel
+def _rested_breakaway(p: Vector, direction: float, x: float) -> float:
+    return _mapped(p, BREAKAWAY_MAPS, direction, x) if p[MAPPED] > 0.0 else p[BREAKAWAY_PAIR + _side(direction)]
+
+
+@kernel
+def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
+    """F_s of an extended axis after a long rest [N m | N], and which part of it is there just after a stop: at least F_c."""
+    full = _rested_breakaway(p, direction, x)
+    fresh = max(p[FRESH], coulomb_at(p, direction, x) / full) if full > 0.0 else 1.0
+    return full, fresh
+
+
+@kernel
+def breakaway_at(p: Vector, direction: float, x: float, rested: float) -> float:
+    """F_s of an extended axis after `rested` [s] at rest [N m | N]."""
+    full, fresh = strength(p, direction, x)
+    return full * dwell_factor(rested, fresh, p[RISE_TIME])
+
+
+@inner_kernel
+def at_edge(state: Vector, p: Vector, direction: float) -> bool:
+    """Whether the motor takes the load along in this direction."""
+    return bool(direction * state[GAP] >= 0.5 * p[BACKLASH])
+
+
+@inner_kernel
+def threshold(state: Vector, p: Vector, laws: Laws, direction: float) -> float:
+    """The effort [N m | N] that an axis at rest stands in this direction; inf at an end stop."""
+    if laws is not None and distance_to_stop(laws, state[POSITION], direction) <= 0.0:
+        return math.inf
+    if not at_edge(state, p, direction):
+        return float(p[BACKLASH_BREAKAWAY])
+    if laws is not None:
+        return breakaway_at(laws, direction, state[POSITION], state[RESTED])
+    return float(p[BREAKAWAY])
+
+
+@kernel
+def distance_to_stop(p: Vector, x: float, direction: float) -> float:
+    """How far the end stop of this direction is [rad | m]."""
+    return float(direction * (p[STOP_PAIR + _side(direction)] - x))
+
+
+@kernel
+def next_place(p: Vector, x: float, direction: float) -> tuple[float, int]:
+    """Distance and kind of what comes next in this direction: an end of the polynomials' range, or an end stop."""
+    length, kind = distance_to_stop(p, x, direction), END_STOP
+    if p[MAPPED] > 0.0:
+        near, far = (p[MAP_LOW], p[MAP_HIGH]) if direction > 0.0 else (p[MAP_HIGH], p[MAP_LOW])
+        edge = direction * ((near if direction * (near - x) > 0.0 else far) - x)
+        if 0.0 < edge < length:
+            length, kind = edge, MAP_EDGE
+    return length, kind
+
+
+@kernel
+def is_curved(state: Vector, p: Vector, direction: float) -> bool:
+    """Whether friction depends on position or curves over speed here, for an extended axis that takes its load along."""
+    if abs(state[VELOCITY]) < p[LAYER]:
+        return True
+    low, high = direction * p[MAP_LOW], direction * p[MAP_HIGH]
+    if p[MAPPED] == 0.0:
+        return False
+    return bool(min(low, high) <= direction * state[POSITION] < max(low, high))
+
+
+@kernel
+def straight_line(p: Vector, direction: float, w: float) -> tuple[float, float]:
+    """(added, viscous): at w the friction of an extended axis is F_c + added + viscous w without the Stribeck curve."""
+    added, viscous = 0.0, p[VISCOUS_PAIR + _side(direction)]
+    for row in range(REGIMES, COULOMB_MAPS, REGIME_SIZE):
+        if w < p[row]:
+            break
+        beyond = p[row + 1 + _side(direction)]
+        added += (viscous - beyond) * p[row]
+        viscous = beyond
+    return added, viscous
+
+
+@kernel
+def speed_band(p: Vector, w: float) -> tuple[float, float]:
+    """The speeds between which an extended axis at w keeps its piece of the law."""
+    lower, upper = 0.0, math.inf
+    for row in range(REGIMES, COULOMB_MAPS, REGIME_SIZE):
+        if w < p[row]:
+            upper = p[row]
+            break
+        lower = BELOW_KNEE * p[row]
+    if w < p[LAYER]:
+        return lower, min(upper, p[LAYER])
+    return max(lower, BELOW_LAYER * p[LAYER]), upper
+
+
+@inner_kernel
+def slip_line(state: Vector, p: Vector, laws: Laws, direction: float, driving: bool) -> tuple[float, float]:
+    """(coulomb, viscous) of a slip whose friction is a straight line; `driving`: the motor carries the load."""
+    if not driving:
+        return p[BACKLASH_COULOMB], 0.0
+    if laws is not None:
+        added, viscous = straight_line(laws, direction, abs(state[VELOCITY]))
+        return coulomb_at(laws, direction, state[POSITION]) + added, viscous
+    return p[COULOMB], p[VISCOUS]
+
+
+@kernel
+def has_stribeck(p: Vector) -> bool:
+    """Whether friction falls with speed."""
+    return bool(p[STRIBECK_VELOCITY] > 0.0)
