@@ -199,9 +199,9 @@ class ArrayTable:
 
         Raises LogError where it is no real vector, and where it may lie behind what is damaged.
         """
-        if isinstance(wanted, str) and wanted in self.others:
+        if isinstance(wanted, str) and wanted in self.others and wanted != self.clock:
             raise LogError(self.source, f"variable {wanted!r} is a {self.others[wanted]}; allowed: a real vector: {listed(self.names)}")
-        found = find(self.names, wanted) or _other_notation(self.names, str(wanted))
+        found = find(self.names, wanted) or other_notation(self.names, str(wanted))
         if found is None and self.damage is not None:
             raise LogError(self.source, f"is damaged: {self.damage}; read before that: {listed(self.names)}, and no {wanted!r}")
         return found
@@ -210,7 +210,7 @@ class ArrayTable:
         """As `Table.blocks`. Raises LogError where the columns differ in length, and where one is cut off or damaged."""
         chosen = {name: self.columns[name] for name in wanted}
         every = {**({} if self.dated is None else {str(self.clock): self.dated}), **chosen}
-        rows, read = self._common_rows(every), 0
+        rows, read = common_rows(self.source, {name: column.rows for name, column in every.items()}), 0
         if self.damage is not None:
             self._lost((), self.damage, None, losses)
         with ExitStack() as stack:
@@ -238,23 +238,23 @@ class ArrayTable:
                 after = f" after {read} of {rows} samples" if read < rows else ""
                 self._lost((name,), f"variable {name!r} {stream.damage}{after}", rows - read, losses)
 
-    def _common_rows(self, columns: Mapping[str, Column]) -> int:
-        """The number of rows, 0 of no column. Raises LogError where they differ."""
-        sizes = {name: column.rows for name, column in columns.items()}
-        first = next(iter(sizes), "")
-        for name, size in sizes.items():
-            if size != sizes[first]:
-                found = f"{first!r} has {sizes[first]} samples, {name!r} has {size}"
-                raise LogError(self.source, f"{found}; the columns of one log have one time base")
-        return sizes.get(first, 0)
-
     def _lost(self, channels: tuple[str, ...], reason: str, samples: int | None, losses: list[Loss] | None) -> None:
         if losses is None:
             raise LogError(self.source, f"is damaged: {reason}")
         losses.append(Loss(channels, reason, samples=samples))
 
 
-def _other_notation(names: Sequence[str], wanted: str) -> str | None:
+def common_rows(source: str, rows: Mapping[str, int]) -> int:
+    """The number of rows that all columns have, 0 of no column. Raises LogError where they differ."""
+    first = next(iter(rows), "")
+    for name, n in rows.items():
+        if n != rows[first]:
+            found = f"{first!r} has {rows[first]} samples, {name!r} has {n}"
+            raise LogError(source, f"{found}; the columns of one log have one time base")
+    return rows.get(first, 0)
+
+
+def other_notation(names: Sequence[str], wanted: str) -> str | None:
     """The name of a matrix's column or row that is asked for with other blanks, or in NumPy's notation where the name is in MATLAB's."""
     compact = {name.replace(" ", ""): name for name in names}
     match = _LINE.fullmatch(wanted.replace(" ", ""))

@@ -27,6 +27,9 @@ class Format(NamedTuple):
 FORMATS = (
     Format("recordings (MCAP, ROS bags)", "frictool.logs.recording_format"),
     Format("MATLAB", "frictool.logs.mat_format"),
+    Format("MATLAB 7.3", "frictool.logs.mat73_format"),
+    Format("MDF", "frictool.logs.mdf_format"),
+    Format("Parquet", "frictool.logs.parquet_format"),
     Format("NumPy", "frictool.logs.npz_format"),
     Format("text with columns (CSV)", "frictool.logs.csv_format"),
 )

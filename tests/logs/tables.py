@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.errors import LogError
 from frictool.logs.table import Loss, Table, pick
 
 
@@ -30,3 +32,14 @@ def columns(table: Table, wanted: Sequence[str] | None = None, losses: list[Loss
 def times(table: Table, wanted: Sequence[str] = ()) -> NDArray[np.int64]:
     """The times of the rows [ns], joined."""
     return np.concatenate([block.time_ns for block, _ in table.blocks(wanted or table.names[:1]) if block.time_ns is not None])
+
+
+@contextmanager
+def one_line() -> Iterator[list[str]]:
+    """Lets a refusal pass, and tells it: it has to be one line."""
+    refusals: list[str] = []
+    try:
+        yield refusals
+    except LogError as error:
+        refusals.append(str(error))
+    assert not any("\n" in text for text in refusals)

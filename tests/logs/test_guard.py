@@ -1,0 +1,128 @@
+"""A reader in a process of its own: whatever becomes of it is one line, or a loss."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictool.errors import LogError
+from frictool.logs import guard
+from frictool.logs.table import Block, Loss
+
+
+@dataclass
+class Failing:
+    """One good block, then what the test wants."""
+
+    source: str
+    end: Callable[[], None]
+    topic: str = ""
+    names: tuple[str, ...] = ("x",)
+    units: dict[str, str | None] = field(default_factory=lambda: {"x": "A"})
+    others: dict[str, str] = field(default_factory=dict)
+    clock: str | None = None
+    size: int = 100
+
+    def find(self, wanted: str | int) -> str | None:
+        raise AssertionError("asked in the parent")
+
+    def line(self, row: int) -> int | None:
+        raise AssertionError("asked in the parent")
+
+    def blocks(self, wanted: Sequence[str], losses: list[Loss] | None = None) -> Iterator[tuple[Block, int]]:
+        yield Block(0, {"x": np.arange(3.0)}), 50
+        if losses is not None:
+            losses.append(Loss(("x",), "one is missing", samples=1))
+        self.end()
+        yield Block(4, {"x": np.arange(2.0)}), 100
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    file = tmp_path / "x.bin"
+    file.write_bytes(b"x")
+    return file
+
+
+def table(path: Path, end: Callable[[], None]) -> guard.Guarded:
+    (found,) = guard.guarded(path, lambda one: (Failing(str(one), end),))
+    return found
+
+
+@pytest.fixture(autouse=True)
+def little_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(guard, "MEMORY", 90_000_000)
+
+
+def test_blocks_and_losses_come_in_their_order(path: Path):
+    losses: list[Loss] = []
+    seen = [(block.first_row, len(losses)) for block, _ in table(path, lambda: None).blocks(["x"], losses)]
+    assert seen == [(0, 0), (4, 1)]
+    assert losses == [Loss(("x",), "one is missing", samples=1)]
+
+
+def die() -> None:
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+
+def take_all_memory() -> None:
+    parts = []
+    while True:
+        parts.append(np.ones(1_000_000))
+
+
+def fail() -> None:
+    raise KeyError("no such\nthing")
+
+
+def speak() -> None:
+    print("noise")
+    print("noise", file=sys.stderr)
+    os.write(2, b"noise")
+    raise LogError("x", "a clear line")
+
+
+@pytest.mark.parametrize(
+    ("end", "message"),
+    [
+        (die, "is damaged: its reader ended with signal SIGSEGV"),
+        (take_all_memory, "need more than 90 MB"),
+        (fail, "is cut off, damaged, or of a kind that is not read: .*no such.*thing"),
+        (lambda: os._exit(3), "is damaged: its reader ended with code 3"),
+        (speak, "a clear line"),
+    ],
+)
+def test_whatever_becomes_of_the_reader_is_one_line(path: Path, end: Callable[[], None], message: str, capfd: pytest.CaptureFixture[str]):
+    with pytest.raises(LogError, match=message) as caught:
+        list(table(path, end).blocks(["x"]))
+    assert str(caught.value).startswith(str(path))
+    assert "\n" not in str(caught.value)
+    losses: list[Loss] = []
+    assert [block.first_row for block, _ in table(path, end).blocks(["x"], losses)] == [0]
+    assert losses[-1].channels == ()
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_reader_that_hangs_is_ended(path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(guard, "WAIT_S", 0.2)
+    start = time.monotonic()
+    with pytest.raises(LogError, match="its reader came to no end"):
+        list(table(path, lambda: time.sleep(60)).blocks(["x"]))
+    assert time.monotonic() - start < 30
+
+
+def test_who_stops_reading_leaves_no_process(path: Path):
+    import multiprocessing
+
+    blocks = table(path, lambda: None).blocks(["x"])
+    next(blocks)
+    blocks.close()
+    assert not multiprocessing.active_children()

@@ -1,0 +1,142 @@
+"""MDF: groups are tables, whatever their version; asammdf writes, and what it was given is the reference."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from frictool.errors import LogError
+from frictool.logs import mdf_format
+from frictool.logs.binding import bind
+from frictool.logs.table import BLOCK_ROWS, Loss
+from tests.logs.example import GOLDEN, measured
+from tests.logs.tables import columns, one_line, times
+
+asammdf = pytest.importorskip("asammdf")
+V4, V3 = GOLDEN / "v4.mf4", GOLDEN / "v3.mdf"
+EPOCH = 1_700_000_000_123_456_789
+
+
+@pytest.mark.parametrize("path", [V4, V3])
+def test_golden_files(path: Path):
+    assert mdf_format.sniff(path.read_bytes()[:4096], path)
+    fast, slow = mdf_format.tables(path)
+    found = columns(fast, ["nAct\\ETKC:1", "iAct", "state", "time"])
+    assert found["nAct\\ETKC:1"].tolist() == [-1, 2, 300, 7]
+    assert found["iAct"].tolist() == [0.5, 2.0, 151.0, 4.5]
+    assert found["state"].tolist() == [0, 1, 0, 1]  # the raw number, not "on" and "off"
+    assert found["time"].tolist() == [0.0, 0.5, 1.0, 1.5]
+    assert {name: fast.units[name] for name in found} == {"nAct\\ETKC:1": "rpm", "iAct": "A", "state": None, "time": "s"}
+    assert columns(slow, ["nAct\\ETKC:1"])["nAct\\ETKC:1"].tolist() == [-1, 2]
+    assert (fast.clock, fast.line(0)) == ("time", None)
+
+
+def test_the_master_channel_dates_the_rows_from_the_start_of_the_file():
+    fast, _ = mdf_format.tables(V4)
+    assert times(fast, ["iAct"]).tolist() == [EPOCH + k * 500_000_000 for k in range(4)]
+    assert times(mdf_format.tables(V3)[0], ["iAct"])[0] == 1_709_208_000 * 10**9
+
+
+def test_texts_are_no_column():
+    with pytest.raises(LogError, match="'note' is no number but a text"):
+        mdf_format.tables(V4)[0].find("note")
+
+
+def test_a_name_in_two_groups_is_asked_for_with_its_group():
+    fast, slow = mdf_format.tables(V4)
+    assert fast.find("fast/nAct\\ETKC:1") == slow.find("slow/nAct\\ETKC:1") == "nAct\\ETKC:1"
+    assert fast.find("slow/nAct\\ETKC:1") is None
+
+
+def test_an_invalid_sample_is_damage_or_an_empty_cell():
+    fast, _ = mdf_format.tables(V4)
+    with pytest.raises(LogError, match="group 'fast', channel 'doubtful': sample 2 is marked as invalid"):
+        columns(fast, ["doubtful"])
+    found = columns(fast, ["doubtful"], [])["doubtful"]
+    assert np.array_equal(found, [-1, np.nan, 300, 7], equal_nan=True)
+
+
+def test_bench_columns_of_two_groups_become_two_streams():
+    from frictool.documents.bench import Column
+    from tests.logs.example import bench
+
+    rig = bench({"position": Column("slow/nAct\\ETKC:1", "rad", scale=0.5), "current": Column("iAct", "A")}, sample_period_s=0.5)
+    assert [mapper.head.topic for mapper in bind(mdf_format.tables(V4), rig)] == ["/axis", "/axis/fast"]
+    ambiguous = bench({"velocity": Column("nAct\\ETKC:1", "rpm")}, sample_period_s=0.5)
+    with pytest.raises(LogError, match=r"has 2 columns .* in fast, slow"):
+        bind(mdf_format.tables(V4), ambiguous)
+
+
+@pytest.mark.parametrize("compression", [0, 1, 2])
+def test_longer_than_a_block(tmp_path: Path, compression: int):
+    n = BLOCK_ROWS + 1000
+    values = np.random.default_rng(1).normal(size=n)
+    with asammdf.MDF(version="4.10") as file:
+        file.append([asammdf.Signal(values, np.arange(n) / 1e4, name="x")])
+        file.save(tmp_path / "x.mf4", compression=compression)
+    (table,) = mdf_format.tables(tmp_path / "x.mf4")
+    assert np.array_equal(columns(table, ["x"])["x"], values)
+    assert np.array_equal(times(table, ["x"]) - times(table, ["x"])[0], np.arange(n) * 100_000)
+
+
+DTYPES = ("f8", "f4", "i1", "u1", "i2", ">u2", "i4", "u4", ">i4", "i8")
+
+
+@settings(max_examples=15)
+@given(
+    values=st.lists(st.integers(-(2**52), 2**52), min_size=1, max_size=40),
+    dtype=st.sampled_from(DTYPES),
+    version=st.sampled_from(["4.10", "4.20", "3.30"]),
+    gain=st.sampled_from([None, 0.25, -3.0]),
+)
+def test_what_asammdf_writes_is_read(values: list[int], dtype: str, version: str, gain: float | None):
+    raw = np.array(values).astype(dtype)
+    conversion = None if gain is None else {"a": gain, "b": 2.0}
+    with tempfile.TemporaryDirectory() as folder, asammdf.MDF(version=version) as file:
+        stamps = np.arange(raw.size) / 1000
+        file.append([asammdf.Signal(raw, stamps, name="x", conversion=conversion), asammdf.Signal(raw, stamps, name="x")])
+        target = file.save(Path(folder, "x" + (".mf4" if version > "4" else ".mdf")))
+        (table,) = mdf_format.tables(target)
+        found = columns(table, ["x (channel 2)", "x (channel 3)"])
+    assert np.array_equal(found["x (channel 2)"], raw.astype(float) * (gain or 1.0) + (2.0 if gain else 0.0))
+    assert np.array_equal(found["x (channel 3)"], raw.astype(float))
+
+
+def test_no_numbers(tmp_path: Path):
+    with asammdf.MDF(version="4.10") as file:
+        file.append([asammdf.Signal(np.array([b"a", b"b"]), np.array([0.0, 1.0]), name="note", encoding="latin-1")])
+        file.groups[0].channels.pop(0)
+        target = file.save(tmp_path / "x.mf4")
+    with pytest.raises(LogError):
+        mdf_format.tables(target)
+
+
+@pytest.mark.parametrize("path", [V4, V3])
+def test_every_damage_is_one_line(path: Path, tmp_path: Path):
+    """Cuts and broken bytes, each read in a process of its own."""
+    whole, file = path.read_bytes(), tmp_path / "x.mf4"
+    draw = np.random.default_rng(7)
+    refused = 0
+    for k in range(12):
+        data = bytearray(whole[: draw.integers(200, len(whole))] if k % 3 == 0 else whole)
+        data[draw.integers(100, len(data))] ^= 0xFF
+        file.write_bytes(bytes(data))
+        losses: list[Loss] = []
+        with one_line() as refusals:
+            for table in mdf_format.tables(file):
+                columns(table, None, losses)
+        refused += len(refusals)
+    assert refused >= 4
+
+
+def test_the_measured_file():
+    (table,) = mdf_format.tables(measured("formats/test_meas_4.10.mf4"))
+    found = columns(table)
+    assert list(found) == ["t", "MAIN_CLOCK"]
+    assert found["t"].size == 1483
+    assert np.diff(found["t"]).min() > 0
