@@ -23,7 +23,9 @@ from frictool.logs.mcap_layout import MAGIC, RECORD_HEAD
 RECORD_BYTES = 1 << 30  # no record that is read whole comes near
 LONGEST_REST = 64_000_000  # bytes of a chunk that the end of the file cut
 WINDOW = 1 << 20
+PEEKED = 64  # first bytes of a body in which its lengths stand
 MESSAGE_HEAD = 22  # channel (2), sequence (4), log time (8), publish time (8)
+FRAMED = (Opcode.CHUNK, Opcode.MESSAGE_INDEX)  # have lengths of their own, which tell whether the record's is right
 _HEAD = struct.Struct("<BQ")
 _LENGTH = struct.Struct("<Q")
 _CHUNK = struct.Struct("<QQQII")  # start, end, uncompressed size, CRC, length of the compression's name
@@ -71,16 +73,17 @@ class FileRecords:
                 yield Damage(start, start, "the file ends without a footer")
                 return
             opcode, length = _HEAD.unpack(head) if len(head) == RECORD_HEAD else (0, 1)
-            if not self._may_be(opcode, length):
+            fits = self._may_be(opcode, length)
+            if fits and opcode == Opcode.ATTACHMENT:
+                self._skip(length)
+                continue
+            body = self._take(length) if fits else b""
+            if not fits or (opcode in FRAMED and not _coherent(opcode, length, body[:PEEKED])):
                 yield self._stepped_over(start, opcode, length)
                 if self.offset == self._size:
                     return
                 opcode = 0
                 continue
-            if opcode == Opcode.ATTACHMENT:
-                self._skip(length)
-                continue
-            body = self._take(length)
             if wrong := self._wrong_crc(opcode, head, body, before):
                 yield Damage(start, start, wrong)
             yield Record(opcode, body, start)
@@ -141,7 +144,7 @@ class FileRecords:
     def _begins(self, at: int) -> bool:
         """Whether a record begins here: its lengths agree with one another, and another record or the end follows it."""
         self._stream.seek(at)
-        data = self._stream.read(RECORD_HEAD + 64)
+        data = self._stream.read(RECORD_HEAD + PEEKED)
         opcode, length = _HEAD.unpack_from(data)
         after = at + RECORD_HEAD + length
         if after > self._size or not _coherent(opcode, length, data[RECORD_HEAD:]):
