@@ -30,6 +30,7 @@ TIME = "time"
 COUNT = "count"
 EFFORT = "effort"
 
+MOST_COUNTS = 2.0**53  # beyond, a float does not tell one count from the next
 RATE_NOTED = 0.01  # relative difference of the log's period from the bench's
 RATE_REFUSED = 0.2
 
@@ -173,9 +174,12 @@ class Mapper:
     def _counted(self, block: Block, source: Source, rows: Rows, time: Nanoseconds, raw: Vector) -> Vector:
         """The encoder's counts without the jumps of its counter."""
         bits = self._bench.encoder.wrap_bits
-        bad = None if bits is None else outside(raw, bits)
+        if bits is None:
+            allowed, bad = "at most 2^53 counts", next(iter(np.flatnonzero(np.abs(raw) > MOST_COUNTS)), None)
+        else:
+            allowed, bad = f"a counter of encoder.wrap_bits = {bits}", outside(raw, bits)
         if bad is not None:
-            found = f"column {source.name!r}: found {raw[bad]:.17g}; allowed: a counter of encoder.wrap_bits = {bits}"
+            found = f"column {source.name!r}: found {raw[bad]:.17g}; allowed: {allowed}"
             raise fail_at(self._table, block.first_row + int(rows[bad]), found)
         return self._counter.follow(time / NS, raw)
 

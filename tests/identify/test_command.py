@@ -143,7 +143,7 @@ def test_one_absurd_position_is_named(tmp_path: Path) -> None:
     time, _, current = rows[1000].split(",")
     rows[1000] = f"{time},1e300,{current}"
     log.write_text("\n".join(rows) + "\n")
-    refused(run("identify", log, "--bench", CLUTCH), 3, f"rad at {float(time):g} s", "2^53 counts")
+    refused(run("identify", log, "--bench", CLUTCH), 3, "log.csv:1001:", "2^53 counts")
 
 
 def test_a_counter_that_wraps_is_warned_of(tmp_path: Path) -> None:
