@@ -168,8 +168,8 @@ def write(
 
     Raises LogError where a sample cannot be read, or where none is left.
     """
-    ready = _begun(made, window)
-    records = {**made.notes, **_origins(made, [one.head.topic for one in ready]), **notes}
+    ready = begun(made, window)
+    records = {**made.notes, **origins(made, [one.head.topic for one in ready]), **notes}
     if period_ns is not None:
         ready, records[RESAMPLED] = _on_grid(made, ready, period_ns)
     shift = max(0, -min(one.first for one in ready))
@@ -191,18 +191,18 @@ def _ticking(pieces: Iterator[Samples], made: Assembly, tick: Callable[[float], 
 
 def whole(made: Assembly) -> Log:
     """The log in memory. Raises LogError as `write` does."""
-    ready = _begun(made, EVERYTHING)
+    ready = begun(made)
     streams = []
     for one in ready:
         samples = joined([*one.samples])
         signals = dict(zip(one.head.fields, samples.values, strict=True))
         units = dict(zip(one.head.fields, one.head.units, strict=True))
         streams.append(Stream(one.head.topic, samples.time / NS, signals, units))
-    notes = {**made.notes, **_origins(made, [one.head.topic for one in ready])}
+    notes = {**made.notes, **origins(made, [one.head.topic for one in ready])}
     return Log(tuple(streams), notes, made.flows[0].source, made.warnings)
 
 
-def _begun(made: Assembly, window: Window) -> list[Ready]:
+def begun(made: Assembly, window: Window = EVERYTHING) -> list[Ready]:
     """The streams with a sample in the window; the first sample of every file is read, as the clocks count from the earliest."""
     begun = []
     for flow in made.flows:
@@ -228,7 +228,7 @@ def _since(pieces: Iterator[Samples], origin: int) -> Iterator[Samples]:
         yield Samples(piece.time - origin, piece.values) if origin else piece
 
 
-def _origins(made: Assembly, topics: list[str]) -> Notes:
+def origins(made: Assembly, topics: list[str]) -> Notes:
     """What the samples were made from and what dates them."""
     flows = [flow for flow in made.flows if flow.head.topic in topics]
     columns = {message_path(flow.head.topic, name): text for flow in flows for name, text in flow.columns.items()}
