@@ -17,9 +17,8 @@ Rows = NDArray[np.intp]  # indices into a block
 
 
 class Dropped(NamedTuple):
-    """Rows of a block that mapping leaves out, because of one column, or of none of them in particular where it is ""."""
+    """Rows of a block that mapping leaves out, of all channels, and why."""
 
-    column: str
     reason: str
     rows: Rows
 
@@ -49,11 +48,11 @@ class Ledger:
 
     def drop(self, dropped: list[Dropped], kept: Rows, time: Nanoseconds, before: int | None) -> None:
         """Rows of a block left out; kept: the others, with their times in ns; before: the time of the last sample before the block."""
-        for column, reason, rows in dropped:
+        for reason, rows in dropped:
             for run in np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1):
                 low, high = np.searchsorted(kept, (run[0], run[-1]))
                 start = int(time[low - 1]) if low else before
-                loss = Loss(self._paths((column,) if column else ()), reason, None if start is None else start / NS, samples=int(run.size))
+                loss = Loss(self._every, reason, None if start is None else start / NS, samples=int(run.size))
                 if high < kept.size:
                     self._losses.append(replace(loss, end_s=int(time[high]) / NS))
                 else:

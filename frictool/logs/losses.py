@@ -55,9 +55,10 @@ def as_rows(losses: list[Loss]) -> list[dict[str, Any]]:
 
 def counted(losses: list[Loss]) -> str:
     """How much, in words."""
-    samples = sum(loss.samples or 0 for loss in losses)
-    more = " and more that nobody can count" if any(loss.samples is None for loss in losses) else ""
-    return f"{samples} samples{more}, in {len(losses)} place{'s' if len(losses) != 1 else ''}"
+    samples, places = sum(loss.samples or 0 for loss in losses), f"in {len(losses)} place{'s' if len(losses) != 1 else ''}"
+    if all(loss.samples is not None for loss in losses):
+        return f"{samples} samples {places}"
+    return f"{samples} samples and more that nobody can count, {places}" if samples else f"samples that nobody can count, {places}"
 
 
 def shown(loss: Loss) -> str:

@@ -127,7 +127,7 @@ class Mapper:
             row = int(np.argmax(mask))
             found = f"column {name!r}: found {block.columns[name][row]}; allowed: a finite number"
             raise fail_at(self._table, block.first_row + row, found)
-        dropped = [Dropped(name, "no finite number", np.flatnonzero(mask)) for name, mask in bad.items()]
+        dropped = [Dropped(f"column {name!r} has no finite number there", np.flatnonzero(mask)) for name, mask in bad.items()]
         return np.flatnonzero(~np.logical_or.reduce(list(bad.values()))), dropped
 
     def _times(self, block: Block, rows: Rows) -> Nanoseconds:
@@ -158,7 +158,7 @@ class Mapper:
             found = f"time does not increase: {time[row] / NS:.9g} s after {(before or 0) / NS:.9g} s"
             raise fail_at(self._table, block.first_row + int(rows[row]), found)
         kept = increasing(time, self._last)
-        return rows[kept], time[kept], [Dropped("", "time does not increase", np.delete(rows, kept))]
+        return rows[kept], time[kept], [Dropped("time does not increase", np.delete(rows, kept))]
 
     def _mapped(self, block: Block, rows: Rows, time: Nanoseconds) -> Samples:
         """The rows in SI."""
@@ -175,7 +175,7 @@ class Mapper:
         """The encoder's counts without the jumps of its counter."""
         bits = self._bench.encoder.wrap_bits
         if bits is None:
-            allowed, bad = "at most 2^53 counts", next(iter(np.flatnonzero(np.abs(raw) > MOST_COUNTS)), None)
+            allowed, bad = "at most 2^53 counts", next(iter(np.flatnonzero(np.abs(raw) > MOST_COUNTS).tolist()), None)
         else:
             allowed, bad = f"a counter of encoder.wrap_bits = {bits}", outside(raw, bits)
         if bad is not None:

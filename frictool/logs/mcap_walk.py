@@ -112,7 +112,8 @@ class Walk:
         self.counts: dict[int, int] | None = None  # by the statistics
         self._unread: Lost | None = None  # the indexes behind a chunk tell what was in it,
         self._told = False  # where they are there
-        self._endless: list[int] = []  # places in `lost` without an end
+        self._over = False  # no sample follows
+        self._endless: list[int] = []  # the place in `lost` without an end, where there is one
 
     def fail(self, message: str) -> NoReturn:
         raise LogError(self.path, message)
@@ -128,7 +129,7 @@ class Walk:
                 if len(loose) < LOOSE_BYTES:
                     continue
             if loose:
-                yield from self._messages(bytes(loose), begin)
+                yield from self._mixed(bytes(loose), begin, loose=True)
                 loose.clear()
             yield from self._damage(item) if isinstance(item, Damage) else self._record(item)
         self._close_unread()
@@ -140,6 +141,7 @@ class Walk:
             self._indexed(item.body)
             return
         self._close_unread()
+        self._over |= item.opcode == Opcode.DATA_END
         if item.opcode == Opcode.CHUNK:
             yield from self._chunk(item)
             return
@@ -158,9 +160,11 @@ class Walk:
 
     def _damage(self, item: Damage) -> Iterator[Piece]:
         self._close_unread()
+        if self.lost and "CRC" in item.reason:  # of the whole section, in which damage has been found already
+            return
         if item.rest and self.lost is not None:
             with suppress(*_UNREADABLE):
-                yield from self._messages(chunk_prefix(item.rest), item.start, cut=True)
+                yield from self._mixed(chunk_prefix(item.rest), item.start, loose=True)
         self._lose(item.reason, item.start)
 
     def _lose(self, reason: str, at: int) -> None:
@@ -170,7 +174,8 @@ class Walk:
             after = "before any sample" if last is None else f"after {last / NS:.6g} s of log"
             hint = "`frictool ingest --salvage` keeps what is whole"
             self.fail(f"is damaged or cut off at byte {at} of {self.size}, {after}: {reason}; {hint}")
-        self._unread = Lost(f"{reason}, at byte {at} of {self.size}", first=last)
+        reason = f"{reason}, at byte {at} of {self.size}"
+        self._unread = Lost(reason, samples=0) if self._over else Lost(reason, first=last)
 
     def _indexed(self, body: bytes) -> None:
         """The index of one channel behind a chunk that cannot be read: when, and how many samples."""
@@ -187,8 +192,11 @@ class Walk:
     def _close_unread(self) -> None:
         """What cannot be read and has no index: it ends where the next sample is."""
         if self._unread is not None and self.lost is not None and not self._told:
-            self._endless.append(len(self.lost))
-            self.lost.append(self._unread)
+            if self._unread.samples is not None:
+                self.lost.append(self._unread)
+            elif not self._endless:  # else the interruption has been told already
+                self._endless.append(len(self.lost))
+                self.lost.append(self._unread)
         self._unread, self._told = None, False
 
     def _declaration(self, opcode: int, body: bytes) -> None:
@@ -219,7 +227,7 @@ class Walk:
         if (known.topic, known.fields) != (channel.topic, fields):
             raise ValueError(f"channel {channel.id} is declared twice, as {known.topic} and as {channel.topic}")
 
-    def _messages(self, data: bytes, at: int, cut: bool = False) -> Iterator[Piece]:
+    def _messages(self, data: bytes, at: int) -> Iterator[Piece]:
         """Message records, as they stand in a chunk: usually of one channel and nothing else. Raises ValueError."""
         if len(data) > RECORD_HEAD + 2 and data[0] == MESSAGE_OPCODE:
             channel = self.channels.get(int.from_bytes(data[RECORD_HEAD : RECORD_HEAD + 2], "little"))
@@ -228,30 +236,36 @@ class Walk:
                 if channel.are_mine(records):
                     yield from self._taken(channel, records, at)
                     return
-        yield from self._mixed(data, at, cut)
+        yield from self._mixed(data, at)
 
-    def _mixed(self, data: bytes, at: int, cut: bool) -> Iterator[Piece]:
-        """The same for what another tool has put together, and for what is cut."""
-        bounds = whole_records(data)[0] if cut else record_bounds(data)
-        plain = np.frombuffer(data, np.uint8)
+    def _mixed(self, data: bytes, at: int, loose: bool = False) -> Iterator[Piece]:
+        """The same for what another tool has put together.
+
+        loose: it is no chunk that is whole, so that what does not fit is damage by itself. Otherwise raises ValueError.
+        """
+        bounds = whole_records(data)[0] if loose else record_bounds(data)
         for place in np.flatnonzero(bounds.opcode != MESSAGE_OPCODE).tolist():
             opcode, start = int(bounds.opcode[place]), int(bounds.start[place])
             if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):  # a chunk holds nothing else, and above all no chunk
                 self._declaration(opcode, data[start : start + int(bounds.length[place])])
-        mine = bounds.opcode == MESSAGE_OPCODE
-        starts, lengths = bounds.start[mine] - RECORD_HEAD, bounds.length[mine]
-        if (lengths < 2).any():
-            raise ValueError("a message is shorter than its head")
+        mine = (bounds.opcode == MESSAGE_OPCODE) & (bounds.length >= 2)
+        starts, sizes = bounds.start[mine] - RECORD_HEAD, bounds.length[mine] + RECORD_HEAD
+        plain = np.frombuffer(data, np.uint8)
         numbers = plain[starts + RECORD_HEAD] + plain[starts + RECORD_HEAD + 1].astype(np.int64) * 256
         for number in dict.fromkeys(numbers.tolist()):
             channel, which = self.channels.get(number), numbers == number
-            size = 0 if channel is None else channel.dtype.itemsize
-            if channel is None or (lengths[which] + RECORD_HEAD != size).any():
-                raise ValueError(f"messages of channel {number} are not as its schema says")
-            records = plain[starts[which][:, None] + np.arange(size)].reshape(-1).view(channel.dtype)
-            if not channel.are_mine(records):
-                raise ValueError(f"messages of channel {number} are not as its schema says")
-            yield from self._taken(channel, records, at)
+            fits = which if channel is None else which & (sizes == channel.dtype.itemsize)
+            if channel is not None and fits.any():
+                records = plain[starts[fits][:, None] + np.arange(channel.dtype.itemsize)].reshape(-1).view(channel.dtype)
+                if channel.are_mine(records):
+                    yield from self._taken(channel, records, at)
+                    which &= ~fits
+            if which.any():
+                wrong = f"{int(which.sum())} messages of channel {number} are not as its schema says"
+                if not loose:
+                    raise ValueError(wrong)
+                self._lose(wrong, at)
+                self._close_unread()
 
     def _taken(self, channel: Declared, records: Records, at: int) -> Iterator[Piece]:
         """Samples of one channel: finite, and in the order of time."""
@@ -288,17 +302,26 @@ class Walk:
         self.lost.append(Lost(what, channel.number, int(bad.min()), int(bad.max()), int(bad.size)))
 
     def _check_counts(self) -> None:
-        """Compares with the statistics. Raises LogError where they count otherwise."""
+        """Compares with the statistics, which may tell how much was lost. Raises LogError where they count otherwise."""
+        missing = {}
         for number, declared in (self.counts or {}).items():
             found = self.channels[number].samples if number in self.channels else 0
-            if declared == found:
-                continue
-            if self.lost is None:
+            if declared != found and self.lost is None:
                 name = self.channels[number].topic if number in self.channels else f"channel {number}"
                 self.fail(f"is damaged: {found} messages of {name} are there, the statistics count {declared}")
-            missing = declared - found - sum(one.samples or 0 for one in self.lost if one.channel == number)
-            if missing > 0:
-                self.lost.append(Lost("the statistics count more samples than are there", number, samples=missing))
+            missing[number] = declared - found - sum(one.samples or 0 for one in self.lost or () if one.channel == number)
+        if self.lost is not None and any(count > 0 for count in missing.values()):
+            self._count(self.lost, {number: count for number, count in missing.items() if count > 0})
+
+    @staticmethod
+    def _count(lost: list[Lost], missing: dict[int, int]) -> None:
+        """Puts numbers to what was lost: to the one loss that has none, else to all of them together."""
+        unknown = [one for one in lost if one.samples is None]
+        if len(unknown) == 1:
+            lost.remove(unknown[0])
+            lost += [unknown[0]._replace(channel=number, samples=count) for number, count in missing.items()]
+        else:
+            lost += [Lost("the statistics count so many more than are there", number, samples=count) for number, count in missing.items()]
 
     def heads(self) -> list[Head]:
         """The streams in the order of their channels. Raises LogError where there is none, or one has no samples or no units."""
