@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: demo test lint accept bench logs clean
+.PHONY: demo test lint accept fuzz bench logs clean
 
 demo: $(VENV)/.run
 	$(MAKE) -C configs/clutch demo
@@ -20,6 +20,10 @@ lint: $(VENV)/.dev
 
 accept: $(VENV)/.dev
 	$(BIN)/python -m tests.accept build/accept.json
+
+# 20 000 mutated log files of all formats
+fuzz: $(VENV)/.dev
+	$(BIN)/python -m tests.fuzz
 
 bench: $(VENV)/.bench
 	$(BIN)/python -m benchmarks build/bench.json

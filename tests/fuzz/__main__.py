@@ -1,0 +1,40 @@
+"""`make fuzz`: mutated inputs of every format at full count.
+
+python -m tests.fuzz [COUNT [NAME...]]     COUNT inputs, 20000 of all formats where none is given; exit code 1 where one is found
+python -m tests.fuzz NAME INDEX            one of them: written to ./fuzz.input and ./fuzz.bench.yaml, with the command that reads it
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from pathlib import Path
+
+from tests.fuzz import samples
+from tests.fuzz.child import command, input_of
+from tests.fuzz.harness import SEED, fuzz
+
+COUNT = 20_000
+
+
+def show(name: str, index: int) -> None:
+    """Writes one input and the bench that reads it."""
+    path, bench = Path("fuzz.input"), Path("fuzz.bench.yaml")
+    with tempfile.TemporaryDirectory() as folder:
+        sample = samples.write(name, Path(folder))
+        samples.write_bench(sample, bench)
+        path.write_bytes(input_of(name, sample.read_bytes(), SEED, index))
+    print("frictool --debug", *command(index, path, bench, Path("fuzz.out.mcap")))
+
+
+def main(arguments: list[str]) -> int:
+    if arguments[:1] and arguments[0] in samples.names():
+        show(arguments[0], int(arguments[1]))
+        return 0
+    result = fuzz(int(arguments[0]) if arguments else COUNT, names=arguments[1:], tell=lambda text: print(text, flush=True))
+    print(f"{result['inputs']} inputs of {result['formats']} formats in {result['seconds']:.0f} s: {len(result['findings'])} findings")
+    return 0 if result["passed"] else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,112 @@
+"""Runs mutated inputs one after the other through `ingest`, `ingest --salvage` and `info`, in a process with limits.
+
+    python -m tests.fuzz.child NAME SEED FIRST COUNT
+
+Prints `at INDEX` before each input and `found INDEX: WHY` after one that did what no input may. A hang ends the process (exit code 1, the
+stacks on stderr), and so does a crash; whoever started it goes on behind it.
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import resource
+import sys
+import tempfile
+import zlib
+from pathlib import Path
+
+import numpy as np
+
+from frictool.errors import LogError
+from frictool.logs.mcap_reader import read_mcap
+from tests.cli.run import Result, run
+from tests.fuzz import samples
+from tests.fuzz.mutations import mutated
+
+LONGEST = 10.0  # s for one input
+MOST_BYTES = 1 << 30  # beyond what the process has when it has read the unchanged sample
+LONGEST_LINE = 1000  # characters of a message
+
+
+def input_of(name: str, data: bytes, seed: int, index: int) -> bytes:
+    """The input with this number: the same whichever process makes it."""
+    return mutated(data, np.random.default_rng([seed, zlib.crc32(name.encode()), index]))
+
+
+def command(index: int, path: Path, bench: Path, target: Path) -> list[str | Path]:
+    """What an input is given to: in turn ingest, info, and ingest with salvage."""
+    if index % 3 == 1:
+        return ["info", path, "--bench", bench, "--json"]
+    return ["ingest", path, "--bench", bench, "-o", target, *(["--salvage"] if index % 3 == 2 else [])]
+
+
+def complaint(result: Result, target: Path, before: set[str], salvage: bool) -> str | None:
+    """What is wrong with what the command did, or None. before: the names in the folder; salvage: whether an error may leave an output."""
+    lines = result.stderr.splitlines()
+    errors = [line for line in lines if line.startswith("error: ")]
+    left = {path.name for path in target.parent.iterdir()} - before
+    if result.code not in (0, 3):
+        return f"exit code {result.code}: {result.stderr}"
+    if any(not line.startswith(("error: ", "warning: ", "lost: ")) for line in lines) or max(map(len, lines), default=0) > LONGEST_LINE:
+        return f"no messages of one line: {result.stderr[:LONGEST_LINE]}"
+    if len(errors) > 1 or (result.code == 3 and not lines):
+        return f"exit code 3 needs one line that says why: {lines}"
+    if left - {target.name}:
+        return f"left behind: {left}"
+    if errors and target.name in left and not salvage:
+        return "an output beside an error"
+    if target.name in left:
+        try:
+            read_mcap(target)
+        except LogError as error:
+            return f"wrote what cannot be read: {error}"
+    return None
+
+
+def attempt(index: int, data: bytes, folder: Path, bench: Path) -> str | None:
+    """What one input did that none may, or None."""
+    path, target = folder / "input", folder / "out.mcap"
+    path.write_bytes(data)
+    before = {one.name for one in folder.iterdir()}
+    faulthandler.dump_traceback_later(LONGEST, exit=True, file=sys.__stderr__)
+    try:
+        words = command(index, path, bench, target)
+        return complaint(run(*words), target, before, "--salvage" in words)
+    except MemoryError:
+        return "took more memory than it may"
+    except Exception as error:  # what the command does not foresee is a traceback for its user
+        return f"{type(error).__name__}: {error}"
+    finally:
+        faulthandler.cancel_dump_traceback_later()
+        for one in folder.iterdir():
+            if one.name not in before:
+                one.unlink()
+
+
+def limit_memory() -> None:
+    """Nothing beyond MOST_BYTES from here on."""
+    pages = int(Path("/proc/self/statm").read_text().split()[5])  # data and stack
+    allowed = pages * resource.getpagesize() + MOST_BYTES
+    resource.setrlimit(resource.RLIMIT_DATA, (allowed, allowed))
+
+
+def main(name: str, seed: int, first: int, count: int) -> None:
+    with tempfile.TemporaryDirectory() as made, tempfile.TemporaryDirectory() as work:
+        sample, folder = samples.write(name, Path(made)), Path(work)
+        bench = folder / "bench.yaml"
+        samples.write_bench(sample, bench)
+        data = sample.read_bytes()
+        for way in range(3):  # the sample itself, so that every library is loaded
+            found = attempt(way, data, folder, bench)
+            if found is not None:
+                raise AssertionError(f"{name} unchanged: {found}")
+        limit_memory()
+        for index in range(first, first + count):
+            print(f"at {index}", flush=True)
+            found = attempt(index, input_of(name, data, seed, index), folder, bench)
+            if found is not None:
+                print(f"found {index}: {' '.join(found.split())}", flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], *map(int, sys.argv[2:5]))

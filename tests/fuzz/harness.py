@@ -1,0 +1,53 @@
+"""Hands mutated inputs to processes, starts another where one died, and gathers what was found."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+from tests.fuzz import samples
+from tests.fuzz.child import LONGEST
+
+SEED = 4
+_FOUND = re.compile(r"found (\d+): (.*)")
+
+
+def fuzz(count: int, seed: int = SEED, names: list[str] | None = None, tell: Callable[[str], None] = lambda text: None) -> dict[str, Any]:
+    """`count` mutated inputs over the samples (all where none is named), as evenly as they divide.
+
+    Returns {"passed", "inputs", "formats", "seconds", "findings": ["NAME SEED INDEX: what"]}; python -m tests.fuzz NAME INDEX shows one.
+    """
+    chosen = names or samples.names()
+    findings: list[str] = []
+    start = time.perf_counter()
+    for place, name in enumerate(chosen):
+        share = (place + 1) * count // len(chosen) - place * count // len(chosen)
+        found = _one_format(name, seed, share)
+        tell(f"{name}: {share} inputs, {len(found)} findings, {time.perf_counter() - start:.0f} s")
+        for text in found:
+            tell(f"  {text}")
+        findings += found
+    seconds = time.perf_counter() - start
+    return {"passed": not findings, "inputs": count, "formats": len(chosen), "seconds": seconds, "findings": findings}
+
+
+def _one_format(name: str, seed: int, count: int) -> list[str]:
+    """What the inputs of one sample did."""
+    findings, first = [], 0
+    while first < count:
+        arguments = [name, str(seed), str(first), str(count - first)]
+        done = subprocess.run([sys.executable, "-W", "error", "-m", "tests.fuzz.child", *arguments], capture_output=True, text=True)
+        findings += [f"{name} {seed} {index}: {what}" for index, what in _FOUND.findall(done.stdout)]
+        if done.returncode == 0:
+            break
+        reached = [int(line.split()[1]) for line in done.stdout.splitlines() if line.startswith("at ")]
+        if not reached:
+            return [*findings, f"{name} {seed}: the sample itself fails: {done.stderr.strip().splitlines()[-1:]}"]
+        what = f"ran for over {LONGEST:g} s" if "Timeout" in done.stderr else f"ended the process with {done.returncode}"
+        findings.append(f"{name} {seed} {reached[-1]}: {what}; {' | '.join(done.stderr.strip().splitlines()[:12])}")
+        first = reached[-1] + 1
+    return findings

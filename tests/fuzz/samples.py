@@ -1,0 +1,206 @@
+"""A small good file of each format that is read, and a bench that maps its columns, whatever they are called."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from frictool.documents.bench import Bench, Column, Encoder
+from frictool.documents.writing import to_yaml
+from frictool.errors import LogError
+from frictool.logs.formats import tables_of
+from frictool.logs.mcap_reader import is_canonical
+from frictool.logs.table import Block, Table
+from tests.logs.example import GOLDEN, as_bytes, bench, golden_log
+
+ROWS = 40
+TIME = np.arange(ROWS) / 1000.0
+COUNTS = np.rint(20.0 * np.sin(np.arange(ROWS) / 6.0))
+CURRENT = np.round(np.cos(np.arange(ROWS) / 6.0), 3)
+NS = [round(1e9 * float(time)) + 1_700_000_000_000_000_000 for time in TIME]
+ONE_UNIT = 1.000001  # a scale, so that no unit of the file contradicts the bench's
+
+
+def _rows(delimiter: str = ",", decimal: str = ".", date: Callable[[float], str] = "{:.3f}".format) -> str:
+    rows = zip(TIME, COUNTS, CURRENT, strict=True)
+    return "".join(
+        delimiter.join([date(t), f"{n:.0f}", f"{i:.3f}"]).replace("." if decimal == "," else "\0", decimal) + "\n" for t, n, i in rows
+    )
+
+
+def _csv() -> bytes:
+    return ("time [s],encoder [count],current [A]\n" + _rows()).encode()
+
+
+def _german() -> bytes:
+    return ("\ufeffZeit [s];Geber;Strom [A]\r\n" + _rows(";", ",").replace("\n", "\r\n")).encode()
+
+
+def _mat(**options: bool) -> bytes:
+    import scipy.io
+
+    stream = io.BytesIO()
+    scipy.io.savemat(stream, {"time": TIME, "encoder": COUNTS.astype(np.int16), "current": CURRENT}, **options)
+    return stream.getvalue()
+
+
+def _npz(packed: bool = False) -> bytes:
+    stream = io.BytesIO()
+    (np.savez_compressed if packed else np.savez)(stream, time=TIME, encoder=COUNTS.astype(np.int32), current=CURRENT)
+    return stream.getvalue()
+
+
+def _hdf5(folder: Path) -> None:
+    import h5py
+
+    with h5py.File(folder / "x", "w", userblock_size=512) as file:
+        for name, values in {"time": TIME, "encoder": COUNTS, "current": CURRENT}.items():
+            file.create_dataset(name, data=values[None, :]).attrs["MATLAB_class"] = np.bytes_("double")
+    with (folder / "x").open("r+b") as stream:
+        stream.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM")
+
+
+def _parquet(folder: Path) -> None:
+    import pyarrow
+    import pyarrow.parquet
+
+    pyarrow.parquet.write_table(pyarrow.table({"time": TIME, "encoder": COUNTS, "current": CURRENT}), folder / "x")
+
+
+def _mdf(folder: Path) -> None:
+    from asammdf import MDF, Signal
+
+    signals = [Signal(samples=values, timestamps=TIME, name=name) for name, values in {"encoder": COUNTS, "current": CURRENT}.items()]
+    with MDF(version="4.10") as file:
+        file.append(signals)
+        saved = file.save(folder / "saved.mf4", overwrite=True)
+    Path(saved).rename(folder / "x")
+
+
+def _ros2_mcap() -> bytes:
+    from mcap_ros2.writer import Writer
+
+    stream = io.BytesIO()
+    writer = Writer(stream)
+    schema = writer.register_msgdef("demo_msgs/msg/Axis", "float64 encoder\nfloat64 current\nfloat64[] more\nstring text")
+    for at, n, i in zip(NS, COUNTS, CURRENT, strict=True):
+        message = {"encoder": float(n), "current": float(i), "more": [1.0, 2.0], "text": "x"}
+        writer.write_message("/axis_state", schema, message, log_time=at, publish_time=at)
+    writer.finish()
+    return stream.getvalue()
+
+
+def _json_mcap() -> bytes:
+    from mcap.writer import CompressionType, Writer
+
+    stream = io.BytesIO()
+    writer = Writer(stream, compression=CompressionType.LZ4)
+    writer.start()
+    channel = writer.register_channel("/axis_state", "json", writer.register_schema("Axis", "jsonschema", b'{"type": "object"}'))
+    for at, n, i in zip(NS, COUNTS, CURRENT, strict=True):
+        writer.add_message(channel, at, f'{{"encoder": {n}, "current": {i}, "more": [1, 2]}}'.encode(), at)
+    writer.finish()
+    return stream.getvalue()
+
+
+def _bag(folder: Path) -> None:
+    from rosbags.rosbag1 import Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC)
+    kind = store.types["geometry_msgs/msg/Point"]
+    with Writer(folder / "x.bag") as writer:
+        connection = writer.add_connection("/axis_state", kind.__msgtype__, typestore=store)
+        for at, n, i in zip(NS, COUNTS, CURRENT, strict=True):
+            writer.write(connection, at, store.serialize_ros1(kind(x=float(n), y=float(i), z=0.0), kind.__msgtype__))
+    (folder / "x.bag").rename(folder / "x")
+
+
+def _db3(folder: Path) -> None:
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    kind = store.types["geometry_msgs/msg/Point"]
+    with Writer(folder / "bag", version=8, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        connection = writer.add_connection("/axis_state", kind.__msgtype__, typestore=store)
+        for at, n, i in zip(NS, COUNTS, CURRENT, strict=True):
+            writer.write(connection, at, store.serialize_cdr(kind(x=float(n), y=float(i), z=0.0), kind.__msgtype__))
+    next((folder / "bag").glob("*.db3")).rename(folder / "x")
+
+
+# name -> its bytes, or what writes the file `x` into a folder
+SAMPLES: dict[str, Callable[[], bytes] | Callable[[Path], None]] = {
+    "canonical": lambda: as_bytes(golden_log()),
+    "csv": _csv,
+    "csv.german": _german,
+    "csv.bare": lambda: _rows("\t").encode(),
+    "csv.iso": lambda: ("when;encoder;current\n" + _rows(";", date=lambda t: f"2026-01-02T03:04:05.{round(1000 * t):03d}Z")).encode(),
+    "mat": _mat,
+    "mat.compressed": lambda: _mat(do_compression=True),
+    "npz": lambda: _npz(),
+    "npz.compressed": lambda: _npz(packed=True),
+    "mat73": _hdf5,
+    "parquet": _parquet,
+    "mdf": _mdf,
+    "mcap.ros2": _ros2_mcap,
+    "mcap.json": _json_mcap,
+    "bag": _bag,
+    "db3": _db3,
+}
+
+
+def names() -> list[str]:
+    """Every sample, and every golden file."""
+    return [*SAMPLES, *(f"golden/{path.name}" for path in sorted(GOLDEN.iterdir()) if path.is_file() and path.suffix != ".py")]
+
+
+def write(name: str, folder: Path) -> Path:
+    """The sample as the file `x` in `folder`."""
+    target = folder / "x"
+    if name.startswith("golden/"):
+        target.write_bytes((GOLDEN / name.removeprefix("golden/")).read_bytes())
+        return target
+    made = SAMPLES[name]
+    if made.__code__.co_argcount:
+        made(folder)  # type: ignore[call-arg]
+    else:
+        target.write_bytes(made())  # type: ignore[call-arg,arg-type]
+    return target
+
+
+def bench_of(path: Path) -> Bench:
+    """A bench that maps the file's first columns: a time where one is called so, a position, a current."""
+    if is_canonical(path):
+        return bench({"position": Column("position", "rad")})
+    tables = tables_of(path)
+    table = max(tables, key=lambda one: len(one.names))
+    blocks = {name: block for name in table.names if (block := _whole(table, name)) is not None}
+    once = {name for name in blocks if sum(name in one.names for one in tables) == 1}
+    dated = next((block.time_ns for block in blocks.values() if block.time_ns is not None), None)
+    usable = [name for name in blocks if name in once]
+    time = next((name for name in usable if re.match(r"(t|time|zeit)\b", name, re.IGNORECASE)), None) if dated is None else None
+    numbers = [name for name in usable if name != time]
+    columns = {} if time is None else {"time": Column(time, "s", ONE_UNIT)}
+    for channel, unit, name in zip(("position", "current"), ("rad", "A"), numbers, strict=False):
+        columns[channel] = Column(name, unit, ONE_UNIT)
+    times = dated / 1e9 if dated is not None else blocks[time].columns[time] if time is not None else np.arange(2) / 1000.0
+    return bench(columns, Encoder(counts_per_revolution=100), float(np.median(np.diff(times))))
+
+
+def _whole(table: Table, name: str) -> Block | None:
+    """A column whose numbers are all there: its first block."""
+    try:
+        blocks = [block for block, _ in table.blocks([name])]
+    except LogError:
+        return None
+    return blocks[0] if all(name in block.columns and np.isfinite(block.columns[name]).all() for block in blocks) else None
+
+
+def write_bench(path: Path, target: Path) -> None:
+    """bench.yaml of the sample at `path`."""
+    target.write_text(to_yaml(bench_of(path)))

@@ -1,0 +1,98 @@
+"""A seeded part of `make fuzz`, and that what it looks for would be found."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from frictool.logs.formats import FORMATS, format_of
+from frictool.logs.mcap_reader import is_canonical
+from tests.cli.run import Result
+from tests.fuzz import child, samples
+from tests.fuzz.harness import SEED, fuzz
+
+INPUTS = 9  # of each format
+
+
+@pytest.fixture(scope="module", params=samples.names())
+def sample(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
+    return request.param, samples.write(request.param, tmp_path_factory.mktemp("sample"))
+
+
+def test_mutated_inputs_are_read_or_refused_in_one_line(sample: tuple[str, Path], tmp_path: Path):
+    """Of every format, the unchanged sample first; in this process, so without a limit of memory."""
+    name, path = sample
+    bench, data = tmp_path / "bench.yaml", path.read_bytes()
+    samples.write_bench(path, bench)
+    assert child.attempt(0, data, tmp_path, bench) is None
+    for index in range(INPUTS):
+        found = child.attempt(index, child.input_of(name, data, SEED, index), tmp_path, bench)
+        assert found is None, f"python -m tests.fuzz {name} {index}: {found}"
+    assert [one.name for one in tmp_path.iterdir() if one.name != "input"] == ["bench.yaml"]
+
+
+def test_a_process_with_limits_runs_the_same():
+    result = fuzz(12, names=["csv"])
+    assert result["findings"] == []
+    assert result["passed"]
+
+
+def test_every_format_has_a_sample(tmp_path: Path):
+    seen = set()
+    for name in samples.names():
+        path = samples.write(name, tmp_path)
+        if not is_canonical(path):
+            seen.add(format_of(path))
+        path.unlink()
+    assert seen == set(FORMATS)
+
+
+def test_inputs_are_the_same_again_and_not_the_sample():
+    data = bytes(range(256)) * 4
+    made = [child.input_of("csv", data, SEED, index) for index in range(50)]
+    assert made == [child.input_of("csv", data, SEED, index) for index in range(50)]
+    assert len(set(made)) > 45
+
+
+@pytest.mark.parametrize(
+    ("result", "files", "found"),
+    [
+        (Result(0, b"", ""), [], None),
+        (Result(3, b"", "error: x: is damaged\n"), [], None),
+        (Result(0, b"", "warning: x\n"), [], None),
+        (Result(1, b"", "error: no\n"), [], "exit code 1"),
+        (Result(3, b"", "error: x\nTraceback (most recent call last):\n"), [], "one line"),
+        (Result(3, b"", "error: " + "x" * 2000 + "\n"), [], "one line"),
+        (Result(3, b"", "error: x\nerror: y\n"), [], "one line that says why"),
+        (Result(3, b"", ""), [], "one line that says why"),
+        (Result(3, b"", "error: x\n"), [".out.mcap.1.part"], "left behind"),
+        (Result(3, b"", "error: x\n"), ["out.mcap"], "output beside an error"),
+        (Result(0, b"", ""), ["out.mcap"], "wrote what cannot be read"),
+    ],
+)
+def test_what_is_complained_of(tmp_path: Path, result: Result, files: list[str], found: str | None):
+    for name in files:
+        (tmp_path / name).write_bytes(b"half")
+    said = child.complaint(result, tmp_path / "out.mcap", set(), salvage=False)
+    assert (said is None) if found is None else (found in str(said))
+
+
+def test_memory_beyond_the_limit_is_refused():
+    """In a process of its own: the limit stays."""
+    code = f"from tests.fuzz import child; child.limit_memory(); bytearray({child.MOST_BYTES} + (64 << 20))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode != 0
+    assert "MemoryError" in done.stderr
+
+
+def test_an_input_that_hangs_ends_the_process(tmp_path: Path):
+    code = (
+        "import sys, time; from pathlib import Path; from tests.fuzz import child; child.LONGEST = 0.2; "
+        "child.run = lambda *words: time.sleep(20); child.attempt(0, b'', Path(sys.argv[1]), Path(sys.argv[1], 'bench.yaml'))"
+    )
+    done = subprocess.run([sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True)
+    assert done.returncode == 1
+    assert "Timeout" in done.stderr
