@@ -7,24 +7,30 @@ from typing import Annotated, Literal
 import msgspec
 
 from frictool.documents.bench import Bench, Name
+from frictool.documents.laws import Laws
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import (
     Axis,
     EffortEstimate,
     InertiaEstimate,
     NonNegativeEffortEstimate,
+    PositiveVelocityEstimate,
     ViscousEstimate,
 )
 
 
 class Parameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """The friction model J dv/dt = u - offset - viscous v - coulomb sign(v), with breakaway at rest (4.17), (4.43)."""
+    """The friction model J dv/dt = u - offset - viscous v - coulomb sign(v), with breakaway at rest (4.17), (4.43).
+
+    With `stribeck_velocity` v_s friction falls from the breakaway to `coulomb` by (2.34).
+    """
 
     inertia: InertiaEstimate
     viscous: ViscousEstimate
     coulomb: NonNegativeEffortEstimate
     breakaway: NonNegativeEffortEstimate
     offset: EffortEstimate
+    stribeck_velocity: PositiveVelocityEstimate | None = None
 
 
 class Fit(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -37,12 +43,15 @@ class Fit(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults
 
 
 class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """`model.yaml`. `not_identified` names each parameter that the logs could not give, with the reason."""
+    """`model.yaml`. `not_identified` names each parameter that the logs could not give, with the reason.
+
+    `laws`: what friction does beyond the parameters, by direction, speed, position and time at rest.
+    """
 
     format: Literal["model/1"]
     name: Name
     axis: Axis
-    law: Literal["coulomb"]
+    law: Literal["coulomb", "stribeck"]
     method: str
     confidence: Annotated[float, msgspec.Meta(gt=0, lt=1)]
     bench: Bench
@@ -50,3 +59,8 @@ class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     provenance: Provenance
     not_identified: dict[str, str] = {}
     fit: Fit | None = None
+    laws: Laws | None = None
+
+    def __post_init__(self) -> None:
+        if (self.law == "stribeck") != (self.parameters.stribeck_velocity is not None):
+            raise ValueError(f"law: found {self.law}; parameters.stribeck_velocity belongs to law stribeck, which needs it")

@@ -93,6 +93,7 @@ DriveLimit = Annotated[Quantity, _of("drive", 0.0, exclusive=True)]
 InertiaEstimate = Annotated[Estimate, _of("inertia", 0.0, exclusive=True)]
 ViscousEstimate = Annotated[Estimate, _of("viscous", 0.0)]
 EffortEstimate = Annotated[Estimate, _of("effort")]
+PositiveVelocityEstimate = Annotated[Estimate, _of("velocity", 0.0, exclusive=True)]
 NonNegativeEffortEstimate = Annotated[Estimate, _of("effort", 0.0)]
 AnyQuantity = Annotated[Quantity, _of("any")]
 

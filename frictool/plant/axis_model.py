@@ -4,16 +4,21 @@ from __future__ import annotations
 
 from typing import Any
 
+from frictool.documents.laws import Laws as LawsDocument
+from frictool.documents.laws import Polynomial
 from frictool.documents.model import Model
+from frictool.documents.quantity import Quantity
 from frictool.plant.axis import BACKLASH_BREAKAWAY_RATIO, AxisParameters
+from frictool.plant.axis_laws import Laws, Levels, Regime, Shape, Sides
 
 
 def axis_of(model: Model, **overrides: float) -> AxisParameters:
-    """The model's axis in SI; `overrides` replaces fields of AxisParameters.
+    """The model's axis in SI, its end stops those of the bench's travel; `overrides` replaces fields of AxisParameters.
 
-    A Coulomb friction that is overridden scales the breakaway with it, unless that is given too. Friction inside the backlash is a
-    part of the axis's friction (motor and brushes, thesis 4.4.4) and never above it; where the bench does not say, it is all of it.
-    Raises ValueError naming what is out of range.
+    A Coulomb friction that is overridden scales the breakaway with it, unless that is given too; where the directions differ it is
+    their mean, and scales both. A viscous friction that is overridden holds for both directions and at every speed: a vertex of the
+    polytope is a bound for the regimes. Friction inside the backlash is a part of the axis's friction (motor and brushes, thesis
+    4.4.4) and never above it; where the bench does not say, it is all of it. Raises ValueError naming what is out of range.
     """
     bench, today = model.bench, model.parameters
     values: dict[str, Any] = {
@@ -28,9 +33,65 @@ def axis_of(model: Model, **overrides: float) -> AxisParameters:
         "encoder_step": bench.encoder.resolution,
         **overrides,
     }
+    backward = _backward(model)
+    if backward is not None and "coulomb" in overrides:
+        scale = _scale(overrides["coulomb"], 0.5 * (today.coulomb.value + backward.coulomb))
+        values["coulomb"] = scale * today.coulomb.value
+        backward = backward._replace(coulomb=scale * backward.coulomb, breakaway=scale * backward.breakaway)
+    if backward is not None and "viscous" in overrides:
+        backward = backward._replace(viscous=overrides["viscous"])
     ratio = today.breakaway.value / today.coulomb.value if today.coulomb.value > 0.0 else 0.0
     values.setdefault("breakaway", ratio * values["coulomb"] if ratio else today.breakaway.value)
-    loose = bench.mechanics.backlash_coulomb
-    values.setdefault("backlash_coulomb", min(loose.value if loose else values["coulomb"], values["coulomb"]))
+    loose, least = bench.mechanics.backlash_coulomb, min(values["coulomb"], backward.coulomb if backward else values["coulomb"])
+    values.setdefault("backlash_coulomb", min(loose.value, least) if loose else least)
     values.setdefault("backlash_breakaway", BACKLASH_BREAKAWAY_RATIO * values["backlash_coulomb"])
-    return AxisParameters(**values).checked()
+    axis = AxisParameters(**values, laws=_laws(model, backward, regimes="viscous" not in overrides))
+    axis.as_array()  # checks the laws too
+    return axis.checked()
+
+
+def _scale(wanted: float, mean: float) -> float:
+    if mean <= 0.0:
+        raise ValueError("coulomb is 0 in both directions; allowed: > 0 where it is varied")
+    return wanted / mean
+
+
+def _backward(model: Model) -> Levels | None:
+    """The levels of the negative direction, where the model has its own."""
+    given = model.laws.backward if model.laws else None
+    if given is None:
+        return None
+    today = model.parameters
+
+    def level(own: Quantity | None, common: Quantity) -> float:
+        return (own or common).value
+
+    return Levels(level(given.viscous, today.viscous), level(given.coulomb, today.coulomb), level(given.breakaway, today.breakaway))
+
+
+def _laws(model: Model, backward: Levels | None, regimes: bool) -> Laws:
+    travel, velocity = model.bench.mechanics.travel, model.parameters.stribeck_velocity
+    laws = Laws(backward=backward, stribeck_velocity=velocity.value if velocity else 0.0)
+    if travel is not None:
+        laws = laws._replace(stops=(travel.low, travel.high))
+    document = model.laws
+    if document is None:
+        return laws
+    if regimes:
+        laws = laws._replace(
+            regimes=tuple(Regime(r.above.value, r.viscous.value, (r.backward or r.viscous).value) for r in document.regimes)
+        )
+    if document.dwell is not None:
+        laws = laws._replace(fresh=document.dwell.fresh, rise_time=document.dwell.rise_time_s)
+    return laws._replace(shape=_shape(document), stribeck_exponent=document.stribeck_exponent, restitution=document.restitution)
+
+
+def _shape(document: LawsDocument) -> Shape | None:
+    position = document.position
+    if position is None:
+        return None
+
+    def sides(polynomial: Polynomial) -> Sides:
+        return polynomial.forward, polynomial.backward or polynomial.forward
+
+    return Shape(position.over.low, position.over.high, sides(position.coulomb), sides(position.breakaway or position.coulomb))

@@ -33,7 +33,7 @@ class Polytope:
 
 
 def intervals(model: Model) -> dict[str, tuple[float, float]]:
-    """For each parameter the hull of the model's interval and of the bench's range over the product's life.
+    """For each parameter the hull of the model's intervals, in each direction and regime, and of the bench's range over the product's life.
 
     The hull and not the intersection: the log tells what the parameter is on this bench today, the bench tells what it may become.
     """
@@ -44,6 +44,12 @@ def intervals(model: Model) -> dict[str, tuple[float, float]]:
         "coulomb": (today.coulomb, known.coulomb),
         "constant": (model.bench.actuator.constant,),
     }
+    if model.laws is not None:
+        backward, regimes = model.laws.backward, model.laws.regimes
+        slopes = [found for regime in regimes for found in (regime.viscous, regime.backward)]
+        slopes += [backward.viscous] if backward else []
+        pairs["viscous"] += tuple(found for found in slopes if found is not None)
+        pairs["coulomb"] += (backward.coulomb,) if backward and backward.coulomb else ()
     return {name: (min(q.interval[0] for q in both), max(q.interval[1] for q in both)) for name, both in pairs.items()}
 
 

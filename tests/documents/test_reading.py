@@ -18,7 +18,13 @@ CLUTCH = ROOT / "configs/clutch/bench.yaml"
 EVERY = sorted(
     (kind, path)
     for rig in (ROOT / "configs").iterdir()
-    for kind, pattern in (("bench", "bench.yaml"), ("spec", "spec.yaml"), ("design", "designs/*.yaml"), ("scenario", "scenarios/*.yaml"))
+    for kind, pattern in (
+        ("bench", "bench.yaml"),
+        ("model", "nonlinear.yaml"),
+        ("spec", "spec.yaml"),
+        ("design", "designs/*.yaml"),
+        ("scenario", "scenarios/*.yaml"),
+    )
     for path in rig.glob(pattern)
 )
 

@@ -7,10 +7,17 @@ import math
 import msgspec
 import pytest
 
+from frictool.documents.bench import Mechanics
+from frictool.documents.laws import Backward
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
+from frictool.documents.registry import load
+from frictool.engine.axis_friction import breakaway_at, coulomb_at
 from frictool.plant.axis_model import axis_of
-from tests.synth.example import clutch_model
+from frictool.plant.polytope import intervals
+from tests.synth.example import ROOT, clutch_model
+
+NONLINEAR = ROOT / "configs/clutch/nonlinear.yaml"
 
 
 def _with_mechanics(**fields: Quantity | None) -> Model:
@@ -51,3 +58,44 @@ def test_no_backlash_without_one_in_the_bench() -> None:
 def test_out_of_range_is_named() -> None:
     with pytest.raises(ValueError, match="inertia"):
         axis_of(clutch_model(), inertia=0.0)
+
+
+def test_the_end_stops_are_those_of_the_travel() -> None:
+    assert axis_of(clutch_model()).laws.stops == (0.0, 63.0)
+    model = clutch_model()
+    without = msgspec.structs.replace(model, bench=msgspec.structs.replace(model.bench, mechanics=_without_travel(model)))
+    assert axis_of(without).as_array().shape == (12,)
+
+
+def _without_travel(model: Model) -> Mechanics:
+    return msgspec.structs.replace(model.bench.mechanics, travel=None)
+
+
+@pytest.mark.parametrize(("direction", "x"), [(1.0, 0.0), (1.0, 30.0), (1.0, 63.0), (-1.0, 6.24), (-1.0, 35.7)])
+def test_the_published_clutch_has_the_published_breakaway(direction: float, x: float) -> None:
+    """Table 4.7, and C_r = C_s/1.1 (4.42), to the digits of the file."""
+    published = {1.0: (0.0794, 0.0077, -2.7773e-4, 2.8731e-6), -1.0: (0.0938, -0.0126, 0.0013, -3.2940e-5, 2.5120e-7)}[direction]
+    expected = sum(b * x**k for k, b in enumerate(published))
+    array = axis_of(load(NONLINEAR, Model)).as_array()
+    assert breakaway_at(array, direction, x, 0.0) == pytest.approx(expected, rel=1e-4)
+    assert coulomb_at(array, direction, x) == pytest.approx(expected / 1.1, rel=1e-4)
+
+
+def test_a_vertex_scales_the_map_and_bounds_the_regimes() -> None:
+    """Its Coulomb friction is the mean of both directions; its viscous friction holds at every speed."""
+    model = load(NONLINEAR, Model)
+    today, vertex = axis_of(model), axis_of(model, coulomb=0.18, viscous=7.62e-4)
+    assert 0.5 * (vertex.coulomb + vertex.laws.backward.coulomb) == pytest.approx(0.18, rel=1e-12)
+    scale = vertex.coulomb / today.coulomb
+    assert vertex.laws.backward.breakaway == pytest.approx(scale * today.laws.backward.breakaway, rel=1e-12)
+    assert vertex.breakaway == pytest.approx(scale * today.breakaway, rel=1e-12)
+    assert (vertex.viscous, vertex.laws.backward.viscous, vertex.laws.regimes) == (7.62e-4, 7.62e-4, ())
+    assert today.laws.regimes[0] == (260.0, 3.81e-4, 3.81e-4)
+
+
+def test_the_polytope_holds_each_direction_and_regime() -> None:
+    model = load(NONLINEAR, Model)
+    assert intervals(model)["viscous"] == (0.0, 7.62e-4)
+    strong = msgspec.structs.replace(model.laws.backward.coulomb, high=0.25)
+    wider = msgspec.structs.replace(model, laws=msgspec.structs.replace(model.laws, backward=Backward(coulomb=strong)))
+    assert intervals(wider)["coulomb"] == (0.018, 0.25)

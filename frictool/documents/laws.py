@@ -1,0 +1,80 @@
+"""`laws` of `model.yaml`: what friction does beyond five parameters, by direction, speed, position and time at rest."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Annotated
+
+import msgspec
+
+from frictool.documents.quantity import NonNegativeEffortEstimate, PositionSpan, PositiveVelocity, ViscousEstimate
+
+MOST_REGIMES, MOST_COEFFICIENTS = 4, 8
+
+
+class Backward(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Where the negative direction differs from `parameters`, which then hold for the positive one."""
+
+    viscous: ViscousEstimate | None = None
+    coulomb: NonNegativeEffortEstimate | None = None
+    breakaway: NonNegativeEffortEstimate | None = None
+
+
+class Regime(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Viscous friction above a knee (figure 4.10), where friction is continuous. Without `backward`: the same in both directions."""
+
+    above: PositiveVelocity
+    viscous: ViscousEstimate
+    backward: ViscousEstimate | None = None
+
+
+class Polynomial(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Coefficients of powers of the position in SI (rad | m), lowest first; without `backward` the same in both directions."""
+
+    forward: tuple[float, ...]
+    backward: tuple[float, ...] | None = None
+
+    def __post_init__(self) -> None:
+        for side in (self.forward, self.backward or self.forward):
+            if not 1 <= len(side) <= MOST_COEFFICIENTS:
+                raise ValueError(f"found {len(side)} coefficients; allowed: 1 to {MOST_COEFFICIENTS}")
+
+
+class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """How friction varies `over` a travel (4.44); beyond it as at its ends.
+
+    Each polynomial divided by its mean over the travel is a factor of its direction's level. Without `breakaway`: as `coulomb` (4.41).
+    """
+
+    over: PositionSpan
+    coulomb: Polynomial
+    breakaway: Polynomial | None = None
+
+    def __post_init__(self) -> None:
+        if not self.over.low < self.over.high:
+            raise ValueError(f"over: found {self.over.low:g} to {self.over.high:g}; allowed: low < high")
+
+
+class Dwell(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Rising static friction: `fresh` breakaway just after a stop over that of a long rest, half of the rest after `rise_time_s`."""
+
+    fresh: Annotated[float, msgspec.Meta(gt=0, le=1)]
+    rise_time_s: Annotated[float, msgspec.Meta(gt=0, le=1e6)]
+
+
+class Laws(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Each key optional. stribeck_exponent: delta of (2.34). restitution: speed after an end stop of the travel over speed before."""
+
+    backward: Backward | None = None
+    regimes: tuple[Regime, ...] = ()
+    position: PositionLaw | None = None
+    stribeck_exponent: Annotated[float, msgspec.Meta(ge=0.5, le=4)] = 2.0
+    dwell: Dwell | None = None
+    restitution: Annotated[float, msgspec.Meta(ge=0, le=0.95)] = 0.0
+
+    def __post_init__(self) -> None:
+        if len(self.regimes) > MOST_REGIMES:
+            raise ValueError(f"regimes: found {len(self.regimes)}; allowed: at most {MOST_REGIMES}")
+        for slower, faster in itertools.pairwise(regime.above.value for regime in self.regimes):
+            if slower >= faster:
+                raise ValueError(f"regimes: found a knee at {faster:g} after one at {slower:g}; allowed: rising")
