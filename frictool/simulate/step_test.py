@@ -55,7 +55,7 @@ def step_test(
         record = _run(variant, controller, scenario.start.value, reference)
         noise = np.random.Generator(np.random.PCG64([scenario.seed, index])).normal(0.0, scenario.drive_noise, reference.size)
         streams.append(_stream(model, controller, variant, reference, record, noise))
-        warnings += _outside(model, variant, record)
+        warnings += _against_stops(model, variant, record)
         progress(index + 1, len(variants))
     played = {"kind": "simulated", "scenario": scenario.name, "model": model.name, "controller": controller.name}
     return with_provenance(Log(tuple(streams), {"log": played}, scenario.name, tuple(warnings)), provenance)
@@ -105,14 +105,16 @@ def _stream(model: Model, controller: Controller, variant: Variant, reference: V
     return Stream(variant.topic, time, signals, units)
 
 
-def _outside(model: Model, variant: Variant, record: Vector) -> list[str]:
-    """A warning where the axis leaves its travel: the engine knows no end stops, so that what follows is not what the rig would do."""
+def _against_stops(model: Model, variant: Variant, record: Vector) -> list[str]:
+    """A warning where the axis runs against an end stop of its travel: no rig should."""
     travel = model.bench.mechanics.travel
     if travel is None:
         return []
     position = record[:, closed_loop.TRUE_POSITION]
-    low, high = float(position.min()), float(position.max())
-    if travel.low <= low and high <= travel.high:
-        return []
-    span = f"{low:g} to {high:g} of {travel.low:g} to {travel.high:g} {travel.unit}"
-    return [f"{variant.topic} leaves the travel ({span}); no end stop is simulated"]
+    found = []
+    for wall, against in ((travel.low, position <= travel.low), (travel.high, position >= travel.high)):
+        arrivals = np.flatnonzero(against[1:] & ~against[:-1])
+        if arrivals.size:
+            first = (arrivals[0] + 1) * model.bench.sample_period_s
+            found.append(f"{variant.topic} runs against its end stop at {wall:g} {travel.unit}, first at {first:.3f} s")
+    return found

@@ -106,13 +106,16 @@ def _with_travel(low: float, high: float) -> Model:
     return msgspec.structs.replace(model, bench=msgspec.structs.replace(model.bench, mechanics=mechanics))
 
 
-def test_leaving_the_travel_is_a_warning() -> None:
+def test_an_end_stop_holds_the_axis_and_is_a_warning() -> None:
     inside = step_test(_with_travel(0.0, 63.0), controller(), scenario(), HERE)
     assert inside.warnings == ()
-    top = float(np.max(inside.main.signals["position_true"]))
-    assert top > 40.0
-    (warning,) = step_test(_with_travel(0.0, 40.0), controller(), scenario(), HERE).warnings
-    assert warning.startswith(f"/axis leaves the travel (5 to {top:g} of 0 to 40 rad)")
+    assert float(np.max(inside.main.signals["position_true"])) > 40.0
+    stopped = step_test(_with_travel(0.0, 40.0), controller(), scenario(), HERE)
+    position = stopped.main.signals["position_true"]
+    assert position.max() == 40.0
+    arrival = stopped.main.time[int(np.argmax(position))]
+    (warning,) = stopped.warnings
+    assert warning == f"/axis runs against its end stop at 40 rad, first at {arrival:.3f} s"
 
 
 @pytest.mark.parametrize(
