@@ -24,6 +24,7 @@ from frictool.documents.quantity import (
 PositiveNumber = Annotated[float, msgspec.Meta(gt=0)]
 SHORTEST_PERIOD, LONGEST_PERIOD = 1e-6, 10.0  # s; what lies outside is a unit that was mistaken
 SamplePeriod = Annotated[float, msgspec.Meta(ge=SHORTEST_PERIOD, le=LONGEST_PERIOD)]
+LineNumber = Annotated[int, msgspec.Meta(ge=0)]
 Name = Annotated[str, msgspec.Meta(min_length=1, max_length=80)]
 Channel = Literal["time", "position", "reference", "velocity", "current", "voltage", "effort"]
 
@@ -89,7 +90,31 @@ class Column(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """How a text file is laid out, where the file does not tell."""
+    """How a text file is laid out, where what is found in it is not to be relied on.
+
+    Lines count from 1; 0 says that there is none. period_s, start_s: of rows that no column dates. whole: the last line is whole though it
+    has no line end.
+    """
+
+    encoding: Literal["utf-8", "utf-16", "latin-1"] | None = None
+    delimiter: Literal["comma", "semicolon", "tab", "blank"] | None = None
+    decimal: Literal["point", "comma"] | None = None
+    thousands: Literal["point", "comma", "blank", "apostrophe"] | None = None
+    header_line: LineNumber | None = None
+    unit_line: LineNumber | None = None
+    first_line: Annotated[int, msgspec.Meta(ge=1)] | None = None
+    period_s: PositiveNumber | None = None
+    start_s: float | None = None
+    whole: bool = False
+
+    def __post_init__(self) -> None:
+        if self.decimal is not None and self.decimal in (self.thousands, self.delimiter):
+            raise ValueError("decimal is the same sign as thousands or delimiter; they have to differ")
+        if self.start_s is not None and self.period_s is None:
+            raise ValueError("start_s says when the rows of period_s begin; give period_s")
+        lines = [line for line in (self.header_line, self.unit_line, self.first_line) if line]
+        if lines != sorted(set(lines)):
+            raise ValueError("header_line, unit_line and first_line follow one another")
 
 
 class Bench(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -103,6 +128,7 @@ class Bench(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     actuator: Actuator
     mechanics: Mechanics
     columns: dict[Channel, Column]
+    layout: Layout | None = None
     delay_samples: Annotated[int, msgspec.Meta(ge=0, le=2)] = 1
 
     def __post_init__(self) -> None:

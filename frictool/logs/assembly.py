@@ -106,7 +106,7 @@ def assemble(paths: Sequence[Path], bench: Bench | None, salvage: bool = False) 
         if bench is None:
             missing = "is a raw bench file; its columns mean nothing without --bench bench.yaml (or `frictool ingest` it first)"
             raise LogError(path, missing)
-        add_tables(made, tables_of(path), bench, stem)
+        add_tables(made, tables_of(path, bench.layout), bench, stem)
     return made
 
 

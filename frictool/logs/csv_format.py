@@ -1,217 +1,139 @@
-"""Raw CSV of a bench: a header `name [unit]`, then rows of numbers between commas, semicolons or tabs.
+"""Raw text of a bench, CSV and its kin: rows of numbers, read in blocks by a compiled pass over the bytes (kernels/rows.py).
 
-The numbers are parsed by `numpy.loadtxt`. Only where it refuses the file is the file walked row by row, to say which line is wrong and why.
+    bytes ──▶ layout, from the first lines (text_layout.py)
+          ──▶ rows ──▶ Block, Block, ...
+                └─ a cell that is no plain number is looked at here: it is a number all the same, or it is blank, or it is no number
+
+Without salvage the first of the last two ends the reading; with it, it is nan, and a row that has not the cells of the others is left out.
 """
 
 from __future__ import annotations
 
-import csv
 import re
-import warnings
-from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass
-from functools import partial
 from itertools import islice
-from os import SEEK_END
 from pathlib import Path
-from typing import TextIO
 
 import numpy as np
+from numpy.typing import NDArray
 
 from frictool.documents.bench import Layout
 from frictool.errors import LogError
-from frictool.logs.log import Vector
-from frictool.logs.raw_table import RawTable, Wanted, pick
+from frictool.logs.kernels.rows import CELL, CUT, ROW, SKIP, STAMP
 from frictool.logs.source import open_log
-from frictool.logs.table import BLOCK_ROWS, Block, Loss, find
+from frictool.logs.table import Block, Loss, find
+from frictool.logs.text_batches import Batch, Feed, Issue, batches
+from frictool.logs.text_bytes import decoded, encoding_of, head_bytes, is_text, text_bytes
+from frictool.logs.text_cells import number
+from frictool.logs.text_layout import LONGEST_LINE, find_layout
 
-DELIMITERS = ",;\t"
-LONGEST_HEADER = 1_000_000  # characters
-BLOCK_BYTES = 1 << 20
-_NAME_AND_UNIT = re.compile(r"(.*?)\s*\[([^\[\]]*)\]")
-NO_END = "the last line has no line end: the file may be cut; add a line end if it is whole"
-
-
-@dataclass(frozen=True)
-class Header:
-    """The first line: how columns are parted, what they are called, their units; `line` is 0 where the file has none."""
-
-    delimiter: str
-    names: tuple[str, ...]
-    units: tuple[str | None, ...]
-    line: int
+NO_END = "the last line has no line end: the file may be cut; add a line end if it is whole, or write layout.whole: true in the bench"
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file may be text: it begins without a NUL character."""
-    return b"\0" not in head
+    """Whether the file may be text: it begins without a NUL character, or is UTF-16."""
+    return is_text(head)
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[CsvTable, ...]:
-    """The one table of the file. Raises LogError where it has no header."""
-    return (CsvTable(path),)
+    """The one table of the file. Raises LogError where it has no row of numbers."""
+    return (CsvTable(path, layout or Layout()),)
 
 
 class CsvTable:
-    """The rows of a CSV file (a Table)."""
+    """The rows of a text file (a Table). `told` says how it was found to be laid out."""
 
-    def __init__(self, path: Path) -> None:
-        open_log(path).close()
-        self._path = path
-        with _told(path), path.open(encoding="utf-8-sig", newline="") as text:
-            self._header = _header(text, path)
-        self.source, self.topic, self.clock, self.size = str(path), "", None, path.stat().st_size
-        self.names = self._header.names
-        self.units = dict(zip(self.names, self._header.units, strict=True))
+    def __init__(self, path: Path, given: Layout) -> None:
+        with open_log(path) as stream:
+            try:
+                head = stream.read(LONGEST_LINE + 1)
+            except OSError as error:
+                raise LogError(path, f"cannot be read: {error.strerror or error}") from None
+        self._path, self._whole = path, given.whole
+        self.source, self.topic, self.size = str(path), "", path.stat().st_size
+        encoding = encoding_of(head, given.encoding)
+        text = head_bytes(head, encoding)
+        self.layout = found = find_layout(path, decoded(text, encoding), len(head) >= self.size, encoding, given)
+        ends = re.finditer(rb"\r\n|\n|\r", text)
+        self._start = next((end.end() for end in islice(ends, found.first_line - 2, None)), 0) if found.first_line > 1 else 0
+        self.names, self.clock, self.told = found.names, found.clock, found.told
+        self.units = dict(zip(found.names, found.units, strict=True))
 
     def find(self, wanted: str | int) -> str | None:
         return find(self.names, wanted)
 
-    def blocks(self, wanted: Sequence[str], losses: list[Loss] | None = None) -> Iterator[tuple[Block, int]]:
-        columns = read_csv(self._path, wanted).columns
-        rows = next(iter(columns.values())).size
-        for first in range(0, rows, BLOCK_ROWS):
-            end = min(first + BLOCK_ROWS, rows)
-            yield Block(first, {name: values[first:end] for name, values in columns.items()}), self.size * end // rows
-
     def line(self, row: int) -> int | None:
-        return _line_of(self._path, self._header, row)
+        """The line of a row: blank lines count as lines and not as rows."""
+        slots = np.full(len(self.names), SKIP)
+        return next((batch.last_line for batch in self._batches(slots, 0, row) if batch.first_row + batch.rows > row), None)
 
+    def blocks(self, wanted: Sequence[str], losses: list[Loss] | None = None) -> Iterator[tuple[Block, int]]:
+        """See Table. A cell that is no number is nan where damage is a loss; a row without the cells of the others is left out."""
+        chosen = [name for name in dict.fromkeys(wanted) if name != self.clock or self.layout.stamps is None]
+        slots = np.full(len(self.names), SKIP)
+        slots[[self.names.index(name) for name in chosen]] = np.arange(len(chosen))
+        if self.layout.stamps is not None:
+            slots[self.layout.stamps] = STAMP
+        rows = 0
+        for batch in self._batches(slots, len(chosen), None):
+            begin = 0
+            for row, lost in self._judged(batch, slots, losses):
+                if row > begin:
+                    yield self._block(batch, chosen, begin, row), batch.done
+                if losses is not None and row >= begin:
+                    losses.append(lost)
+                begin = row + 1
+            if batch.rows > begin:
+                yield self._block(batch, chosen, begin, batch.rows), batch.done
+            rows = batch.first_row + batch.rows
+        if not rows:
+            raise LogError(self.source, "has no rows")
 
-@contextmanager
-def _told(path: Path) -> Iterator[None]:
-    """What cannot be read as text, in one line."""
-    try:
-        yield
-    except UnicodeDecodeError as error:
-        raise LogError(path, f"is not UTF-8 text (byte {error.object[error.start]:#04x}); save it as UTF-8") from None
-    except OSError as error:
-        raise LogError(path, f"cannot be read: {error.strerror or error}") from None
+    def _block(self, batch: Batch, chosen: Sequence[str], begin: int, end: int) -> Block:
+        first, layout = batch.first_row + begin, self.layout
+        columns = {name: values[begin:end] for name, values in zip(chosen, batch.values, strict=True)}
+        if layout.stamps is not None:
+            return Block(first, columns, batch.stamps[begin:end])
+        if layout.period_ns is not None:
+            rows = np.arange(first, first + end - begin)
+            return Block(first, columns, np.rint(layout.start_ns + rows * layout.period_ns).astype(np.int64))
+        return Block(first, columns)
 
+    def _batches(self, slots: NDArray[np.int64], width: int, until: int | None) -> Iterator[Batch]:
+        layout = self.layout
+        dialect = ord(layout.delimiter), ord(layout.mark)
+        feed = Feed(text_bytes(self._path, layout.encoding), self._start)
+        return batches(self.source, feed, layout.first_line, dialect, slots, width, until)
 
-def read_csv(path: Path, wanted: Wanted | None = None) -> RawTable:
-    """The columns of a CSV file; `wanted` (names, or numbers from 1) leaves the others unparsed.
+    def _judged(self, batch: Batch, slots: NDArray[np.int64], losses: list[Loss] | None) -> Iterator[tuple[int, Loss]]:
+        """The rows of a batch that are left out, and why; puts in the numbers that only looked like none.
 
-    Raises LogError with the line, the column, what was found and what is allowed.
-    """
-    open_log(path).close()
-    with _told(path), path.open(encoding="utf-8-sig", newline="") as text:
-        header = _header(text, path)
-        chosen = header.names if wanted is None else tuple(dict.fromkeys(pick(header.names, one, str(path)) for one in wanted))
-        columns = _load(text, path, header, chosen)
-    units = dict(zip(header.names, header.units, strict=True))
-    line_of = partial(_line_of, path, header)
-    if not _ends_in_line_end(path):  # a number cut short is a number all the same: nothing else tells
-        raise LogError(path, NO_END, line=line_of(next(iter(columns.values())).size - 1))
-    return RawTable(columns, units, str(path), header.names, line_of)
+        Raises LogError at the first issue where damage is no loss.
+        """
+        for issue in batch.issues:
+            cell = decoded(issue.text, self.layout.encoding).strip().strip('"').strip()
+            value = number(cell, self.layout.mark, self.layout.thousands) if issue.kind == CELL else None
+            if value is not None and slots[issue.what] >= 0:
+                batch.values[slots[issue.what], issue.row] = value
+                continue
+            if issue.kind == CUT and self._whole:
+                continue
+            message = self._message(issue, cell)
+            if losses is None:
+                raise LogError(self.source, message, line=issue.line)
+            if issue.kind != CELL or slots[issue.what] == STAMP:
+                yield issue.row, Loss((), f"line {issue.line}: {message}", samples=1)
 
-
-def _load(text: TextIO, path: Path, header: Header, chosen: tuple[str, ...]) -> dict[str, Vector]:
-    """The chosen columns of the rows that follow. Raises LogError where a row is ragged, a cell no number, or there is no row."""
-    indexes = [header.names.index(name) for name in chosen]
-    every = indexes == list(range(len(header.names)))
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of a file without rows, which is an error below
-            values = np.loadtxt(
-                text, delimiter=header.delimiter, comments=None, quotechar='"', ndmin=2, usecols=None if every else indexes, unpack=True
-            )
-    except UnicodeDecodeError:
-        raise
-    except ValueError as error:
-        _locate(path, header, indexes)
-        raise LogError(path, f"is no table of numbers: {error}") from None
-    if values.size == 0:
-        raise LogError(path, "has a header and no rows" if header.line else "has no rows")
-    # with chosen columns loadtxt lets ragged rows pass: the number of delimiters tells
-    if len(values) != len(indexes) or (not every and _delimiters(path, header) != _expected(values.shape[1], header)):
-        _locate(path, header, indexes)
-    return {name: np.ascontiguousarray(values[position]) for position, name in enumerate(chosen)}
-
-
-def _header(text: TextIO, path: Path) -> Header:
-    """Reads the first line that is not blank; leaves `text` at the first row of numbers."""
-    line, number = "\n", 0
-    while line in ("\n", "\r\n", "\r"):
-        line, number = text.readline(LONGEST_HEADER), number + 1
-    if not line.strip():
-        raise LogError(path, "is empty; a table with a header is expected")
-    if len(line) == LONGEST_HEADER:
-        raise LogError(path, f"is longer than {LONGEST_HEADER} characters; a table with a header is expected", line=number)
-    delimiter = max(DELIMITERS, key=line.count)
-    cells = [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
-    if all(_is_number(cell) for cell in cells):
-        text.seek(0)
-        return Header(delimiter, tuple(str(column) for column in range(1, len(cells) + 1)), (None,) * len(cells), 0)
-    matches = [_NAME_AND_UNIT.fullmatch(cell) for cell in cells]
-    names = [match.group(1) if match else cell for match, cell in zip(matches, cells, strict=True)]
-    units = tuple(match.group(2).strip().strip("-") or None if match else None for match in matches)
-    return Header(delimiter, _distinct(names), units, number)
-
-
-def _distinct(names: list[str]) -> tuple[str, ...]:
-    """Names as they are; one without a name, or with the name of another, is called by its number as well."""
-    count = Counter(names)
-    return tuple(name if name and count[name] == 1 else f"{name} (column {number})".strip() for number, name in enumerate(names, start=1))
-
-
-def _locate(path: Path, header: Header, indexes: list[int]) -> None:
-    """Raises LogError at the first row that is ragged or has a cell that is no number; returns where there is none."""
-    with path.open(encoding="utf-8-sig", newline="") as text:
-        for _ in range(header.line):
-            text.readline()
-        rows = csv.reader(text, delimiter=header.delimiter)
-        try:
-            for row in rows:
-                if row:
-                    _check_row(path, header, indexes, row, header.line + rows.line_num)
-        except csv.Error as error:
-            raise LogError(path, str(error), line=header.line + rows.line_num) from None
-
-
-def _check_row(path: Path, header: Header, indexes: list[int], row: list[str], line: int) -> None:
-    if len(row) != len(header.names):
-        cut = "; is the file cut off here?" if len(row) < len(header.names) else ""
-        where = "the header" if header.line else "the first line"
-        raise LogError(path, f"has {len(row)} cells, {where} has {len(header.names)}{cut}", line=line)
-    for index in indexes:
-        cell = row[index].strip()
-        if not _is_number(cell):
-            shown = repr(cell if len(cell) <= 40 else cell[:37] + "...") if cell else "an empty cell"
-            hint = " with a decimal point" if _is_number(cell.replace(",", ".")) else ""
-            raise LogError(path, f"column {header.names[index]!r}: found {shown}; allowed: a number{hint}", line=line)
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return "_" not in cell
-
-
-def _expected(rows: int, header: Header) -> int:
-    return (rows + bool(header.line)) * (len(header.names) - 1)
-
-
-def _delimiters(path: Path, header: Header) -> int:
-    mark, count = header.delimiter.encode(), 0
-    with path.open("rb") as stream:
-        while block := stream.read(BLOCK_BYTES):
-            count += block.count(mark)
-    return count
-
-
-def _ends_in_line_end(path: Path) -> bool:
-    with path.open("rb") as stream:
-        stream.seek(-1, SEEK_END)
-        return stream.read() in (b"\n", b"\r")
-
-
-def _line_of(path: Path, header: Header, row: int) -> int:
-    """The line of a row, from 0, in the file: blank lines count as lines and not as rows."""
-    with path.open(encoding="utf-8-sig", newline="") as text:
-        filled = (number for number, line in enumerate(text, start=1) if number > header.line and line.strip("\r\n"))
-        return next(islice(filled, row, None))
+    def _message(self, issue: Issue, cell: str) -> str:
+        if issue.kind == CUT:
+            return NO_END
+        layout = self.layout
+        if issue.kind == ROW:
+            cut = "; is the file cut off here?" if issue.what < len(self.names) else ""
+            where = f"the header in line {layout.header_line}" if layout.header_line else "the first of the numbers"
+            return f"has {issue.what} cells, {where} has {len(self.names)}{cut}"
+        shown = repr(cell if len(cell) <= 40 else cell[:37] + "...") if cell else "an empty cell"
+        other = "," if layout.mark == "." else "."
+        hint = f" with a decimal {'point' if layout.mark == '.' else 'comma'}" if number(cell, other) is not None else ""
+        allowed = "a date and time of ISO 8601" if issue.what == layout.stamps else f"a number{hint}"
+        return f"column {self.names[issue.what]!r}: found {shown}; allowed: {allowed}"

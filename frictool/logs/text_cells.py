@@ -1,0 +1,71 @@
+"""The cells of a line of text, what is a number among them, and which signs part them.
+
+The lines at the start of a file tell: of the signs that are tried, those are taken that make the most numbers of what stands there.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Sequence
+
+from frictool.documents.bench import Layout
+
+BLANK = " "
+DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "blank": BLANK}
+MARKS = {"point": ".", "comma": ","}
+THOUSANDS = {None: "", "point": ".", "comma": ",", "blank": " \u00a0\u202f", "apostrophe": "'\u2019"}
+# in this order where several do alike: a comma between cells leaves the point for decimals
+DIALECTS = ((",", "."), (";", "."), (";", ","), ("\t", "."), ("\t", ","), (BLANK, "."), (BLANK, ","))
+_BETWEEN_BLANKS = re.compile(r'"[^"]*"|\S+(?:[ \t]+\[[^\]]*\])?')  # a name keeps the unit behind it
+_STAMP = re.compile(r"(\d{4}-\d\d-\d\d[Tt ])?\d\d:\d\d(:\d\d([.,]\d+)?)?(Z|[+-]\d\d(:?\d\d)?)?")
+_NUMBERS = {
+    mark: re.compile(rf"[+-]?(?:(?:[0-9]+(?:{form}[0-9]*)?|{form}[0-9]+)(?:e[+-]?[0-9]+)?|nan|inf|infinity)", re.IGNORECASE)
+    for mark, form in ((".", r"\."), (",", ","))
+}
+
+
+def cells_of(line: str, delimiter: str) -> list[str]:
+    """The cells of a line, without the blanks and quotes around them; between blanks there are no empty cells."""
+    if delimiter == BLANK:
+        return [cell.strip('"') for cell in _BETWEEN_BLANKS.findall(line)]
+    try:
+        cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])
+    except csv.Error:  # longer than that reader takes
+        cells = line.split(delimiter)
+    return [cell.strip() for cell in cells]
+
+
+def number(cell: str, mark: str, thousands: str = "") -> float | None:
+    """The number in a cell, or None where it holds none.
+
+    >>> number("1.234,5", ",", "."), number("-3e2", "."), number("1_0", ".")
+    (1234.5, -300.0, None)
+    """
+    plain = cell.strip()
+    for sign in thousands:
+        plain = plain.replace(sign, "")
+    return float(plain.replace(mark, ".")) if _NUMBERS[mark].fullmatch(plain) else None
+
+
+def is_stamp(cell: str) -> bool:
+    """Whether a cell holds a date and a time of day, or a time of day, as ISO 8601 writes them."""
+    return _STAMP.fullmatch(cell) is not None
+
+
+def dialect(lines: Sequence[str], given: Layout) -> tuple[str, str]:
+    """The delimiter and the decimal mark, as far as the bench's layout leaves them open."""
+
+    def numbers(tried: tuple[str, str]) -> float:
+        total = 0.0
+        for line in lines:
+            cells = [cell for cell in cells_of(line, tried[0]) if cell]
+            found = sum(number(cell, tried[1], THOUSANDS[given.thousands]) is not None or is_stamp(cell) for cell in cells)
+            total += found**2 / len(cells) if cells else 0.0  # so many, times the share that they are
+        return total
+
+    delimiter, mark = DELIMITERS.get(given.delimiter or ""), MARKS.get(given.decimal or "")
+    left = [(one, other) for one, other in DIALECTS if delimiter in (None, one) and mark in (None, other)]
+    if given.thousands == "blank":
+        left = [one for one in left if one[0] != BLANK]
+    return max(left, key=numbers) if left else (delimiter or ",", mark or ".")
