@@ -22,7 +22,7 @@ from frictool.logs.messages import LABELS, MOST_LISTED, Messages, gather
 from frictool.logs.ros_message import NUMBERS, Field, Message
 
 Bytes = NDArray[np.uint8]
-MOST_STEPS = 200_000  # fields of one message
+MOST_STEPS = 200_000  # fields and messages in one message
 MOST_LAYOUTS = 64  # of one batch; further messages are read one by one
 PADDING = 7  # bytes that may follow a message
 KEPT_LAYOUTS = 16
@@ -133,6 +133,9 @@ class _Walk:
         return raw.rstrip(b"\0").decode("utf-8", "replace")
 
     def message(self, message: Message, prefix: str, labels: tuple[str, ...]) -> None:
+        self.steps -= 1 + len(message.fields)
+        if self.steps < 0:
+            raise ValueError(f"has more than {MOST_STEPS} fields in it")
         if not message.fields and self.aligned:
             self.take(1, 1)  # CDR has no empty structure
         for part in message.fields:
@@ -140,16 +143,13 @@ class _Walk:
 
     def field(self, part: Field, path: str, labels: tuple[str, ...]) -> tuple[str, ...]:
         """One field; returns what it says of the names of the others, if it does."""
-        self.steps -= 1
-        if self.steps < 0:
-            raise ValueError(f"has more than {MOST_STEPS} fields in it")
         count = None if part.repeat == "once" else part.size if part.repeat == "fixed" else self.length()
         if count is not None and count > len(self.data) - self.position:
             raise ValueError(f"has {count} elements in {path!r} with {len(self.data) - self.position} bytes left")
         named = labels if len(labels) == count else ()
         if isinstance(part.kind, Message):
-            names = [path] if count is None else [f"{path}[{named[k] if named else k}]" for k in range(count)]
-            for name in names:
+            for k in range(1 if count is None else count):
+                name = path if count is None else f"{path}[{named[k] if named else k}]"
                 self.message(part.kind, f"{name}.", labels)
         elif part.kind == "wstring":
             raise ValueError(f"has wide text in {path!r}, which is written in more than one way")
