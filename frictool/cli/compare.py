@@ -68,7 +68,8 @@ def command(parameters: Path | None, laws: tuple[str, ...], allow: bool, output:
 def _setting(path: Path | None) -> Setting:
     from yaml import MappingNode
 
-    from frictool.compare.setting import from_friction, from_model, table_3_1
+    from frictool.compare.actuator import from_model
+    from frictool.compare.setting import from_friction, table_3_1
     from frictool.documents.friction import Friction
     from frictool.documents.model import Model
     from frictool.documents.reading import compose, read_text

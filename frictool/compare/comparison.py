@@ -82,7 +82,7 @@ def compare(
     progress(0, len(laws))
     reference_runs = _runs(setting, simulator, REFERENCE)
     pulled, cycling = _measured(setting, reference_runs)
-    job = partial(_tested, setting, simulator, (pulled.period_s, cycling.period_s))
+    job = partial(_tested, setting, simulator, pulled, cycling)
     found = {}
     with _pool(min(workers, len(laws))) as share_out:
         for law, tested in zip(laws, share_out(job, laws), strict=True):
@@ -112,16 +112,18 @@ def _measured(setting: Setting, runs: dict[str, Trajectory]) -> tuple[stick_slip
     return stick_slip.measure(runs["stick_slip"], setting.stribeck_velocity), limit_cycle.measure(runs["limit_cycle"], setting.presliding)
 
 
-def _tested(setting: Setting, simulator: Simulator, periods: tuple[float | None, float | None], law: str) -> Tested:
-    """All tests on one law; `periods` [s]: of the reference's stick-slip and limit cycle."""
+def _tested(
+    setting: Setting, simulator: Simulator, reference: stick_slip.StickSlip, reference_cycle: limit_cycle.LimitCycle, law: str
+) -> Tested:
+    """All tests on one law, judged against the reference's."""
     runs = _runs(setting, simulator, law)
     pulled, cycling = _measured(setting, runs)
     loop, contact = _presliding(setting, simulator, law)
     wander = drift.measure(runs["drift"], setting.presliding, setting.scales.time)
     parameters = str(simulator.parameters(law))
     verdicts = {
-        "stick_slip": pulled.verdict(periods[0]),
-        "limit_cycle": cycling.verdict(periods[1]),
+        "stick_slip": pulled.verdict(reference),
+        "limit_cycle": cycling.verdict(reference_cycle),
         "presliding": contact.verdict,
         "drift": wander.verdict,
         "parameters": parameters,

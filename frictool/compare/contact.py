@@ -29,13 +29,13 @@ def follow(law: Law, p: Vector, velocity: Vector, steps: Vector) -> Vector:
 
 
 def _dynamic(name: str, kernels: DynamicKernels, p: Vector, velocity: Vector, steps: Vector) -> Vector:
-    """Midpoint rule on z; the memory takes each step in."""
+    """Heun's rule on z: where a state saturates within a step it goes half the way, and not none. The memory takes each step in."""
     z = kernels.reset(p)
-    out, friction = np.zeros_like(z), np.empty(velocity.size)
+    begin, out, friction = np.zeros_like(z), np.zeros_like(z), np.empty(velocity.size)
     for k, (v, h) in enumerate(zip(velocity.tolist(), steps.tolist(), strict=True)):
-        failed = kernels.rate(z, v, p, out)
-        failed += kernels.rate(z + 0.5 * h * out, v, p, out)
-        z += h * out
+        failed = kernels.rate(z, v, p, begin)
+        failed += kernels.rate(z + h * begin, v, p, out)
+        z += 0.5 * h * (begin + out)
         failed += kernels.commit(z, v, p) + kernels.rate(z, v, p, out)
         if failed:
             raise NoSolutionError(f"{name}: the law fails at {v:g} along a prescribed velocity; check the parameters")

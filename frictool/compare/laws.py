@@ -51,12 +51,11 @@ def _values(setting: Setting) -> dict[str, float]:
 def violations(setting: Setting, laws: tuple[str, ...]) -> tuple[list[str], list[str]]:
     """What of (3.31), (3.36) the hybrid versions among `laws` break, and what of 3.2, each line once, with its numbers.
 
-    The tests have no controller and no encoder: (3.8) and (3.10) hold by choice of them.
+    Without a bench there are neither controller nor encoder: (3.8) and (3.10) hold by choice of them.
     """
-    period = 5.0 / setting.decay
-    bench = HybridBench(
-        2.0 * period, 2.0 * setting.switch_velocity / setting.decay, setting.mass, setting.effort_limit, setting.stribeck_velocity
-    )
+    period = setting.sample_period or 10.0 / setting.decay
+    resolution = setting.encoder_step or 2.0 * setting.switch_velocity / setting.decay
+    bench = HybridBench(period, resolution, setting.mass, setting.effort_limit, setting.stribeck_velocity)
     settings = HybridSettings(setting.decay, setting.switch_velocity, setting.step)
     versions = [law for law in ("hybrid_a", "hybrid_b", "hybrid_c") if law in laws]
     lines = list(dict.fromkeys(line for version in versions for line in broken_rules(version, bench, settings, setting.axis)))

@@ -23,11 +23,11 @@ class LimitCycle:
     lasting: float
     period_s: float | None
 
-    def verdict(self, reference_period: float | None) -> str:
-        """`+`: lasts, with a period within 5 % of the event-exact one; `-` otherwise."""
-        if self.period_s is None or reference_period is None:
-            return "-"
-        return "+" if abs(self.period_s / reference_period - 1.0) <= PERIOD_TOLERANCE else "-"
+    def verdict(self, reference: LimitCycle) -> str:
+        """`+`: lasts, with a period within 5 % of the event-exact law's; or both die out. Else `-`."""
+        if self.period_s is None or reference.period_s is None:
+            return "+" if self.period_s == reference.period_s else "-"
+        return "+" if abs(self.period_s / reference.period_s - 1.0) <= PERIOD_TOLERANCE else "-"
 
 
 def measure(run: Trajectory, still: float) -> LimitCycle:

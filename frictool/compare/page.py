@@ -21,6 +21,7 @@ def page(found: Comparison, provenance: Provenance) -> str:
     )
     return environment.from_string(template).render(
         setting=found.setting,
+        scaling=text.scaling(found),
         tables=[
             ("Figures", text.figures(found)),
             ("The four tests of 3.7", text.verdicts(found)),

@@ -23,10 +23,15 @@ SLIDE = 40.0  # z_max: a contact that slides this far is in its steady state
 STEPS_PER_Z_MAX = 50
 SPEEDS = np.logspace(-1.0, 2.0, 13)  # in v_s
 FAST = 1.0  # in units of speed: the Stribeck effect is over
-NOTICEABLE = 0.01  # of F_c: below, a difference counts as none
+NOTICEABLE = 0.01  # of F_c; of 2 (F_s - F_c), the same with table 3.1, for what the fall causes: below, a difference counts as none
 MEMORY_MEAN, MEMORY_SWING, MEMORY_FREQUENCY = 3.0, 2.0, 10.0  # v_s, v_s, cycles in a unit of time
 MEMORY_STEPS = 4000  # a cycle
 EULER_STEPS, EULER_STEP, EULER_SPEED, EULER_FORCE = 20_000, 1e-4, 1e-2, 0.5  # in units of time, speed, force
+
+
+def _noticeable(setting: Setting) -> float:
+    """The least difference [N | N m] that the fall of the friction from F_s to F_c is said to cause."""
+    return NOTICEABLE * setting.scales.fall * setting.coulomb
 
 
 def steady_friction(follow: Follow, setting: Setting, speed: float) -> float:
@@ -40,7 +45,7 @@ def stribeck_effect(follow: Follow, setting: Setting) -> str:
     """`+`: somewhere between 0.1 and 100 v_s friction falls while the speed grows."""
     curve = np.array([steady_friction(follow, setting, speed * setting.stribeck_velocity) for speed in SPEEDS])
     falls = float(np.max(np.maximum.accumulate(curve) - curve))
-    return "+" if falls > NOTICEABLE * setting.coulomb else "-"
+    return "+" if falls > _noticeable(setting) else "-"
 
 
 def viscous_friction(follow: Follow, setting: Setting) -> str:
@@ -60,7 +65,7 @@ def frictional_memory(follow: Follow, setting: Setting) -> str:
     velocity = setting.stribeck_velocity * (MEMORY_MEAN - MEMORY_SWING * np.cos(phase))
     friction = follow(velocity, np.full(phase.size, period / MEMORY_STEPS))[MEMORY_STEPS:]
     rising, falling = friction[: MEMORY_STEPS // 2], friction[MEMORY_STEPS // 2 :][::-1]
-    return "±" if float(np.max(np.abs(rising - falling))) > NOTICEABLE * setting.coulomb else "-"
+    return "±" if float(np.max(np.abs(rising - falling))) > _noticeable(setting) else "-"
 
 
 def rising_static_friction(slow: float, fast: float, setting: Setting) -> str:
@@ -68,7 +73,7 @@ def rising_static_friction(slow: float, fast: float, setting: Setting) -> str:
 
     No law here has the dwell time as a parameter, which would be `+`.
     """
-    return "±" if abs(slow - fast) > NOTICEABLE * setting.coulomb else "-"
+    return "±" if abs(slow - fast) > _noticeable(setting) else "-"
 
 
 def stiction(compliance: bool, held: bool, settles: bool) -> str:

@@ -4,6 +4,9 @@ stick-slip    a spring of 2 N/m pulled at 0.1 m/s for 60 s                      
 limit cycle   PID of 3 N/m, 6 N s/m, 4 N/(m s) towards 1 m for 300 s                   (3.40)
 presliding    position-driven at 1e-6 m/s through turning points, in z_max             (3.7.4; the thesis prints no numbers)
 drift         up to 1.6 N in 1 s, down to 0.5 N in 0.05 s, held to 2 s, then 0.5 + 0.4 sin(2 pi 2 (t - 2)) N to 102 s      (3.7.5; likewise)
+
+These are the numbers for F_s = 1.5 F_c. With another F_s the pull's speed is 0.1 fall, and it lasts 52.5 s after the first breakaway; the
+loop lasts 300/fall s where fall < 1 (the effort between two slips changes by as much, the integral by less); the jerk is F_s + 0.1 N.
 """
 
 from __future__ import annotations
@@ -19,34 +22,36 @@ from frictool.engine.drive import Drive, held, pid, ramped, spring
 
 Segment = tuple[float, Drive]  # (end of the segment [s], the drive until then); times are those of the run
 
-SPRING_STIFFNESS, PULL_SPEED, PULL_TIME = 2.0, 0.1, 60.0
+SPRING_STIFFNESS, PULL_SPEED, PULL_TIME = 2.0, 0.1, 52.5  # the time is that after the first breakaway
 PROPORTIONAL, DERIVATIVE, INTEGRAL, TARGET, LOOP_TIME = 3.0, 6.0, 4.0, 1.0, 300.0
 CREEP_SPEED = 1e-6
 TURNING_POINTS = (0.0, 0.7, -0.7, 0.4, -0.2, 0.4, -0.7, 0.7, -0.7, 0.7, 1.2)  # in z_max
-PEAK, BIAS, WAVE, FREQUENCY = 1.6, 0.5, 0.4, 2.0
+ABOVE_BREAKAWAY, BIAS, WAVE, FREQUENCY = 0.1, 0.5, 0.4, 2.0
 RISE_END, FALL_END, WAVE_START, DRIFT_TIME = 1.0, 1.05, 2.0, 102.0
 
 
 def stick_slip(scales: Scales) -> tuple[Segment, ...]:
     """The spring drive of 3.7.2."""
-    return ((PULL_TIME * scales.time, spring(SPRING_STIFFNESS * scales.force / scales.length, PULL_SPEED * scales.speed)),)
+    speed = PULL_SPEED * scales.fall
+    first = scales.breakaway / (SPRING_STIFFNESS * speed)
+    return (((first + PULL_TIME) * scales.time, spring(SPRING_STIFFNESS * scales.force / scales.length, speed * scales.speed)),)
 
 
 def limit_cycle(scales: Scales) -> tuple[Segment, ...]:
     """The position loop (3.40)."""
     stiffness = scales.force / scales.length
     gains = (PROPORTIONAL * stiffness, DERIVATIVE * stiffness * scales.time, INTEGRAL * stiffness / scales.time)
-    return ((LOOP_TIME * scales.time, pid(*gains, TARGET * scales.length)),)
+    return ((LOOP_TIME / min(1.0, scales.fall) * scales.time, pid(*gains, TARGET * scales.length)),)
 
 
 def drift(scales: Scales) -> tuple[Segment, ...]:
     """A jerk that breaks the mass away, then a wave that stays below the Coulomb friction."""
-    force, time = scales.force, scales.time
+    force, time, peak = scales.force, scales.time, scales.breakaway + ABOVE_BREAKAWAY
     omega = 2.0 * math.pi * FREQUENCY / time
     wave = Drive(offset=BIAS * force, amplitude=WAVE * force, frequency=omega, phase=-omega * WAVE_START * time)
     return (
-        (RISE_END * time, ramped(0.0, PEAK * force / (RISE_END * time))),
-        (FALL_END * time, ramped(PEAK * force, (BIAS - PEAK) * force / ((FALL_END - RISE_END) * time), RISE_END * time)),
+        (RISE_END * time, ramped(0.0, peak * force / (RISE_END * time))),
+        (FALL_END * time, ramped(peak * force, (BIAS - peak) * force / ((FALL_END - RISE_END) * time), RISE_END * time)),
         (WAVE_START * time, held(BIAS * force)),
         (DRIFT_TIME * time, wave),
     )

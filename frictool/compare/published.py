@@ -36,15 +36,24 @@ TABLE_2_1: dict[str, tuple[str, ...]] = {
     "elasto_plastic": ("D", "-", "±", "±", "+", "+", "+", "-", "+", "8"),
     "leuven": ("D", "-", "±", "±", "+", "+", "+", "+", "+", ">8"),
 }
-# (table, row, computed) -> why a cell comes out so, with the parameters of table 3.1; other parameters may differ for other reasons
-REASONS: dict[tuple[str, str, str], str] = {
-    ("3.2", "limit_cycle", "-"): "3.7.3 says that these cycles die out (figure 3.16), against its own table",
-    ("2.1", "non_drift", "+"): "the print is that of the smoothed sign(v); events are solved here, and a stick holds exactly",
-    ("2.1", "stribeck_effect", "-"): "2.4.2.4 says that the effect is not represented, and outside its band the friction only grows",
-    ("2.1", "rising_static_friction", "-"): "the breakaway changes by less than 1 % of F_c between forces that grow at 0.1 and 1 N/s",
-    ("2.1", "parameters", "3"): "F_c, F_s and sigma_0; the print counts one more",
-    ("2.1", "parameters", "4"): "F_c, F_s, sigma_0 and dv; the print counts one more",
-    ("2.1", "parameters", "5"): "F_c, F_s, v_s, delta_s and sigma_0; the print counts one more",
+# (row, computed) -> why a law's cell comes out so, with the parameters of table 3.1; other parameters may differ for other reasons
+_SMOOTHED = {("non_drift", "+"): "the print is that of the smoothed sign(v); events are solved here, and a stick holds exactly"}
+_SAME_BREAKAWAY = {
+    ("rising_static_friction", "-"): "the breakaway changes by less than 1 % of F_c between forces that grow at 0.1 and 1 N/s",
+}
+REASONS: dict[str, dict[tuple[str, str], str]] = {
+    "coulomb": _SMOOTHED,
+    "svc": {**_SMOOTHED, ("parameters", "3"): "F_c, F_s and sigma_0; the print counts one more"},
+    "stribeck": {**_SMOOTHED, ("parameters", "5"): "F_c, F_s, v_s, delta_s and sigma_0; the print counts one more"},
+    "karnopp": {
+        ("stribeck_effect", "-"): "2.4.2.4 says that the effect is not represented, and outside its band the friction only grows",
+        ("parameters", "4"): "F_c, F_s, sigma_0 and dv; the print counts one more",
+    },
+    "elasto_plastic": {
+        **_SAME_BREAKAWAY,
+        ("limit_cycle", "-"): "3.7.3 says that these cycles die out (figure 3.16), against its own table",
+    },
+    "leuven": _SAME_BREAKAWAY,
 }
 
 
@@ -71,7 +80,7 @@ def differences(verdicts: dict[str, dict[str, str]], properties: dict[str, dict[
             for row, cell in zip(rows, cells, strict=True):
                 here = computed.get(law, {}).get(row)
                 if here is not None and not _same(here, cell):
-                    found.append(Difference(table, law, row, cell, here, REASONS.get((table, row, here), "")))
+                    found.append(Difference(table, law, row, cell, here, REASONS.get(law, {}).get((row, here), "")))
     return found
 
 

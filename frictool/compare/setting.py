@@ -4,6 +4,11 @@ The inputs of 3.7 are written for a mass of 1 kg, 1 N of Coulomb friction and a 
 is tested by similarity: its force, time and length stand for the newton, second and metre of the thesis.
 
     force = F_c        time = (m/sigma_v)/2.5        length = F_c time^2/m        (time = 1 s without viscous friction)
+    fall  = (F_s - F_c)/(F_c/2)
+
+The amplitudes of stick-slip and limit cycle are proportional to the fall of the friction from F_s to F_c, in these units. The pull's
+speed and the loop's duration follow it (compare/protocol.py), and so do v_s, z_max and Sigma where nobody knows them: an actuator whose
+friction falls little sticks and slips as often, and is as rigid.
 """
 
 from __future__ import annotations
@@ -12,7 +17,6 @@ import math
 from dataclasses import dataclass
 
 from frictool.documents.friction import Friction
-from frictool.documents.model import Model
 from frictool.documents.quantity import Axis
 
 TIME_CONSTANT = 2.5  # s: m/sigma_v of table 3.1
@@ -20,31 +24,41 @@ TIME_CONSTANT = 2.5  # s: m/sigma_v of table 3.1
 STRIBECK_VELOCITY, PRESLIDING, EFFORT_LIMIT, DEAD_BAND = 1e-3, 1e-5, 2.0, 1e-3
 STEP, SWITCH_VELOCITY, DECAY = 4e-5, 4e-3, 1e3  # printed: 1e-4, 1e-4, which break (3.11) and Sigma > 3 v_s
 PLASTIC_FROM, LEUVEN_EXPONENT, PREISACH_INTERVALS = 0.9, 10.0, 20
+FALL, LEAST_FALL = 0.5, 0.1  # (F_s - F_c)/F_c of table 3.1; the least that the tests are scaled to, in units of it
 
 
 @dataclass(frozen=True)
 class Scales:
-    """The units of the tests: force [N | N m], time [s], length [m | rad]."""
+    """The units of the tests: force [N | N m], time [s], length [m | rad]; `breakaway`: F_s in units of force."""
 
     force: float
     time: float
     length: float
+    breakaway: float
 
     @property
     def speed(self) -> float:
         """[m/s | rad/s]"""
         return self.length / self.time
 
+    @property
+    def fall(self) -> float:
+        """F_s - F_c over that of table 3.1, and at least LEAST_FALL: with less a test would last for ever."""
+        return max((self.breakaway - 1.0) / FALL, LEAST_FALL)
 
-def scales_of(mass: float, coulomb: float, viscous: float) -> Scales:
-    """The units of the tests for an actuator; (1, 1, 1) for table 3.1."""
-    time = mass / viscous / TIME_CONSTANT if viscous > 0.0 else 1.0
-    return Scales(coulomb, time, coulomb * time * time / mass)
+
+def scales_of(mass: float, coulomb: float, breakaway: float, viscous: float, longest: float = math.inf) -> Scales:
+    """The units of the tests for an actuator, that of time at most `longest` [s]; 1 N, 1 s, 1 m for table 3.1."""
+    time = min(mass / viscous / TIME_CONSTANT, longest) if viscous > 0.0 else min(1.0, longest)
+    return Scales(coulomb, time, coulomb * time * time / mass, breakaway / coulomb)
 
 
 @dataclass(frozen=True)
 class Setting:
-    """Every parameter of every law, SI (N m and rad where the axis is rotary)."""
+    """Every parameter of every law, SI (N m and rad where the axis is rotary).
+
+    `sample_period`, `encoder_step`: what (3.8) and (3.10) are about, None where there is no bench.
+    """
 
     name: str
     axis: Axis
@@ -65,10 +79,9 @@ class Setting:
     switch_velocity: float  # Sigma
     decay: float  # p_0
     preisach_intervals: int
-
-    @property
-    def scales(self) -> Scales:
-        return scales_of(self.mass, self.coulomb, self.viscous)
+    scales: Scales
+    sample_period: float | None = None  # T_s
+    encoder_step: float | None = None  # delta_x
 
 
 def from_friction(document: Friction) -> Setting:
@@ -95,13 +108,15 @@ def from_friction(document: Friction) -> Setting:
         switch_velocity=document.hybrid.switch_velocity.value,
         decay=document.hybrid.decay_rad_s,
         preisach_intervals=document.hybrid.preisach_intervals,
+        scales=scales_of(document.inertia.value, document.coulomb.value, document.breakaway.value, document.viscous.value),
     )
 
 
-def similar(name: str, axis: Axis, mass: float, coulomb: float, breakaway: float, viscous: float) -> Setting:
-    """Table 3.1 at the actuator's scales, with what is known of the actuator in its place."""
-    scales = scales_of(mass, coulomb, viscous)
-    stiffness = breakaway / (PRESLIDING * scales.length)
+def similar(name: str, axis: Axis, mass: float, coulomb: float, breakaway: float, viscous: float, longest: float = math.inf) -> Setting:
+    """Table 3.1 at the actuator's scales (`longest`: of `scales_of`), with what is known of the actuator in its place."""
+    scales = scales_of(mass, coulomb, breakaway, viscous, longest)
+    speed, presliding = scales.fall * scales.speed, PRESLIDING * scales.fall * scales.length
+    stiffness = breakaway / presliding
     return Setting(
         name=name,
         axis=axis,
@@ -109,32 +124,21 @@ def similar(name: str, axis: Axis, mass: float, coulomb: float, breakaway: float
         coulomb=coulomb,
         breakaway=breakaway,
         viscous=viscous,
-        stribeck_velocity=STRIBECK_VELOCITY * scales.speed,
+        stribeck_velocity=STRIBECK_VELOCITY * speed,
         stribeck_exponent=2.0,
-        presliding=PRESLIDING * scales.length,
+        presliding=presliding,
         plastic_from=PLASTIC_FROM,
         leuven_exponent=LEUVEN_EXPONENT,
         stiffness=stiffness,
         damping=2.0 * math.sqrt(mass * stiffness),
-        dead_band=DEAD_BAND * scales.speed,
+        dead_band=DEAD_BAND * speed,
         effort_limit=EFFORT_LIMIT * scales.force,
         step=STEP * scales.time,
-        switch_velocity=SWITCH_VELOCITY * scales.speed,
+        switch_velocity=SWITCH_VELOCITY * speed,
         decay=DECAY / scales.time,
         preisach_intervals=PREISACH_INTERVALS,
+        scales=scales,
     )
-
-
-def from_model(model: Model) -> Setting:
-    """The setting of an identified actuator; what its logs cannot show (v_s, z_max, ...) is table 3.1's by similarity.
-
-    ValueError where it has no Coulomb friction. A breakaway below the Coulomb friction counts as equal to it.
-    """
-    found = model.parameters
-    coulomb = found.coulomb.value
-    if coulomb <= 0.0:
-        raise ValueError("parameters.coulomb: found 0; friction laws are compared on an actuator with dry friction")
-    return similar(model.name, model.axis, found.inertia.value, coulomb, max(found.breakaway.value, coulomb), max(found.viscous.value, 0.0))
 
 
 def table_3_1() -> Setting:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from frictool.compare.comparison import Comparison, Tested
+import numpy as np
+
+from frictool.compare.comparison import REFERENCE, Comparison, Tested
 from frictool.compare.published import PROPERTIES, TESTS
 from frictool.documents.quantity import si_unit
 
@@ -62,9 +64,22 @@ def properties(found: Comparison) -> list[tuple[str, ...]]:
     return [("table 2.1", *found.laws), *((ROWS[row], *(t.properties[row] for t in found.laws.values())) for row in PROPERTIES)]
 
 
+def scaling(found: Comparison) -> str:
+    """What stands for the newton, the second and the metre of table 3.1, and how far and how fast the tests then go."""
+    scales, axis, reference = found.setting.scales, found.setting.axis, found.laws.get(REFERENCE)
+    length, force = si_unit("position", axis), si_unit("effort", axis)
+    units = f"{number(scales.force)} {force}, {number(scales.time)} s and {number(scales.length)} {length} stand for 1 N, 1 s and 1 m"
+    said = f"tests of 3.7: {units}; (F_s - F_c)/F_c is {number(scales.breakaway - 1.0)}"
+    if reference is None:
+        return said
+    runs = reference.runs.values()
+    travel, speed = max(float(np.ptp(run.position)) for run in runs), max(float(np.abs(run.velocity).max()) for run in runs)
+    return f"{said}; the {REFERENCE} law travels {number(travel, 3)} {length} at up to {number(speed, 3)} {length}/s"
+
+
 def lines(found: Comparison) -> list[str]:
     """The whole text."""
-    out = []
+    out = [scaling(found), ""]
     for table in (figures(found), verdicts(found), properties(found)):
         out += [*_aligned(table), ""]
     for item in found.differences:

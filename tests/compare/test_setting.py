@@ -34,7 +34,7 @@ def test_a_breakaway_below_the_coulomb_friction_is_refused(tmp_path: Path) -> No
 
 
 def test_the_drift_input_is_continuous_and_stays_below_the_coulomb_friction() -> None:
-    scales = scales_of(2.0, 3.0, 0.1)
+    scales = scales_of(2.0, 3.0, 4.5, 0.1)
     begin, last = 0.0, 0.0
     for end, drive in protocol.drift(scales):
         array = drive.as_array()
