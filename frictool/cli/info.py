@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,9 +11,8 @@ from frictool.cli.output import STDOUT, existing, json_option, note, output_opti
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
-    from frictool.logs.log import Log
+    from frictool.logs.assembly import Assembly
     from frictool.logs.survey import Signal, Survey
-    from frictool.logs.table import Loss
 
 HELP = """\b
 Example:
@@ -36,89 +34,81 @@ def command(log: Path, bench: Path | None, output: Path | None, as_json: bool) -
     from frictool.documents.registry import load
 
     document = None if bench is None else load(bench, Bench)
-    found, surveys = _surveyed(log, document)
-    for warning in found.warnings:
+    made, surveys = _surveyed(log, document)
+    for warning in made.warnings:
         note(f"warning: {warning}")
-    facts = summary(found, surveys)
+    facts = summary(made, surveys)
     if as_json:
         print_json(facts, output)
     if output is not None or not as_json:
-        save_text(output or STDOUT, table(found, surveys, facts) + "\n", [log] if bench is None else [log, bench])
+        save_text(output or STDOUT, table(made, surveys, facts) + "\n", [log] if bench is None else [log, bench])
 
 
-def _surveyed(path: Path, bench: Bench | None) -> tuple[Log, list[Survey]]:
-    """A log without its samples, and what they show: a canonical log of any length in bounded memory, a raw file in memory."""
-    from frictool.logs.log import Log
-    from frictool.logs.mcap_reader import is_canonical, open_mcap
-    from frictool.logs.reading import read_log
-    from frictool.logs.survey import in_memory, survey
+def _surveyed(path: Path, bench: Bench | None) -> tuple[Assembly, list[Survey]]:
+    """A log of any length, and what its samples show, in bounded memory: it is read twice."""
+    from frictool.logs.assembly import assemble, begun
+    from frictool.logs.survey import survey
 
     limits: dict[str, float] = {} if bench is None else {bench.actuator.drive: bench.actuator.limit.value}
-    if is_canonical(path):
-        streams, metadata, _ = open_mcap(path)
-        return Log((), metadata, str(path)), [survey(one.head, one.samples, limits) for one in streams]
-    log = read_log(path, bench)
-    return replace(log, streams=()), [survey(*in_memory(stream), limits) for stream in log.streams]
+    made = assemble([path], bench)
+    places = range(len(begun(made)))
+
+    def stream(place: int) -> Survey:
+        return survey(begun(made)[place].head, lambda: begun(made)[place].samples, limits)
+
+    return made, [stream(place) for place in places]
 
 
-def summary(log: Log, surveys: list[Survey]) -> dict[str, Any]:
+def summary(made: Assembly, surveys: list[Survey]) -> dict[str, Any]:
     """The machine's view of a log: one row per signal, and what is said of it as a whole."""
     from frictool.identify.feeds import feeds
+    from frictool.logs.assembly import origins
     from frictool.logs.losses import as_rows
     from frictool.logs.mcap_layout import COLUMNS, message_path
     from frictool.logs.sign import sign_of
     from frictool.logs.survey import row
 
-    columns = log.metadata.get(COLUMNS, {})
+    columns = origins(made, [one.topic for one in surveys]).get(COLUMNS, {})
     main = next((one for one in surveys if "position" in one.signals), surveys[0])
-    test, given = _test(log, main)
-    sign = None if main.opening is None else sign_of(main.opening)
+    test, given = _test(made, main)
+    sign = sign_of(main.opening)
     velocity = main.velocity
     return {
         "channels": [row(seen, one, columns.get(message_path(seen.topic, one.name))) for seen in surveys for one in seen.signals.values()],
         "duration_s": max(one.base.duration_s for one in surveys),
         "encoder_step": main.signals["position"].step if "position" in main.signals else None,
-        "lost": as_rows(_lost(log)),
+        "lost": as_rows(made.told),
         "test": {"kind": test, "given": given},
         "velocity": None if velocity is None else {"low": velocity[0], "high": velocity[1], "samples": main.window},
-        "work_share": None if sign is None else sign.work,
-        "reversed": [] if sign is None else list(sign.reversed),
-        "odd": [text for text in (main.jumps.text(), None if sign is None else sign.text) if text],
+        "work_share": sign.work,
+        "reversed": list(sign.reversed),
+        "odd": [text for text in (main.jumps.text(), sign.text) if text],
         "methods": feeds(main, test),
     }
 
 
-def _lost(log: Log) -> list[Loss]:
-    """What the log says was lost. Raises LogError where that is none that frictool writes."""
-    from frictool.errors import LogError
-    from frictool.logs.losses import LOST, losses_of
-
-    try:
-        return losses_of(log.metadata)
-    except ValueError as error:
-        raise LogError(log.source, f"metadata {LOST!r} does not tell losses as frictool writes them: {error}") from None
-
-
-def _test(log: Log, main: Survey) -> tuple[str | None, bool]:
+def _test(made: Assembly, main: Survey) -> tuple[str | None, bool]:
     """The kind of test, and whether it was given to `ingest`."""
-    from frictool.logs.kind import TEST, kind_of
+    from frictool.logs.kind import kind_of
+    from frictool.logs.kinds import TEST
     from frictool.logs.mcap_layout import KIND
 
-    given = log.metadata.get(KIND, {}).get(TEST)
-    return (given, True) if given else (None if main.opening is None else kind_of(main.opening), False)
+    given = made.notes.get(KIND, {}).get(TEST)
+    return (given, True) if given else (kind_of(main.opening), False)
 
 
-def table(log: Log, surveys: list[Survey], facts: dict[str, Any]) -> str:
+def table(made: Assembly, surveys: list[Survey], facts: dict[str, Any]) -> str:
     """The same for people."""
     from frictool.logs.losses import shown
+    from frictool.logs.provenance import PROVENANCE
 
-    lines = [f"{Path(log.source).name}: {facts['duration_s']:.6g} s", *_channels(facts)]
+    lines = [f"{Path(made.flows[0].source).name}: {facts['duration_s']:.6g} s", *_channels(facts)]
     lines += [line for seen in surveys for line in _signals(seen)]
     lines += _motion(facts, surveys)
     lines += [f"odd: {text}" for text in facts["odd"]]
-    lines += [f"lost: {shown(loss)}" for loss in _lost(log)]
+    lines += [f"lost: {shown(loss)}" for loss in made.told]
     lines += [f"feeds {name}" if why is None else f"does not feed {name}: {why}" for name, why in facts["methods"].items()]
-    lines += [f"{key}: {text}" for key, text in log.metadata.get("provenance", {}).items()]
+    lines += [f"{key}: {text}" for key, text in made.notes.get(PROVENANCE, {}).items()]
     return "\n".join(lines)
 
 

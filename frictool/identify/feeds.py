@@ -31,7 +31,7 @@ def _nothing_to_use(seen: Survey, kind: str | None) -> str | None:
         return f"there is none of {', '.join(DRIVES)}"
     if kind == "rest":
         return "the position does not change"
-    if seen.base.samples < 3 or seen.opening is None:
+    if seen.base.samples < 3:
         return f"there are {seen.base.samples} samples"
     intervals = np.diff(seen.opening.time) * seen.base.rate_hz
     broken = float(np.mean(np.abs(intervals - 1.0) > JITTER))

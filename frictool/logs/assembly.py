@@ -131,7 +131,7 @@ def _add_canonical(made: Assembly, path: Path, stem: str) -> None:
         made.notes = {name: entries for name, entries in notes.items() if name not in (LOST, COLUMNS, TIME)}
         made.origin = streams[0].epoch
     made.lost += [_renamed(loss, renamed) for loss in lost]
-    made.told += [_renamed(loss, renamed) for loss in losses_of(notes)]
+    made.told += [_renamed(loss, renamed) for loss in losses_of(notes, path)]
 
 
 def _renamed(loss: Loss, topics: dict[str, str]) -> Loss:

@@ -10,7 +10,7 @@ free    it moves in any other manner
 
 from __future__ import annotations
 
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
@@ -18,10 +18,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from frictool.logs.log import Stream, Vector
 from frictool.logs.quality import encoder_step
 
-Kind = Literal["rest", "steps", "ramp", "sines", "stroke", "free"]
-KINDS: tuple[str, ...] = get_args(Kind)
-TEST = "test"  # key of the metadata record `log`: the kind that was given to `ingest`
-LOOKED_AT = 1 << 20  # samples: the opening of a long log tells as much as all of it
+Kind = Literal["rest", "steps", "ramp", "sines", "stroke", "free"]  # of KINDS (kinds.py)
 REST = 30  # samples within a count are a rest, as identification takes it
 STILL_COUNTS, STILL_SHARE = 1.5, 1e-3  # a rest may move by so many counts, or this share of the range against an encoder's noise
 FEW_JUMPS = 0.02  # of the samples
@@ -35,7 +32,7 @@ ONE_WAY_AND_BACK = 2.2  # ranges of path
 
 def kind_of(stream: Stream) -> Kind | None:
     """The kind of test, or None of a stream without a position or with too few samples to tell."""
-    signals = {name: values[:LOOKED_AT] for name, values in stream.signals.items()}
+    signals = stream.signals
     position = signals.get("position")
     if position is None or position.size < 2 * REST:
         return None

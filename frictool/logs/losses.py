@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import asdict, replace
+from pathlib import Path
 from typing import Any
 
 import msgspec
 
+from frictool.errors import LogError
 from frictool.logs.table import Loss
 
 LOST = "lost"  # metadata record: number -> a Loss as JSON
@@ -43,9 +45,12 @@ def record_of(losses: list[Loss]) -> dict[str, str]:
     return {str(number): msgspec.json.encode(asdict(loss)).decode() for number, loss in enumerate(losses, start=1)}
 
 
-def losses_of(metadata: dict[str, dict[str, str]]) -> list[Loss]:
-    """The losses that a canonical log tells of. Raises ValueError where the record is none that frictool writes."""
-    return [msgspec.json.decode(text, type=Loss) for text in metadata.get(LOST, {}).values()]
+def losses_of(metadata: dict[str, dict[str, str]], source: Path | str = "the log") -> list[Loss]:
+    """The losses that a canonical log tells of. Raises LogError about `source` where the record is none that frictool writes."""
+    try:
+        return [msgspec.json.decode(text, type=Loss) for text in metadata.get(LOST, {}).values()]
+    except ValueError as error:
+        raise LogError(source, f"metadata {LOST!r} does not tell losses as frictool writes them: {error}") from None
 
 
 def as_rows(losses: list[Loss]) -> list[dict[str, Any]]:

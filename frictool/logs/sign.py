@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frictool.logs.kind import LOOKED_AT
 from frictool.logs.log import Stream, Vector
 
 CLEAR = 0.1  # share of the work to and fro that the net work has to be, to say anything
@@ -45,8 +44,8 @@ class Sign:
 
 
 def sign_of(stream: Stream) -> Sign:
-    """What the opening of a stream tells of the signs of its signals."""
-    signals = {name: values[:LOOKED_AT] for name, values in stream.signals.items()}
+    """What a stream tells of the signs of its signals."""
+    signals = stream.signals
     position, velocity = signals.get("position"), signals.get("velocity")
     effort = next((name for name in ("effort", "current", "voltage") if name in signals), None)
     if position is None or position.size < 4 or np.ptp(position) == 0.0:

@@ -13,14 +13,15 @@ from typing import Any
 
 import numpy as np
 
+from frictool.logs.chunks import joined
 from frictool.logs.flow import Samples
 from frictool.logs.held import Held
 from frictool.logs.intervals import Intervals
 from frictool.logs.jumps import Jumps, lone
-from frictool.logs.kind import LOOKED_AT
 from frictool.logs.levels import Levels
 from frictool.logs.log import Stream, Vector
 from frictool.logs.mcap_layout import NS, Head
+from frictool.logs.opening import Opening
 from frictool.logs.quality import TimeBase
 from frictool.logs.saturation import FlatTop, Tops
 from frictool.logs.speed import Speed
@@ -57,10 +58,10 @@ class Survey:
     topic: str
     base: TimeBase
     signals: dict[str, Signal]
+    opening: Stream
     velocity: tuple[float, float] | None = None
     window: int | None = None
     jumps: Jumps = field(default_factory=Jumps)
-    opening: Stream | None = None
 
 
 def survey(head: Head, pieces: Pieces, limits: Mapping[str, float]) -> Survey:
@@ -70,10 +71,9 @@ def survey(head: Head, pieces: Pieces, limits: Mapping[str, float]) -> Survey:
     """
     signals = {name: Signal(name, unit) for name, unit in zip(head.fields, head.units, strict=True)}
     intervals, levels, held = Intervals(), {name: Levels() for name in signals}, {name: Held() for name in signals}
-    opening: list[Samples] = []
+    opening = Opening(head)
     for piece in _blocks(pieces()):
-        if intervals.samples < LOOKED_AT:
-            opening.append(piece)
+        opening.take(piece)
         intervals.add(piece.time)
         for name, values in zip(head.fields, piece.values, strict=True):
             one = signals[name]
@@ -83,7 +83,7 @@ def survey(head: Head, pieces: Pieces, limits: Mapping[str, float]) -> Survey:
     for name, one in signals.items():
         one.levels, one.step = levels[name].count, levels[name].step
         one.hold = held[name].samples(one.step)
-    found = Survey(head.topic, intervals.base(), signals, opening=_joined(head, opening))
+    found = Survey(head.topic, intervals.base(), signals, opening.stream)
     _second_pass(head, pieces, found, limits)
     return found
 
@@ -128,23 +128,12 @@ def _blocks(pieces: Iterator[Samples]) -> Iterator[Samples]:
         waiting.append(piece)
         rows += piece.time.size
         while rows >= BLOCK_ROWS:
-            whole = _concatenated(waiting)
+            whole = joined(waiting)
             yield whole.part(0, BLOCK_ROWS)
             rows -= BLOCK_ROWS
             waiting = [whole.part(BLOCK_ROWS, BLOCK_ROWS + rows)]
     if rows:
-        yield _concatenated(waiting)
-
-
-def _concatenated(pieces: list[Samples]) -> Samples:
-    values = zip(*(piece.values for piece in pieces), strict=True)
-    return Samples(np.concatenate([piece.time for piece in pieces]), tuple(np.concatenate(parts) for parts in values))
-
-
-def _joined(head: Head, pieces: list[Samples]) -> Stream:
-    opening = _concatenated(pieces)
-    units = dict(zip(head.fields, head.units, strict=True))
-    return Stream(head.topic, opening.time / NS, dict(zip(head.fields, opening.values, strict=True)), units)
+        yield joined(waiting)
 
 
 def in_memory(stream: Stream) -> tuple[Head, Pieces]:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
 import numpy as np
 import pytest
 import scipy.io
 
-from frictool.logs.kind import KINDS, kind_of
+from frictool.logs.kind import Kind, kind_of
+from frictool.logs.kinds import KINDS
 from frictool.logs.log import Stream
 from frictool.logs.sign import sign_of
 from tests.logs.example import ROOT, measured
@@ -32,7 +35,10 @@ def emps(**signs: float) -> Stream:
 @pytest.mark.parametrize("kind", ["sines", "ramp", "steps"])
 def test_the_sample_logs_are_what_they_are_called(kind: str):
     assert kind_of(sample(kind)) == kind
-    assert kind in KINDS
+
+
+def test_every_kind_is_explained():
+    assert set(get_args(Kind)) == set(KINDS)
 
 
 def test_kinds_of_constructed_logs():
