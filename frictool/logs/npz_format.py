@@ -30,6 +30,7 @@ ALONE = "array"  # what the one array of an .npy is called
 MOST_MEMBERS = 100_000
 MOST_COLUMNS = 1000  # of a matrix
 LONGEST_HEAD = 1 << 16
+LONGEST_REASON = 80  # characters: zipfile quotes whole members
 HEADS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0, (3, 0): npy.read_array_header_2_0}
 
 
@@ -124,7 +125,7 @@ def _inside(path: Path, member: zipfile.ZipInfo) -> Bytes:
             return Wrapped(archive.open(member), member.file_size)
     except Exception as error:  # as above, and RuntimeError where it is encrypted
         stream = Plain(path, 0, 0)
-        stream.damage = f"cannot be opened in its archive ({error})"
+        stream.damage = f"cannot be opened in its archive ({str(error)[:LONGEST_REASON]})"
         return stream
 
 
