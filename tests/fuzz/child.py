@@ -63,12 +63,12 @@ def complaint(result: Result, target: Path, before: set[str], salvage: bool) -> 
     return None
 
 
-def attempt(index: int, data: bytes, folder: Path, bench: Path) -> str | None:
-    """What one input did that none may, or None."""
+def attempt(index: int, data: bytes, folder: Path, bench: Path, longest: float = LONGEST) -> str | None:
+    """What one input did that none may, or None. longest: s."""
     path, target = folder / "input", folder / "out.mcap"
     path.write_bytes(data)
     before = {one.name for one in folder.iterdir()}
-    faulthandler.dump_traceback_later(LONGEST, exit=True, file=sys.__stderr__)
+    faulthandler.dump_traceback_later(longest, exit=True, file=sys.__stderr__)
     try:
         words = command(index, path, bench, target)
         return complaint(run(*words), target, before, "--salvage" in words)
@@ -97,7 +97,7 @@ def main(name: str, seed: int, first: int, count: int) -> None:
         samples.write_bench(sample, bench)
         data = sample.read_bytes()
         for way in range(3):  # the sample itself, so that every library is loaded
-            found = attempt(way, data, folder, bench)
+            found = attempt(way, data, folder, bench, 6.0 * LONGEST)
             if found is not None:
                 raise AssertionError(f"{name} unchanged: {found}")
         limit_memory()

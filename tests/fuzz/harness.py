@@ -35,19 +35,28 @@ def fuzz(count: int, seed: int = SEED, names: list[str] | None = None, tell: Cal
     return {"passed": not findings, "inputs": count, "formats": len(chosen), "seconds": seconds, "findings": findings}
 
 
+def _child(name: str, seed: int, first: int, count: int) -> subprocess.CompletedProcess[str]:
+    words = [sys.executable, "-W", "error", "-m", "tests.fuzz.child", name, str(seed), str(first), str(count)]
+    return subprocess.run(words, capture_output=True, text=True)
+
+
 def _one_format(name: str, seed: int, count: int) -> list[str]:
-    """What the inputs of one sample did."""
+    """What the inputs of one sample did. What took too long is tried once more: the machine may have had other work."""
     findings, first = [], 0
     while first < count:
-        arguments = [name, str(seed), str(first), str(count - first)]
-        done = subprocess.run([sys.executable, "-W", "error", "-m", "tests.fuzz.child", *arguments], capture_output=True, text=True)
+        done = _child(name, seed, first, count - first)
         findings += [f"{name} {seed} {index}: {what}" for index, what in _FOUND.findall(done.stdout)]
         if done.returncode == 0:
             break
         reached = [int(line.split()[1]) for line in done.stdout.splitlines() if line.startswith("at ")]
         if not reached:
             return [*findings, f"{name} {seed}: the sample itself fails: {done.stderr.strip().splitlines()[-1:]}"]
+        first = reached[-1] + 1
+        if "Timeout" in done.stderr:
+            done = _child(name, seed, reached[-1], 1)
+            if done.returncode == 0:
+                findings += [f"{name} {seed} {index}: {what}" for index, what in _FOUND.findall(done.stdout)]
+                continue
         what = f"ran for over {LONGEST:g} s" if "Timeout" in done.stderr else f"ended the process with {done.returncode}"
         findings.append(f"{name} {seed} {reached[-1]}: {what}; {' | '.join(done.stderr.strip().splitlines()[:12])}")
-        first = reached[-1] + 1
     return findings
