@@ -90,10 +90,10 @@ class Column(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """How a text file is laid out, where what is found in it is not to be relied on.
+    """How a raw file is laid out, where what is found in it is not to be relied on: a text file, and what dates the rows of a recording.
 
     Lines count from 1; 0 says that there is none. period_s, start_s: of rows that no column dates. whole: the last line is whole though it
-    has no line end.
+    has no line end. clock: of a recording, `log time` or the path of a stamp in its messages (`header.stamp`).
     """
 
     encoding: Literal["utf-8", "utf-16", "latin-1"] | None = None
@@ -106,6 +106,7 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     period_s: PositiveNumber | None = None
     start_s: float | None = None
     whole: bool = False
+    clock: Annotated[str, msgspec.Meta(min_length=1)] | None = None
 
     def __post_init__(self) -> None:
         if self.decimal is not None and self.decimal in (self.thousands, self.delimiter):

@@ -24,7 +24,7 @@ def sniff(head: bytes, path: Path) -> bool:
 def tables(path: Path, layout: Layout | None) -> tuple[Table, ...]:
     """A table for each topic that carries numbers. Raises LogError where there is none, or where the file cannot be read."""
     container = SplitRecording(path, [_opened(part) for part in parts_of(path)]) if path.is_dir() else _opened(path)
-    return tables_of(container, getattr(layout, "clock", None))
+    return tables_of(container, None if layout is None else layout.clock)
 
 
 def _opened(path: Path) -> Container:
