@@ -47,7 +47,7 @@ def step_test(
     Raises InputFileError where the documents do not fit together, NoSolutionError where a variant cannot be simulated.
     """
     check_agreement(model, controller, scenario, names)
-    variants = variants_of(model, controller, scenario)
+    variants = variants_of(model, controller, scenario, names.model)
     reference = _reference(scenario, controller.sample_period_s)
     streams, warnings = [], []
     progress(0, len(variants))

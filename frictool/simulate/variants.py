@@ -26,17 +26,17 @@ class Variant:
         return f"{MAIN_TOPIC}/{self.name}" if self.name else MAIN_TOPIC
 
 
-def variants_of(model: Model, controller: Controller, scenario: Scenario) -> list[Variant]:
+def variants_of(model: Model, controller: Controller, scenario: Scenario, owner: str = "model") -> list[Variant]:
     """The nominal plant, then the controller's vertices where the scenario asks for them.
 
     At a vertex inertia, viscous, coulomb and constant are the vertex's; the breakaway keeps its ratio to the Coulomb friction.
-    Raises FrictoolError where a plant's parameters are out of range.
+    `owner` is what messages call the model. Raises FrictoolError where a plant's parameters are out of range.
     """
-    found = [Variant("", _axis("the model", model))]
+    found = [Variant("", _axis(owner, model))]
     if scenario.variants == "vertices":
         for vertex in controller.verified.vertices:
             values = {key: getattr(vertex, key) for key in ("inertia", "viscous", "coulomb", "constant")}
-            found.append(Variant(vertex.name, _axis(f"vertex {vertex.name}", model, **values)))
+            found.append(Variant(vertex.name, _axis(f"{owner} at vertex {vertex.name}", model, **values)))
     return found
 
 

@@ -10,12 +10,13 @@ import pytest
 
 from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller, StateSpace
+from frictool.documents.laws import Polynomial
 from frictool.documents.model import Model
 from frictool.documents.provenance import Input, Provenance
 from frictool.documents.quantity import Estimate, Quantity, Span
 from frictool.documents.registry import load
 from frictool.documents.scenario import Scenario, Step
-from frictool.errors import InputFileError, NoSolutionError
+from frictool.errors import FrictoolError, InputFileError, NoSolutionError
 from frictool.logs.log import Log
 from frictool.simulate.step_test import step_test
 from frictool.simulate.variants import variants_of
@@ -135,6 +136,25 @@ def test_an_end_stop_holds_the_axis_and_is_a_warning() -> None:
 def test_what_does_not_fit_together_is_refused(played: Scenario, by: Controller, words: str) -> None:
     with pytest.raises(InputFileError, match=words):
         log_of(played, by=by)
+
+
+def test_friction_that_cannot_be_is_refused_with_its_place() -> None:
+    model = load(ROOT / "configs/clutch/nonlinear.yaml", Model)
+    rising = msgspec.structs.replace(model.laws.position, breakaway=Polynomial((1.0, 0.1)))
+    with pytest.raises(FrictoolError, match=r"model: position: breakaway less Coulomb friction backward is -0.* at 0; allowed: >= 0"):
+        log_of(scenario(), msgspec.structs.replace(model, laws=msgspec.structs.replace(model.laws, position=rising)))
+
+
+def test_the_published_clutch_differs_from_its_mean() -> None:
+    """The same controller, the same steps: friction that depends on position and direction moves the encoder otherwise, and it rests."""
+    model = load(ROOT / "configs/clutch/nonlinear.yaml", Model)
+    flat = msgspec.structs.replace(model, laws=None)
+    logs = [log_of(scenario(seconds=1.5), plant) for plant in (model, flat)]
+    positions = [log.main.signals["position_true"] for log in logs]
+    assert np.max(np.abs(positions[0] - positions[1])) > 0.1
+    for log in logs:
+        assert log.main.signals["velocity"][-1] == 0.0
+        assert abs(log.main.signals["position_true"][-1] - 10.0) < 2.5
 
 
 @pytest.mark.parametrize("name", ["a b", "../x", "é", "", "light"])
