@@ -41,7 +41,11 @@ class Intervals:
         if not intervals.size:
             return
         self._reference = self._reference or int(intervals[0])
-        self._longest = max(self._longest, int(intervals.max()))
+        shortest, longest = int(intervals.min()), int(intervals.max())
+        self._longest = max(self._longest, longest)
+        if shortest == longest == self._reference:
+            self._counts[int(math.log(longest) / WIDTH)] += intervals.size
+            return
         classes = (np.log(intervals) / WIDTH).astype(np.int64)
         beyond = (intervals - self._reference).astype(np.float64)
         lowest, highest = int(classes.min()), int(classes.max()) + 1

@@ -269,24 +269,24 @@ class Walk:
 
     def _taken(self, channel: Declared, records: Records, at: int) -> Iterator[Piece]:
         """Samples of one channel: finite, and in the order of time."""
-        time, values = records["log_time"].astype(np.int64), records["values"]
-        good = np.isfinite(values).all(axis=1)
-        if not good.all():
+        time, values = records["log_time"].astype(np.int64), np.ascontiguousarray(records["values"].T)
+        if not np.isfinite(values).all():
+            good = np.isfinite(values).all(axis=0)
             row = int(np.argmin(good))
-            name = channel.fields[int(np.argmin(np.isfinite(values[row])))]
+            name = channel.fields[int(np.argmin(np.isfinite(values[:, row])))]
             self._unfit(channel, f"{name} is not finite", row, time, good)
-            time, values = time[good], values[good]
+            time, values = time[good], values[:, good]
         back = np.diff(time) <= 0
         if back.any() or (time.size and channel.last is not None and time[0] <= channel.last):
             row = int(np.argmax(back)) + 1 if back.any() else 0
             kept = increasing(time, channel.last)
             self._unfit(channel, "time does not increase", row, time, np.isin(np.arange(time.size), kept))
-            time, values = time[kept], values[kept]
+            time, values = time[kept], values[:, kept]
         if time.size:
             self._end(int(time[0]))
             channel.first = int(time[0]) if channel.first is None else channel.first
             channel.samples, channel.last = channel.samples + int(time.size), int(time[-1])
-            yield Piece(channel.number, Samples(time, tuple(np.ascontiguousarray(values.T))), at)
+            yield Piece(channel.number, Samples(time, tuple(values)), at)
 
     def _end(self, time: int) -> None:
         for place in self._endless:
