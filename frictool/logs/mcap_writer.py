@@ -27,7 +27,6 @@ from mcap.records import (
     Statistics,
     SummaryOffset,
 )
-from numpy.typing import NDArray
 
 from frictool.errors import LogError
 from frictool.logs.chunks import chunked, merged
