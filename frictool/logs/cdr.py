@@ -177,9 +177,9 @@ class MessageDecoder:
         return [path for leaf in self._walked(data).leaves for path in leaf.paths()]
 
     def columns(self, messages: Messages, paths: tuple[str, ...]) -> tuple[Vector, NDArray[np.bool_], dict[int, str]]:
-        """The numbers (paths, n), nan where a message has none; whether it has any (n,); and why a message could not be read."""
+        """See `Decoder`."""
         values = np.full((len(paths), messages.start.size), np.nan)
-        present = np.zeros(messages.start.size, bool)
+        present = np.zeros(values.shape, bool)
         failed: dict[int, str] = {}
         left = np.arange(messages.start.size)
         for known in self._layouts:
@@ -214,5 +214,5 @@ class MessageDecoder:
             if slot is not None:
                 offset, dtype = slot
                 values[path, rows] = gather(messages.data, messages.start[rows] + offset, int(dtype[-1])).view(dtype)[:, 0]
-                present[rows] = True
+                present[path, rows] = True
         return left[~fits]

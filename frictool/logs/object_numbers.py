@@ -50,7 +50,7 @@ class ObjectDecoder:
         """See `Decoder`."""
         count = messages.start.size
         values = np.full((len(paths), count), np.nan)
-        present = np.zeros(count, bool)
+        present = np.zeros(values.shape, bool)
         failed: dict[int, str] = {}
         for index in range(count):
             try:
@@ -59,7 +59,7 @@ class ObjectDecoder:
                 failed[index] = str(error)
                 continue
             values[:, index] = [found.get(path, np.nan) for path in paths]
-            present[index] = not found.keys().isdisjoint(paths)
+            present[:, index] = [path in found for path in paths]
         return values, present, failed
 
     def _numbers(self, data: bytes) -> dict[str, float]:

@@ -50,6 +50,7 @@ class _Pass:
     size: int
     schemas: dict[int, Schema] = field(default_factory=dict)
     channels: dict[int, Channel] = field(default_factory=dict)
+    counts: dict[int, int] = field(default_factory=dict)  # of messages, by the statistics
 
     def pieces(self) -> Iterator[tuple[Grouped | Lost, int]]:
         """The messages, chunk by chunk, and what is lost between them, each with the bytes worked through. Raises OSError."""
@@ -86,7 +87,7 @@ class _Pass:
                     yield self._records(bytes(loose))
                     loose.clear()
             else:
-                self._take(item)
+                self.take(item)
         if loose:
             yield self._records(bytes(loose))
 
@@ -115,7 +116,7 @@ class _Pass:
         """Messages by their channel; what the records declare is taken in."""
         for index in np.flatnonzero(bounds.opcode != Opcode.MESSAGE).tolist():
             start = int(bounds.start[index])
-            self._take(Record(int(bounds.opcode[index]), data[start : start + int(bounds.length[index])], start))
+            self.take(Record(int(bounds.opcode[index]), data[start : start + int(bounds.length[index])], start))
         which = bounds.opcode == Opcode.MESSAGE
         start, length = bounds.start[which], bounds.length[which] - MESSAGE_HEAD
         if (length < 0).any():
@@ -128,7 +129,7 @@ class _Pass:
         messages = Messages(log_time, plain, start + MESSAGE_HEAD, length)
         return {number: messages.at(np.flatnonzero(channel == number)) for number in np.unique(channel).tolist()}
 
-    def _take(self, item: Record) -> None:
+    def take(self, item: Record) -> None:
         """A declaration; one that is damaged is missed where its messages are."""
         stream = ReadDataStream(io.BytesIO(item.body))
         try:
@@ -138,6 +139,8 @@ class _Pass:
             elif item.opcode == Opcode.CHANNEL:
                 channel = Channel.read(stream)
                 self.channels[channel.id] = channel
+            elif item.opcode == Opcode.STATISTICS:
+                self.counts = dict(Statistics.read(stream).channel_message_counts)
         except _UNREADABLE:
             return
 
@@ -164,18 +167,19 @@ class McapRecording:
 
     def messages(self, topic: str) -> Iterator[tuple[Messages | Gap, int]]:
         """See `Container`. Raises LogError where the file cannot be read."""
-        declared = sum(self._counts.get(number, 0) for number, channel in self._channels.items() if channel.topic == topic)
-        told = 0
+        told, unknown = 0, False
         with open_log(self._path) as stream:
             one = _Pass(stream, self.size, dict(self._schemas), dict(self._channels))
             try:
                 for piece, done in one.pieces():
                     for found in self._of_topic(one, piece, topic):
-                        told += found.start.size if isinstance(found, Messages) else (found.samples or declared)
+                        told += found.start.size if isinstance(found, Messages) else (found.samples or 0)
+                        unknown |= isinstance(found, Gap) and found.samples is None
                         yield found, done
             except OSError as error:
                 raise LogError(self._path, f"cannot be read: {error.strerror or error}") from None
-        if told < declared:
+        declared = sum(one.counts.get(number, 0) for number, channel in one.channels.items() if channel.topic == topic)
+        if told < declared and not unknown:
             yield Gap(f"{told} messages are there, the statistics count {declared}", declared - told), self.size
 
     def _of_topic(self, one: _Pass, piece: Grouped | Lost, topic: str) -> Iterator[Messages | Gap]:
@@ -201,10 +205,11 @@ class McapRecording:
 
     def _look(self, stream: BinaryIO) -> None:
         """Learns the topics: from the summary where there is one, and from the first messages of each."""
-        schemas, channels, self._counts = self._summary(stream)
+        one = _Pass(stream, self.size)
+        self._summary(stream, one)
+        left = {number for number, count in one.counts.items() if count}
+        known = bool(left)
         stream.seek(0)
-        one = _Pass(stream, self.size, schemas, channels)
-        left = {number for number, count in self._counts.items() if count}
         for piece, _ in one.pieces():
             for number, channel in one.channels.items():
                 self._declared(one, number, channel)
@@ -213,9 +218,9 @@ class McapRecording:
                     continue
                 topic = self.topics[one.channels[number].topic]
                 topic.sample(messages)
-                if topic.sampled >= min(SAMPLED, self._counts.get(number, 0)):
+                if topic.sampled >= min(SAMPLED, one.counts.get(number, 0)):
                     left.discard(number)
-            if self._counts and not left:
+            if known and not left:
                 break
         self._schemas, self._channels = one.schemas, one.channels
 
@@ -225,31 +230,17 @@ class McapRecording:
             kind, form, text = ("", "", b"") if schema is None else (schema.name, schema.encoding, schema.data)
             self.topics[channel.topic] = topic_of(self._path, channel.topic, kind, channel.message_encoding, form, text)
 
-    def _summary(self, stream: BinaryIO) -> tuple[dict[int, Schema], dict[int, Channel], dict[int, int]]:
-        """Schemas and channels of the summary, and how many messages each channel has; nothing where it does not tell."""
-        one = _Pass(stream, self.size)
+    def _summary(self, stream: BinaryIO, one: _Pass) -> None:
+        """Takes in what the summary tells, where there is one. Raises OSError."""
         end = self.size - len(MAGIC) - _FOOTER.size
         if end < 0:
-            return {}, {}, {}
+            return
         stream.seek(end)
         opcode, _, start, _, _ = _FOOTER.unpack(stream.read(_FOOTER.size))
         if opcode != Opcode.FOOTER or not 0 < start <= end or end - start > LONGEST_SUMMARY:
-            return {}, {}, {}
+            return
         stream.seek(start)
         data = stream.read(end - start)
         bounds, _ = whole_records(data)
-        counts: dict[int, int] = {}
-        for opcode, first, length in zip(bounds.opcode.tolist(), bounds.start.tolist(), bounds.length.tolist(), strict=True):
-            body = data[first : first + length]
-            one._take(Record(opcode, body, first))
-            if opcode == Opcode.STATISTICS:
-                counts = _counts(body)
-        return one.schemas, one.channels, counts
-
-
-def _counts(body: bytes) -> dict[int, int]:
-    try:
-        counts: dict[int, int] = Statistics.read(ReadDataStream(io.BytesIO(body))).channel_message_counts
-    except _UNREADABLE:
-        return {}
-    return counts
+        for kind, first, length in zip(bounds.opcode.tolist(), bounds.start.tolist(), bounds.length.tolist(), strict=True):
+            one.take(Record(kind, data[first : first + length], first))

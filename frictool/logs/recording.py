@@ -45,7 +45,7 @@ class Decoder(Protocol):
         ...
 
     def columns(self, messages: Messages, paths: tuple[str, ...]) -> tuple[Vector, NDArray[np.bool_], dict[int, str]]:
-        """The numbers (paths, n), nan where a message has none; whether it has any (n,); and why a message could not be read."""
+        """The numbers (paths, n), nan where a message has none; whether it has it (paths, n); and why a message could not be read."""
         ...
 
 
@@ -138,9 +138,10 @@ class TopicTable:
                     when = f"{int(part.log_time[index]) / NS:.9g} s of its clock"
                     self._lost(Gap(f"message {read + index + 1}, recorded at {when}, {reason}", 1), losses)
                 read += part.start.size
-                kept = values[:, present]
+                rowed = present[: len(paths)].any(axis=0)
+                kept = values[:, rowed]
                 if kept.shape[1]:
-                    time = self._times(part.log_time[present], kept[len(paths) :])
+                    time = self._times(part.log_time[rowed], kept[len(paths) :])
                     yield Block(rows, dict(zip(wanted, kept, strict=False)), time), done
                     rows += kept.shape[1]
 
