@@ -24,7 +24,9 @@ from frictool.logs.mapping import EFFORT
 from frictool.logs.mcap_layout import COLUMNS, EPOCH_KEY, KIND, NS, TIME, Head, message_path
 from frictool.logs.mcap_reader import is_canonical, open_mcap
 from frictool.logs.mcap_writer import CanonicalWriter, Notes, write_streams
+from frictool.logs.parts import sources
 from frictool.logs.quality import TimeBase
+from frictool.logs.recording_format import tables_of_parts
 from frictool.logs.resampling import RESAMPLED, grid, resampled
 from frictool.logs.table import Loss, Table
 
@@ -98,15 +100,16 @@ def assemble(paths: Sequence[Path], bench: Bench | None, salvage: bool = False) 
     Raises LogError where a file cannot be read or mapped, and where a raw one has no bench.
     """
     made = Assembly(salvage=salvage)
-    for path in paths:
+    for parts in sources(paths):
+        path = parts[0]
         stem = path.stem if made.flows else ""
-        if is_canonical(path):
+        if len(parts) == 1 and is_canonical(path):
             _add_canonical(made, path, stem)
             continue
         if bench is None:
             missing = "is a raw bench file; its columns mean nothing without --bench bench.yaml (or `frictool ingest` it first)"
             raise LogError(path, missing)
-        add_tables(made, tables_of(path, bench.layout), bench, stem)
+        add_tables(made, tables_of(path, bench.layout) if len(parts) == 1 else tables_of_parts(parts, bench.layout), bench, stem)
     return made
 
 

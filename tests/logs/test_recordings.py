@@ -16,9 +16,9 @@ from mcap.writer import CompressionType, IndexType
 from frictool.documents.bench import Column, Layout
 from frictool.errors import LogError
 from frictool.logs.mcap_records import FileRecords, Record
+from frictool.logs.parts import are_parts, parts_of, sources
 from frictool.logs.reading import read_log
-from frictool.logs.recorded_parts import are_parts
-from frictool.logs.recording_format import sniff, tables
+from frictool.logs.recording_format import sniff, tables, tables_of_parts
 from frictool.logs.table import Loss, Table
 from tests.logs.example import GOLDEN, bench, measured
 from tests.logs.recordings import (
@@ -153,8 +153,7 @@ def test_ros_1_bags(tmp_path: Path, compression: str):
 @pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
 def test_the_folder_of_a_ros_2_bag(tmp_path: Path, storage: str):
     ros2_bag(tmp_path / "bag", POSITION, storage)
-    assert sniff(b"", tmp_path / "bag")
-    (table,) = tables(tmp_path / "bag", None)
+    (table,) = tables_of_parts(parts_of(tmp_path / "bag"), None)
     assert columns(table, [ARM])[ARM].tolist() == POSITION
     assert times(table).tolist() == stamps(500)
 
@@ -189,12 +188,18 @@ def test_a_split_bag_is_one_recording(tmp_path: Path):
     assert are_parts(parts)
     assert are_parts(parts[::-1])
     assert not are_parts([parts[0], parts[2]])
-    assert not are_parts([parts[0]])
-    (table,) = tables(tmp_path / "run", None)
+    assert not are_parts(parts[1:])
+    other = tmp_path / "other.mcap"
+    other.write_bytes(parts[0].read_bytes())
+    assert sources([tmp_path / "run", other]) == [tuple(parts), (other,)]
+    assert sources([other, *parts[::-1]]) == [(other,), tuple(parts)]
+    assert sources(parts[1:]) == [(parts[1],), (parts[2],)]
+    (table,) = tables_of_parts(parts, None)
     assert columns(table, [ARM])[ARM].tolist() == POSITION[:300]
+    assert times(table, [ARM]).tolist() == stamps(300)
     parts[1].unlink()
     with pytest.raises(LogError, match=r"lacks the files run_1.mcap, which metadata.yaml names"):
-        tables(tmp_path / "run", None)
+        sources([tmp_path / "run"])
 
 
 @pytest.mark.parametrize(
@@ -203,13 +208,13 @@ def test_a_split_bag_is_one_recording(tmp_path: Path):
 def test_a_folder_that_is_no_bag(tmp_path: Path, text: str):
     (tmp_path / "metadata.yaml").write_text(text)
     with pytest.raises(LogError, match=r"metadata\.yaml"):
-        tables(tmp_path, None)
+        sources([tmp_path])
 
 
 def test_a_part_that_is_cut_is_named(tmp_path: Path):
     parts = split_bag(tmp_path / "run")
     parts[1].write_bytes(parts[1].read_bytes()[:-100])
-    (table,) = tables(tmp_path / "run", None)
+    (table,) = tables_of_parts(parts, None)
     with pytest.raises(LogError, match=r"run_1.mcap is damaged or cut off"):
         columns(table, [ARM])
     losses: list[Loss] = []
@@ -370,7 +375,7 @@ def test_bags_that_are_cut(tmp_path: Path, suffix: str):
 def test_a_bag_with_a_journal_beside_it_is_not_taken_for_whole(tmp_path: Path):
     ros2_bag(tmp_path / "bag", POSITION)
     (tmp_path / "bag" / "bag.db3-wal").write_bytes(b"x")
-    (table,) = tables(tmp_path / "bag", None)
+    (table,) = tables(tmp_path / "bag" / "bag.db3", None)
     with pytest.raises(LogError, match=r"was not closed: bag.db3-wal beside it holds messages"):
         columns(table, [ARM])
 
