@@ -59,12 +59,13 @@ def command(
         raise click.UsageError(f"--from {start:g} is after --to {end:g}.")
     document = load(bench, Bench)
     from frictool.logs.assembly import assemble, write
+    from frictool.logs.parts import sources
     from frictool.logs.provenance import PROVENANCE, provenance_record
 
     options = {"--from": start, "--to": end, "--resample": period, "--salvage": salvage}
     line = command_line("ingest", {"raw": raw, "--bench": bench, **options})
     with kept(raw) as paths:
-        inputs = [*paths, bench]
+        inputs = [*(file for parts in sources(paths) for file in parts), bench]
         made = assemble(paths, document, salvage)
         notes = {PROVENANCE: provenance_record(record(line, inputs))}
         with replacing(output, inputs) as stream, progress("ingest") as tick:
@@ -105,6 +106,7 @@ def summary(streams: list[tuple[Head, TimeBase]], made: Assembly) -> dict[str, A
     """The machine's view of what was ingested."""
     from frictool.logs.losses import as_rows
 
+    clocks = {flow.head.topic: flow.clock for flow in made.flows}
     rows = [
         {
             "topic": head.topic,
@@ -113,6 +115,7 @@ def summary(streams: list[tuple[Head, TimeBase]], made: Assembly) -> dict[str, A
             "rate_hz": base.rate_hz,
             "duration_s": base.duration_s,
             "gaps": base.gaps,
+            "clock": clocks.get(head.topic),
         }
         for head, base in streams
     ]
@@ -129,6 +132,7 @@ def table(facts: dict[str, Any]) -> str:
         channels = ", ".join(f"{name} [{unit}]" for name, unit in stream["channels"].items())
         lines.append(f"{stream['topic']}: {channels}")
         rate = f"{stream['rate_hz']:.6g} Hz" if stream["samples"] > 1 else "one sample"
-        lines.append(f"  {stream['samples']} samples, {rate}, {stream['duration_s']:.6g} s, {stream['gaps']} gaps")
+        dated = f", dated by {stream['clock']}" if stream["clock"] else ""
+        lines.append(f"  {stream['samples']} samples, {rate}, {stream['duration_s']:.6g} s, {stream['gaps']} gaps{dated}")
     lines += [f"lost: {shown(Loss(**row))}" for row in facts["lost"]]
     return "\n".join(lines)
