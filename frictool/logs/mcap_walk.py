@@ -124,7 +124,9 @@ class Walk:
         begin = 0
         for item in self.records:
             if isinstance(item, Record) and item.opcode == MESSAGE_OPCODE:
-                begin = begin if loose else item.offset
+                if not loose:
+                    self._close_unread()
+                    begin = item.offset
                 loose += _HEAD.pack(item.opcode, len(item.body)) + item.body
                 if len(loose) < LOOSE_BYTES:
                     continue
