@@ -19,6 +19,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "init": ("frictool.cli.init", "Commented documents to start a rig's folder from."),
     "ingest": ("frictool.cli.ingest", "Bench files to the canonical log (MCAP)."),
     "info": ("frictool.cli.info", "Channels, rate, gaps and encoder step of a log."),
+    "convert": ("frictool.cli.convert", "A log to CSV, MATLAB, MDF, NumPy or Parquet."),
     "identify": ("frictool.cli.identify", "Logs to parameters with intervals (model.yaml)."),
     "synth": ("frictool.cli.synth", "Model and specification to a verified controller (controller.yaml)."),
     "simulate": ("frictool.cli.simulate", "Step tests of model and controller, as a log."),
