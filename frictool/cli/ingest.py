@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from frictool.cli.output import STDOUT, FiniteRange, command_line, existing, json_option, note, output_option, print_json, replacing, say
+from frictool.logs.kinds import KINDS, TEST
 
 if TYPE_CHECKING:
     from frictool.logs.assembly import Assembly, Window
@@ -36,6 +37,7 @@ longer period what has faster parts. --salvage keeps what can be read of a damag
 @click.option("--from", "start", type=FiniteRange(), metavar="S", help="Leave out what is before this time of the log [s].")
 @click.option("--to", "end", type=FiniteRange(), metavar="S", help="Leave out what is after this time of the log [s].")
 @click.option("--resample", "period", type=FiniteRange(1e-6, 10.0), metavar="S", help="Put all streams on one grid of this period [s].")
+@click.option("--kind", type=click.Choice(list(KINDS)), help="Which test the log is of, where it is known. [default: info finds it]")
 @click.option("--salvage", is_flag=True, help="Keep what can be read of a damaged file; exit code 3.")
 @output_option()
 @json_option
@@ -45,6 +47,7 @@ def command(
     start: float | None,
     end: float | None,
     period: float | None,
+    kind: str | None,
     salvage: bool,
     output: Path,
     as_json: bool,
@@ -59,15 +62,16 @@ def command(
         raise click.UsageError(f"--from {start:g} is after --to {end:g}.")
     document = load(bench, Bench)
     from frictool.logs.assembly import assemble, write
+    from frictool.logs.mcap_layout import KIND
     from frictool.logs.parts import sources
     from frictool.logs.provenance import PROVENANCE, provenance_record
 
-    options = {"--from": start, "--to": end, "--resample": period, "--salvage": salvage}
+    options = {"--from": start, "--to": end, "--resample": period, "--kind": kind, "--salvage": salvage}
     line = command_line("ingest", {"raw": raw, "--bench": bench, **options})
     with kept(raw) as paths:
         inputs = [*(file for parts in sources(paths) for file in parts), bench]
         made = assemble(paths, document, salvage)
-        notes = {PROVENANCE: provenance_record(record(line, inputs))}
+        notes = {PROVENANCE: provenance_record(record(line, inputs)), **({KIND: {**made.notes.get(KIND, {}), TEST: kind}} if kind else {})}
         with replacing(output, inputs) as stream, progress("ingest") as tick:
             streams = write(made, stream, notes, _window(start, end), _nanoseconds(period), tick)
     for warning in made.warnings:

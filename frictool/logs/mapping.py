@@ -23,7 +23,9 @@ from frictool.logs.ledger import Dropped, Ledger, Rows
 from frictool.logs.log import Vector
 from frictool.logs.losses import Losses
 from frictool.logs.mcap_layout import LATEST, NS, Head, message_path
+from frictool.logs.opening import Opening
 from frictool.logs.quality import TimeBase
+from frictool.logs.sign import sign_of
 from frictool.logs.table import Block, Loss, Nanoseconds, Table, fail_at
 
 TIME = "time"
@@ -86,7 +88,7 @@ class Mapper:
     def _begin(self) -> None:
         """Forgets what has been read."""
         self.done, self.losses, self.warnings = 0, Losses(), ()
-        self._counter, self._intervals = Counter(self._bench), Intervals()
+        self._counter, self._intervals, self._opening = Counter(self._bench), Intervals(), Opening(self.head)
         self._ledger = Ledger(self.losses, self._paths, tuple(message_path(self.head.topic, name) for name in self.head.fields))
 
     def samples(self, salvage: bool = False) -> Iterator[Samples]:
@@ -104,12 +106,15 @@ class Mapper:
             self._intervals.add(time)
             self.done = done
             if time.size:
+                self._opening.take(mapped)
                 yield mapped
         self._ledger.take(inbox, self._last)
         self._ledger.close()
         if self._intervals.samples < 2:
             raise LogError(self.source, f"has {self._intervals.samples} row{'s' * (not self._intervals.samples)}; a log has at least 2")
-        self.warnings = (*check_rate(self.source, self._intervals.base(), self._period), *self._counter.findings())
+        sign = sign_of(self._opening.stream).text
+        rate = check_rate(self.source, self._intervals.base(), self._period)
+        self.warnings = (*rate, *self._counter.findings(), *([sign] if sign else []))
 
     @property
     def _last(self) -> int | None:

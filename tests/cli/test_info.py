@@ -62,6 +62,14 @@ def test_the_kind_that_was_given_is_believed(tmp_path: Path):
     assert "test: ramp (given)\n" in run("info", path).stdout
 
 
+def test_ingest_takes_the_kind(tmp_path: Path):
+    target = tmp_path / "log.mcap"
+    steps = ROOT / "sample_logs" / "steps.csv"
+    assert run("ingest", steps, "--bench", CLUTCH, "--kind", "free", "-o", target).code == 0
+    assert facts(target)["test"] == {"kind": "free", "given": True}
+    assert run("ingest", steps, "--bench", CLUTCH, "--kind", "sine", "-o", target).code == 2
+
+
 def test_saturation_holds_and_limits_in_text(tmp_path: Path):
     k = np.arange(6000)
     current = np.clip(80.0 * np.sin(k / 200.0), -50.0, 50.0)
@@ -85,6 +93,9 @@ def test_a_reversed_sensor_is_named(tmp_path: Path):
     assert facts(record, "--bench", EMPS)["reversed"] == []
     assert facts(record, "--bench", bench)["reversed"] == ["effort"]
     assert "odd: the effort takes energy from the axis" in run("info", record, "--bench", bench).stdout
+    ingested = run("ingest", record, "--bench", bench, "-o", tmp_path / "log.mcap")
+    assert ingested.code == 0
+    assert "warning: the effort takes energy from the axis" in ingested.stderr
 
 
 def test_what_was_lost_is_listed(tmp_path: Path):
