@@ -80,10 +80,9 @@ def _setting(path: Path | None) -> Setting:
         return table_3_1()
     root = compose(read_text(path), path)
     keys = {key.value: value.value for key, value in root.value} if isinstance(root, MappingNode) else {}
-    if not str(keys.get("format", "")).startswith("model/"):
-        return from_friction(load(path, Friction))
+    is_model = str(keys.get("format", "")).startswith("model/")
     try:
-        return from_model(load(path, Model))
+        return from_model(load(path, Model)) if is_model else from_friction(load(path, Friction))
     except ValueError as error:
         raise InputFileError(path, str(error)) from None
 

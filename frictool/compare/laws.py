@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from frictool.compare import contact, probes, protocol
@@ -23,7 +25,8 @@ NOT_FRICTION = ("inertia", "capture_velocity", "convergence_rate", "hold_time", 
 SLOW, SHORTEST_STICK = 0.1, 0.1  # a stick lasts 0.1 units of time; a law without exact stick is then slower than 0.1 v_s
 YIELD_FORCE, YIELD_SAMPLES, RETURNED = 0.25, 3001, 0.5
 SLOW_RATE, FAST_RATE, RAMP_END, RAMP_SAMPLES = 0.1, 1.0, 1.15, 60_001  # force in a unit of time; F_s
-MOST_STEPS, LONGEST_STEP, LEAST_PRESLIDING = 1e9, 0.1, 1e-7  # of a run; in units of time and length
+MOST_STEPS, LONGEST_STEP, LEAST_PRESLIDING, LEAST_SPEED = 1e9, 0.1, 1e-7, 1e-6  # of a run; in units of time, length and speed
+MOST_BREAKAWAY, MOST_EFFORT, MOST_DAMPING = 100.0, 1e4, 100.0  # F_c, F_c, sqrt(m sigma_0)
 SETTLED = 5.0  # s: since then the drift test holds its mass
 
 
@@ -80,11 +83,21 @@ class Laws:
     def check(self, laws: tuple[str, ...]) -> None:
         """Raises ValueError, one line, where the parameters are out of a law's range, or would take days to simulate."""
         setting, scales = self._setting, self._setting.scales
-        shortest, least = protocol.LOOP_TIME * scales.time / MOST_STEPS, LEAST_PRESLIDING * scales.length
-        if not shortest <= setting.step <= LONGEST_STEP * scales.time:
-            raise ValueError(f"hybrid.step_s is {setting.step:g} s; allowed here: {shortest:g} to {LONGEST_STEP * scales.time:g} s")
-        if min(setting.presliding, setting.breakaway / setting.stiffness) < least:
-            raise ValueError(f"presliding, or breakaway/bristle_stiffness, is below {least:g}; allowed here: at least {least:g}")
+        loop = protocol.limit_cycle(scales)[-1][0]
+        for name, value, low, high in (
+            ("breakaway", setting.breakaway, scales.force, MOST_BREAKAWAY * scales.force),
+            ("effort_limit", setting.effort_limit, scales.force, MOST_EFFORT * scales.force),
+            ("hybrid.step_s", setting.step, loop / MOST_STEPS, LONGEST_STEP * scales.time),
+            ("presliding", setting.presliding, LEAST_PRESLIDING * scales.length, scales.length),
+            ("breakaway/bristle_stiffness", setting.breakaway / setting.stiffness, LEAST_PRESLIDING * scales.length, scales.length),
+            ("stribeck_velocity", setting.stribeck_velocity, LEAST_SPEED * scales.speed, scales.speed),
+            ("dead_band", setting.dead_band, LEAST_SPEED * scales.speed, scales.speed),
+            ("hybrid.switch_velocity", setting.switch_velocity, LEAST_SPEED * scales.speed, scales.speed),
+            ("hybrid.decay_rad_s", setting.decay, 1.0 / scales.time, 1.0 / setting.step),
+            ("bristle_damping", setting.damping, 0.0, MOST_DAMPING * math.sqrt(setting.mass * setting.stiffness)),
+        ):
+            if not low <= value <= high:
+                raise ValueError(f"{name} is {value:g}; allowed for these tests: {low:g} to {high:g}")
         for law in laws:
             self.packed(law)
 

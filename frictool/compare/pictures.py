@@ -32,9 +32,9 @@ THESIS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
 NAMES = {
     "stick_slip": "Stick-slip",
     "limit_cycle": "Limit cycle",
-    "presliding": "Presliding: friction over position",
+    "presliding": "Presliding, friction over position",
     "drift": "Non-drift",
-    "drift_zoom": "Non-drift: the last two seconds",
+    "drift_zoom": "Non-drift, the last two seconds",
 }
 
 
@@ -71,8 +71,8 @@ def _units(found: Comparison) -> tuple[str, str]:
 
 
 def _picture(found: Comparison, number: str, test: str, laws: dict[str, Tested]) -> Picture:
-    units, names = _units(found), " and ".join(tested.title for tested in laws.values())
-    title = f"{NAMES[test]}, {names}"
+    units, names = _units(found), "; ".join(tested.title for tested in laws.values())
+    title = f"{NAMES[test]}: {names}"
     label = f"{test} {' '.join(laws)}"
     if test == "presliding":
         curves = [(law, *tested.loop) for law, tested in laws.items() if tested.loop is not None]
@@ -82,7 +82,8 @@ def _picture(found: Comparison, number: str, test: str, laws: dict[str, Tested])
         end = drift.END * found.setting.scales.time
         window = next(iter(runs.values())).between(end - 2.0 * found.setting.scales.time, end)
         return Picture(number, title, draw(label, "t [s]", over_time(runs, units, window)[:1]))
-    return Picture(number, title, draw(label, "t [s]", over_time(runs, units)))
+    rows = over_time(runs, units)
+    return Picture(number, title, draw(label, "t [s]", rows[:2] if test == "drift" else rows))  # 200 waves of force are a black bar
 
 
 def _inputs(found: Comparison, number: str) -> Picture:

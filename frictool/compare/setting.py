@@ -24,6 +24,7 @@ TIME_CONSTANT = 2.5  # s: m/sigma_v of table 3.1
 STRIBECK_VELOCITY, PRESLIDING, EFFORT_LIMIT, DEAD_BAND = 1e-3, 1e-5, 2.0, 1e-3
 STEP, SWITCH_VELOCITY, DECAY = 4e-5, 4e-3, 1e3  # printed: 1e-4, 1e-4, which break (3.11) and Sigma > 3 v_s
 PLASTIC_FROM, LEUVEN_EXPONENT, PREISACH_INTERVALS = 0.9, 10.0, 20
+SHORTEST = 1e-9  # s, m: a machine is not smaller, nor larger than 1e9
 FALL, LEAST_FALL = 0.5, 0.1  # (F_s - F_c)/F_c of table 3.1; the least that the tests are scaled to, in units of it
 
 
@@ -48,9 +49,18 @@ class Scales:
 
 
 def scales_of(mass: float, coulomb: float, breakaway: float, viscous: float, longest: float = math.inf) -> Scales:
-    """The units of the tests for an actuator, that of time at most `longest` [s]; 1 N, 1 s, 1 m for table 3.1."""
+    """The units of the tests for an actuator, that of time at most `longest` [s]; 1 N, 1 s, 1 m for table 3.1.
+
+    ValueError where no machine can have such parameters.
+    """
     time = min(mass / viscous / TIME_CONSTANT, longest) if viscous > 0.0 else min(1.0, longest)
-    return Scales(coulomb, time, coulomb * time * time / mass, breakaway / coulomb)
+    length = coulomb * time * time / mass
+    if not (SHORTEST < time < 1.0 / SHORTEST and SHORTEST < length < 1.0 / SHORTEST):
+        raise ValueError(
+            f"inertia {mass:g}, coulomb {coulomb:g} and viscous {viscous:g} make {time:g} s and {length:g} the units of time and length "
+            f"of the tests; allowed: {SHORTEST:g} to {1.0 / SHORTEST:g}"
+        )
+    return Scales(coulomb, time, length, breakaway / coulomb)
 
 
 @dataclass(frozen=True)

@@ -60,16 +60,17 @@ def verdicts(found: Comparison) -> list[tuple[str, ...]]:
 
 
 def properties(found: Comparison) -> list[tuple[str, ...]]:
-    """Table 2.1, a property a row."""
-    return [("table 2.1", *found.laws), *((ROWS[row], *(t.properties[row] for t in found.laws.values())) for row in PROPERTIES)]
+    """Table 2.1, a law a row."""
+    heading = ("table 2.1", *(ROWS[row] for row in PROPERTIES))
+    return [heading, *((name, *(tested.properties[row] for row in PROPERTIES)) for name, tested in found.laws.items())]
 
 
 def scaling(found: Comparison) -> str:
     """What stands for the newton, the second and the metre of table 3.1, and how far and how fast the tests then go."""
     scales, axis, reference = found.setting.scales, found.setting.axis, found.laws.get(REFERENCE)
     length, force = si_unit("position", axis), si_unit("effort", axis)
-    units = f"{number(scales.force)} {force}, {number(scales.time)} s and {number(scales.length)} {length} stand for 1 N, 1 s and 1 m"
-    said = f"tests of 3.7: {units}; (F_s - F_c)/F_c is {number(scales.breakaway - 1.0)}"
+    units = f"{number(scales.force)} {force}, {number(scales.time)} s, {number(scales.length)} {length}"
+    said = f"units of force, time and length in the tests: {units}; (F_s - F_c)/F_c is {number(scales.breakaway - 1.0)}"
     if reference is None:
         return said
     runs = reference.runs.values()

@@ -99,9 +99,9 @@ def test_a_misspelt_key_and_an_output_that_is_the_input(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("printed", "found", "words"),
     [
-        ("step_s: 4e-5", "step_s: 1e-12", "hybrid.step_s is 1e-12 s; allowed here: 3e-07 to 0.1 s"),
-        ("step_s: 4e-5", "step_s: 1e3", "hybrid.step_s is 1000 s"),
-        ("presliding: {value: 1e-5,", "presliding: {value: 1e-15,", "allowed here: at least 1e-07"),
+        ("step_s: 4e-5", "step_s: 1e-12", "hybrid.step_s is 1e-12; allowed for these tests: 3e-07 to 0.1"),
+        ("step_s: 4e-5", "step_s: 1e3", "hybrid.step_s is 1000;"),
+        ("presliding: {value: 1e-5,", "presliding: {value: 1e-15,", "presliding is 1e-15; allowed for these tests: 1e-07 to 1"),
         ("preisach_intervals: 20", "preisach_intervals: 21", "found 21; allowed: an even number"),
         ("coulomb: {value: 1,", "coulomb: {value: -1,", "coulomb"),
     ],
