@@ -56,8 +56,9 @@ class Intervals:
         """The quality so far. With one sample, rate and jitter are NaN."""
         if self.samples < 2:
             return TimeBase(self.samples, math.nan, math.nan, 0, 0.0, 0.0)
-        median = int(np.searchsorted(np.cumsum(self._counts), self.samples // 2))
-        period = (self._reference + float(self._sums[median] / self._counts[median])) / NS
+        upto = np.cumsum(self._counts)
+        middle = np.searchsorted(upto, [(self.samples - 2) // 2, (self.samples - 1) // 2], side="right")  # of an even number, two
+        period = (self._reference + float((self._sums[middle] / self._counts[middle]).mean())) / NS
         regular = slice(0, int(math.log(GAP * period * NS) / WIDTH) + 1)
         count = float(self._counts[regular].sum())
         mean = float(self._sums[regular].sum()) / count

@@ -1,0 +1,178 @@
+"""`ingest` of what is long, damaged, piped, or too large for the disk."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import pty
+import resource
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictool.logs.mcap_reader import read_mcap
+from tests.cli.run import Result, refused, run
+from tests.logs.example import ROOT, as_bytes, golden_log
+
+CLUTCH = ROOT / "configs" / "clutch" / "bench.yaml"
+HEADER = "time [s],encoder [count],current [A]\n"
+COMMAND = [sys.executable, "-m", "frictool.cli.main", "ingest"]
+
+
+def rows(n: int) -> str:
+    return HEADER + "".join(f"{k / 1000:.3f},{k // 7},{k % 13}\n" for k in range(n))
+
+
+@pytest.fixture
+def raw(tmp_path: Path) -> Path:
+    path = tmp_path / "raw.csv"
+    path.write_text(rows(3000))
+    return path
+
+
+def test_a_damaged_log_is_refused_or_salvaged(raw: Path, tmp_path: Path):
+    log, cut, saved = tmp_path / "log.mcap", tmp_path / "cut.mcap", tmp_path / "saved.mcap"
+    assert run("ingest", raw, "--bench", CLUTCH, "-o", log).code == 0
+    cut.write_bytes(log.read_bytes()[: log.stat().st_size * 6 // 10])
+    refused(run("ingest", cut, "--bench", CLUTCH, "-o", saved), 3, "cut.mcap: is damaged or cut off", "--salvage")
+    assert not saved.exists()
+    done = run("ingest", cut, "--bench", CLUTCH, "-o", saved, "--salvage", "--json")
+    assert done.code == 3
+    assert done.stderr.startswith("error: ")
+    assert done.stderr.count("\n") == 1
+    assert "saved.mcap has the rest and lists what is lost" in done.stderr
+    lost = json.loads(done.stdout)["lost"]
+    assert lost[0]["channels"] == ["/axis.position", "/axis.current", "/axis.effort"]
+    facts = run("info", saved, "--json")
+    assert facts.code == 0
+    assert json.loads(facts.stdout)["lost"] == lost
+    assert np.array_equal(read_mcap(saved).main.signals["position"], read_mcap(log).main.signals["position"][: lost_from(lost)])
+
+
+def lost_from(lost: list[dict[str, float]]) -> int:
+    return round(lost[0]["start_s"] * 1000.0) + 1
+
+
+def test_bad_rows_are_salvaged_and_counted(raw: Path, tmp_path: Path):
+    text = raw.read_text().splitlines()
+    text[100] = "0.099,n/a,1"
+    text[200] = "0.199,1"
+    raw.write_text("\n".join(text) + "\n")
+    refused(run("ingest", raw, "--bench", CLUTCH, "-o", tmp_path / "x.mcap"), 3, "raw.csv:101:", "'n/a'")
+    done = run("ingest", raw, "--bench", CLUTCH, "-o", tmp_path / "x.mcap", "--salvage")
+    assert done.code == 3
+    assert "was read with data lost: 2 samples in 2 places" in done.stderr
+    assert read_mcap(tmp_path / "x.mcap").main.time.size == 2998
+
+
+def test_nothing_to_salvage_is_nothing_written(tmp_path: Path):
+    path = tmp_path / "x.mcap"
+    path.write_bytes(as_bytes(golden_log())[:300])
+    done = run("ingest", path, "--bench", CLUTCH, "-o", tmp_path / "y.mcap", "--salvage")
+    refused(done, 3, "x.mcap")
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_part_of_a_log(raw: Path, tmp_path: Path):
+    target = tmp_path / "part.mcap"
+    assert run("ingest", raw, "--bench", CLUTCH, "--from", "0.5", "--to", "1.25", "-o", target).code == 0
+    log = read_mcap(target)
+    assert (log.main.time[0], log.main.time[-1]) == (0.5, 1.25)
+    assert log.metadata["provenance"]["command"] == "frictool ingest raw.csv --bench bench.yaml --from 0.5 --to 1.25"
+    refused(run("ingest", raw, "--bench", CLUTCH, "--from", "50", "-o", target), 3, "has no samples from 50 s")
+    assert run("ingest", raw, "--bench", CLUTCH, "--from", "2", "--to", "1", "-o", target).code == 2
+
+
+def test_another_period_only_where_asked(raw: Path, tmp_path: Path):
+    target = tmp_path / "slow.mcap"
+    assert run("ingest", raw, "--bench", CLUTCH, "--resample", "0.004", "-o", target).code == 0
+    log = read_mcap(target)
+    assert np.diff(log.main.time) == pytest.approx(0.004)
+    assert log.main.signals["current"].tolist() == [(4 * k) % 13 for k in range(750)]
+    assert log.metadata["resampled"]["/axis.current"] == "held"
+    assert run("ingest", raw, "--bench", CLUTCH, "--resample", "0", "-o", target).code == 2
+
+
+def test_standard_input(raw: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    def piped(data: bytes, *names: str) -> Result:
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(data)))
+        return run("ingest", *names, "--bench", CLUTCH, "-o", one)
+
+    one, other = tmp_path / "one.mcap", tmp_path / "other.mcap"
+    assert piped(raw.read_bytes(), "-").code == 0
+    assert run("ingest", raw, "--bench", CLUTCH, "-o", other).code == 0
+    assert np.array_equal(read_mcap(one).main.signals["position"], read_mcap(other).main.signals["position"])
+    assert read_mcap(one).metadata["provenance"]["command"] == "frictool ingest - --bench bench.yaml"
+    assert read_mcap(one).metadata["provenance"]["input_1"].startswith("stdin sha256:")
+    assert piped(b"", "-", "-").code == 2
+    refused(piped(b"", "-"), 3, "stdin: is empty")
+
+
+def test_a_fifo_is_refused_at_once(tmp_path: Path):
+    fifo = tmp_path / "fifo"
+    os.mkfifo(fifo)
+    refused(run("ingest", fifo, "--bench", CLUTCH, "-o", tmp_path / "x.mcap"), 3, "is not a regular file", "`frictool ingest -`")
+
+
+def test_a_full_disk_leaves_nothing_behind(raw: Path, tmp_path: Path):
+    """A limit on the size of files stands for the disk: both refuse a write in the middle of the log."""
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+
+    folder = tmp_path / "out"
+    folder.mkdir()
+    line = [*COMMAND, raw, "--bench", CLUTCH, "-o", folder / "log.mcap"]
+    done = subprocess.run(line, capture_output=True, text=True, check=False, preexec_fn=limit)
+    assert done.returncode == 3
+    assert "log.mcap: cannot be written: File too large" in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert list(folder.iterdir()) == []
+
+
+def test_a_bar_on_a_terminal(raw: Path, tmp_path: Path):
+    line = [*map(str, COMMAND), str(raw), "--bench", str(CLUTCH), "-o", str(tmp_path / "x.mcap")]
+    ours, theirs = pty.openpty()
+    subprocess.run(line, stderr=theirs, stdout=subprocess.DEVNULL, check=True)
+    os.close(theirs)
+    shown = os.read(ours, 100_000).decode()
+    os.close(ours)
+    assert "ingest  [" in shown
+    assert "100%" in shown
+
+
+PEAK = """
+import resource, sys
+from frictool.cli.main import main
+sys.argv[0] = "frictool"
+try:
+    main()
+except SystemExit as stop:
+    assert not stop.code, stop.code
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, file=sys.stderr)
+"""
+
+
+def peak_mb(*arguments: str | Path) -> float:
+    """The most memory that a command needs, in MB."""
+    done = subprocess.run([sys.executable, "-c", PEAK, *map(str, arguments)], capture_output=True, text=True, check=True)
+    return int(done.stderr.splitlines()[-1]) / 1024.0
+
+
+def test_memory_does_not_grow_with_the_log(tmp_path: Path):
+    """Twelve times the log, 36 MB of samples, in the memory that a short one needs. The 2 GB of it are in `make accept`."""
+    block = rows(50_000).splitlines(keepends=True)[1:]
+    bench = tmp_path / "bench.yaml"
+    bench.write_text("".join(line for line in CLUTCH.read_text().splitlines(keepends=True) if not line.startswith("  time:")))
+    short, long = tmp_path / "short.csv", tmp_path / "long.csv"
+    for path, times in ((short, 1), (long, 12)):
+        lines = "".join(line.split(",", 1)[1] for line in block)
+        path.write_text(HEADER.split(",", 1)[1] + lines * times)
+    log = tmp_path / "long.mcap"
+    base = peak_mb("ingest", short, "--bench", bench, "-o", tmp_path / "short.mcap")
+    assert peak_mb("ingest", long, "--bench", bench, "-o", log) < base + 20.0
+    assert peak_mb("ingest", log, "--bench", bench, "-o", tmp_path / "again.mcap") < base + 20.0
