@@ -22,6 +22,7 @@ from frictool.cli.output import (
     save_text,
     say,
 )
+from frictool.errors import OutputError
 
 if TYPE_CHECKING:
     from frictool.compare.comparison import Comparison
@@ -52,6 +53,8 @@ def command(parameters: Path | None, laws: tuple[str, ...], allow: bool, output:
     inputs = [parameters] if parameters is not None else []
     if output is not None and output != STDOUT:
         refuse_inputs(output, inputs)
+        if output.is_file() and not _is_page(output):
+            raise OutputError(f"{output}: is a file; name a page (.html) or a folder")
     setting = _setting(parameters)
     from frictool.compare.comparison import compare
     from frictool.compare.laws import Laws
@@ -63,6 +66,10 @@ def command(parameters: Path | None, laws: tuple[str, ...], allow: bool, output:
         arguments = {"parameters": parameters, "--law": list(chosen) if laws else None, "--allow": allow}
         _save(found, output, command_line("compare", arguments), inputs)
     _tell(found, output, as_json)
+
+
+def _is_page(output: Path) -> bool:
+    return output == STDOUT or output.suffix.lower() in (".html", ".htm")
 
 
 def _setting(path: Path | None) -> Setting:
@@ -80,9 +87,11 @@ def _setting(path: Path | None) -> Setting:
         return table_3_1()
     root = compose(read_text(path), path)
     keys = {key.value: value.value for key, value in root.value} if isinstance(root, MappingNode) else {}
-    is_model = str(keys.get("format", "")).startswith("model/")
+    kind = str(keys.get("format", "friction/1")).split("/")[0]
+    if kind not in ("model", "friction"):
+        raise InputFileError(path, f"format: found {keys['format']}; allowed: friction/1, model/1")
     try:
-        return from_model(load(path, Model)) if is_model else from_friction(load(path, Friction))
+        return from_model(load(path, Model)) if kind == "model" else from_friction(load(path, Friction))
     except ValueError as error:
         raise InputFileError(path, str(error)) from None
 
@@ -141,7 +150,7 @@ def _save(found: Comparison, output: Path, words: str, inputs: list[Path]) -> No
     from frictool.documents.provenance import record
 
     html = page(found, record(words, inputs))
-    if output == STDOUT or output.suffix.lower() in (".html", ".htm"):
+    if _is_page(output):
         save_text(output, html, inputs)
         return
     figures = json.dumps(as_json(found), indent=2, ensure_ascii=False) + "\n"

@@ -115,6 +115,30 @@ def test_parameters_that_cannot_be_simulated_are_one_line(tmp_path: Path, printe
     assert not (tmp_path / "out.html").exists()
 
 
+@pytest.mark.parametrize(
+    ("printed", "found", "words"),
+    [
+        ("inertia: {value: 1,", "inertia: {value: 1e300,", "make 1e+300 s and inf the units of time and length"),
+        ("breakaway: {value: 1.5,", "breakaway: {value: 1e300,", "breakaway is 1e+300; allowed for these tests: 1 to 100"),
+        ("stribeck_velocity: {value: 1e-3", "stribeck_velocity: {value: 1e30", "stribeck_velocity is 1e+30"),
+        ("decay_rad_s: 1e3", "decay_rad_s: 1e300", "hybrid.decay_rad_s is 1e+300; allowed for these tests: 1 to 25000"),
+        ("format: friction/1", "format: bench/1", "format: found bench/1; allowed: friction/1, model/1"),
+    ],
+)
+def test_absurd_numbers_are_one_line(tmp_path: Path, printed: str, found: str, words: str) -> None:
+    text = (MASS / "friction.yaml").read_text()
+    assert printed in text
+    path = tmp_path / "friction.yaml"
+    path.write_text(text.replace(printed, found))
+    refused(run("compare", path), 3, str(path), words)
+
+
+def test_a_file_in_the_place_of_the_folder_is_refused_before_the_tests_are_run(tmp_path: Path) -> None:
+    (tmp_path / "laws").write_text("kept")
+    refused(run("compare", "-o", tmp_path / "laws"), 3, "laws: is a file")
+    assert (tmp_path / "laws").read_text() == "kept"
+
+
 def test_an_unknown_law_is_the_command_lines_fault() -> None:
     result = run("compare", "--law", "lugr")
     assert result.code == 2
