@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import io
 import json
+import struct
 import tempfile
+import zlib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,6 +19,8 @@ from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorP
 from google.protobuf.descriptor_pool import DescriptorPool
 from google.protobuf.message_factory import GetMessageClass
 from google.protobuf.timestamp_pb2 import Timestamp
+from mcap.data_stream import RecordBuilder
+from mcap.records import Chunk
 from mcap.writer import Writer
 from mcap_ros2._dynamic import serialize_dynamic
 from rosbags.rosbag1 import Writer as BagWriter
@@ -132,6 +136,50 @@ def drive_class() -> tuple[type[Any], bytes]:
     for one in (stamps, file):
         pool.Add(one)
     return GetMessageClass(pool.FindMessageTypeByName("rig.Drive")), FileDescriptorSet(file=[file, stamps]).SerializeToString()
+
+
+def long_joint_states(path: Path, messages: int, at_once: int = 5000) -> None:
+    """JointStates at 1 kHz in plain chunks, of which the first was written by the library and the others repeat it with other numbers."""
+    one = joint_states([0.0])[0]
+    payload = serialize_dynamic(one.kind, one.text)[one.kind](one.content)
+    fields = [
+        ("opcode", "u1"),
+        ("length", "<u8"),
+        ("channel", "<u2"),
+        ("sequence", "<u4"),
+        ("log", "<u8"),
+        ("publish", "<u8"),
+        ("head", "<u4"),
+    ]
+    size = len(payload)
+    position = payload.index(struct.pack("<dd", 0.0, 1.0))
+    dtype = np.dtype(
+        [
+            *fields,
+            ("sec", "<i4"),
+            ("nanosec", "<u4"),
+            ("rest", f"V{position - 12}"),
+            ("position", "<f8"),
+            ("end", f"V{size - position - 8}"),
+        ]
+    )
+    template = np.frombuffer(struct.pack("<BQHIQQ", 5, 22 + size, 1, 0, 0, 0) + payload, dtype)
+    with path.open("wb") as stream:
+        writer = Writer(stream, use_chunking=False)
+        writer.start("ros2")
+        writer.register_channel(one.topic, "cdr", writer.register_schema(one.kind, "ros2msg", one.text.encode()))
+        for first in range(0, messages, at_once):
+            count = np.arange(first, min(first + at_once, messages))
+            records = np.repeat(template, count.size)
+            time = START + count * PERIOD
+            records["log"] = records["publish"] = time + DELAY
+            records["sec"], records["nanosec"] = time // 10**9, time % 10**9
+            records["position"] = 0.01 * (count % 1000)
+            data = records.tobytes()
+            builder = RecordBuilder()
+            Chunk("", data, int(time[-1]), int(time[0]), zlib.crc32(data), len(data)).write(builder)
+            stream.write(builder.end())
+        writer.finish()
 
 
 def protobuf_mcap(angle: Sequence[float]) -> bytes:

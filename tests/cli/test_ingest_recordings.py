@@ -1,0 +1,105 @@
+"""Recordings of other tools from the command line: a ROS 2 bag becomes a model."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictool.logs.mcap_format import read_mcap
+from sample_logs.make import TRUTH
+from tests.cli.run import refused, run
+from tests.logs.example import ROOT, measured
+from tests.logs.recordings import START, Sent, joint_states, ros2_bag, ros2_mcap, stamp
+
+CLUTCH = ROOT / "configs" / "clutch" / "bench.yaml"
+SINES = ROOT / "sample_logs" / "sines.csv"
+RESOLUTION = 2.0 * np.pi / 56
+COLUMNS = """columns:
+  position: {column: "/joint_states.position[clutch]", unit: rad}
+  current: {column: "/joint_states.effort[clutch]", unit: A}   # this driver puts the current there
+"""
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Path:
+    path = tmp_path / "bench.yaml"
+    path.write_text(CLUTCH.read_text().partition("columns:")[0] + COLUMNS)
+    return path
+
+
+def as_joint_states(csv: Path) -> list[Sent]:
+    """A log of the bench as a driver publishes it, beside a joint that stands still; the recorder is late, and not evenly."""
+    rows = np.loadtxt(csv, delimiter=",", skiprows=1)
+    template = joint_states([0.0])[0]
+    sent = []
+    for k, (time, count, current) in enumerate(rows.tolist()):
+        at = START + round(time * 1e9)
+        content = {
+            "header": {"stamp": stamp(at), "frame_id": ""},
+            "name": ["gearbox", "clutch"],
+            "position": [0.0, RESOLUTION * count],
+            "velocity": [],
+            "effort": [0.0, current],
+        }
+        sent.append(template._replace(time=at + 200_000 + 1000 * (k % 7), content=content))
+    return sent
+
+
+def test_a_ros_2_bag_of_joint_states_ingests_and_identifies(tmp_path: Path, bench: Path):
+    bag, log, reference = tmp_path / "sines_bag.mcap", tmp_path / "sines.mcap", tmp_path / "reference.mcap"
+    bag.write_bytes(ros2_mcap(as_joint_states(SINES)))
+    result = run("ingest", bag, "--bench", bench, "-o", log)
+    assert (result.code, result.stderr) == (0, "")
+    assert "dated by header.stamp" in result.stdout
+    assert run("ingest", SINES, "--bench", CLUTCH, "-o", reference).code == 0
+    ours, theirs = read_mcap(log).main, read_mcap(reference).main
+    assert np.array_equal(ours.time, theirs.time)
+    for name in ("position", "current", "effort"):
+        assert np.abs(ours.signals[name] - theirs.signals[name]).max() <= 1e-12 * np.abs(theirs.signals[name]).max()
+    found = run("identify", log, "--bench", bench, "--json")
+    assert found.code == 0, found.stderr
+    parameters = json.loads(found.stdout)["parameters"]
+    assert {"viscous", "coulomb", "offset"} <= set(parameters)
+    for name, interval in parameters.items():
+        assert interval["low"] <= getattr(TRUTH, name) <= interval["high"], name
+
+
+def test_the_folder_of_a_bag_is_an_input(tmp_path: Path, bench: Path):
+    bench.write_text(bench.read_text().replace("clutch]", "arm]").replace("effort[arm]", "velocity[arm]"))
+    ros2_bag(tmp_path / "bag", np.arange(50.0).tolist())
+    target = tmp_path / "log.mcap"
+    result = run("ingest", tmp_path / "bag", "--bench", bench, "-o", target)
+    assert (result.code, result.stderr) == (0, "")
+    log = read_mcap(target)
+    assert log.metadata["provenance"]["input_1"].startswith("bag.db3 sha256:")
+    assert log.metadata["time"] == {"epoch_ns": str(START), "/axis": "header.stamp"}
+    assert log.main.signals["position"].tolist() == np.arange(50.0).tolist()
+
+
+def test_a_recording_that_was_cut_is_refused_or_salvaged(tmp_path: Path, bench: Path):
+    bag, target = tmp_path / "cut.mcap", tmp_path / "log.mcap"
+    whole = ros2_mcap(as_joint_states(ROOT / "sample_logs" / "steps.csv"), chunk_size=20_000)
+    bag.write_bytes(whole[: len(whole) // 2])
+    refused(run("ingest", bag, "--bench", bench, "-o", target), 3, "cut.mcap: is damaged or cut off at byte", "--salvage")
+    assert not target.exists()
+    result = run("ingest", bag, "--bench", bench, "-o", target, "--salvage", "--json")
+    assert result.code == 3
+    (lost,) = json.loads(result.stdout)["lost"]
+    shown = run("info", target, "--json")
+    assert shown.code == 0
+    facts = json.loads(shown.stdout)
+    assert facts["lost"] == [lost]
+    samples = facts["channels"][0]["samples"]
+    assert 2000 < samples < 5000
+    assert lost["start_s"] == pytest.approx((samples - 1) / 1000.0)
+
+
+def test_a_recording_without_numbers_lists_what_is_there(tmp_path: Path, bench: Path):
+    talker = measured("formats/ros2_talker.mcap")
+    refused(
+        run("ingest", talker, "--bench", bench, "-o", tmp_path / "x.mcap"), 3, "has no topic with numbers", "/topic (std_msgs/msg/String)"
+    )
+    assert not (tmp_path / "x.mcap").exists()
