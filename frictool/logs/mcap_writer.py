@@ -55,7 +55,7 @@ from frictool.logs.table import Nanoseconds
 
 LIBRARY = "frictool"
 ZSTD_LEVEL = -3  # a fast one: level 1 is 14 % smaller and takes a third more time to write and to read
-MOST_PACKING = 8  # chunks that wait for their compression
+MOST_PACKING = 4  # chunks that wait for their compression
 
 
 _INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])
