@@ -83,8 +83,23 @@ def summary(made: Assembly, surveys: list[Survey]) -> dict[str, Any]:
         "work_share": sign.work,
         "reversed": list(sign.reversed),
         "odd": [text for text in (main.jumps.text(), sign.text) if text],
+        "clocks": _clocks(main, surveys),
         "methods": feeds(main, test),
     }
+
+
+def _clocks(main: Survey, surveys: list[Survey]) -> list[dict[str, Any]]:
+    """How the clocks of further streams run against that of the main one, by the first signal that both have."""
+    from frictool.logs.drift import of_streams
+
+    found = []
+    for other in surveys:
+        common = next((name for name in main.signals if other is not main and name in other.signals), None)
+        clock = None if common is None else of_streams(main.opening, other.opening, common)
+        if clock is not None:
+            facts = {"offset_s": clock.offset, "drift": clock.drift, "spread_s": clock.spread}
+            found.append({"source": other.topic, "against": main.topic, "signal": common, **facts})
+    return found
 
 
 def _test(made: Assembly, main: Survey) -> tuple[str | None, bool]:
@@ -106,6 +121,9 @@ def table(made: Assembly, surveys: list[Survey], facts: dict[str, Any]) -> str:
     lines += [line for seen in surveys for line in _signals(seen)]
     lines += _motion(facts, surveys)
     lines += [f"odd: {text}" for text in facts["odd"]]
+    for one in facts["clocks"]:
+        drift = "too short to tell a drift" if one["drift"] is None else f"drift {1e6 * one['drift']:.4g} us in a second"
+        lines.append(f"clock: {one['source']} shows {one['signal']} {one['offset_s']:.4g} s after {one['against']}, {drift}")
     lines += [f"lost: {shown(loss)}" for loss in made.told]
     lines += [f"feeds {name}" if why is None else f"does not feed {name}: {why}" for name, why in facts["methods"].items()]
     lines += [f"{key}: {text}" for key, text in made.notes.get(PROVENANCE, {}).items()]

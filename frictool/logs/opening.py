@@ -27,9 +27,8 @@ class Opening:
 
     @property
     def stream(self) -> Stream:
-        """What was kept, at least one sample; time in s from the first of them."""
+        """What was kept, at least one sample."""
         samples = joined(self._pieces)
         fields = self._head.fields
-        time = (samples.time - samples.time[0]) / NS
         units = dict(zip(fields, self._head.units, strict=True))
-        return Stream(self._head.topic, time, dict(zip(fields, samples.values, strict=True)), units)
+        return Stream(self._head.topic, samples.time / NS, dict(zip(fields, samples.values, strict=True)), units)

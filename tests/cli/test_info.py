@@ -105,6 +105,22 @@ def test_what_was_lost_is_listed(tmp_path: Path):
     assert "lost: 1000 samples of /axis.position from 1 to 2 s: a chunk is damaged\n" in run("info", path).stdout
 
 
+def test_the_clocks_of_two_instruments(tmp_path: Path):
+    time = np.arange(0.0, 20.0, 0.001)
+
+    def stream(topic: str, clock: np.ndarray) -> Stream:
+        return Stream(topic, clock, {"position": np.sin(3.0 * time) + 0.5 * np.sin(7.1 * time)}, {"position": "rad"})
+
+    path = tmp_path / "two.mcap"
+    path.write_bytes(as_bytes(Log((stream("/axis", time), stream("/axis/laser", 0.004 + (1.0 + 2e-4) * time)), {})))
+    (clock,) = facts(path)["clocks"]
+    assert (clock["source"], clock["against"], clock["signal"]) == ("/axis/laser", "/axis", "position")
+    assert clock["offset_s"] == pytest.approx(0.004 + 2e-4 * 10.0, abs=2e-5)
+    assert clock["drift"] == pytest.approx(2e-4, rel=0.02)
+    text = f"clock: /axis/laser shows position {clock['offset_s']:.4g} s after /axis, drift {1e6 * clock['drift']:.4g} us in a second\n"
+    assert text in run("info", path).stdout
+
+
 def test_a_record_of_losses_that_is_none_is_one_line(tmp_path: Path):
     path = saved(tmp_path, {"lost": {"1": "everything"}}, position=np.arange(50.0))
     refused(run("info", path), 3, "log.mcap: metadata 'lost' does not tell losses")
