@@ -62,7 +62,7 @@ def _progress(done: int, total: int) -> None:
     from frictool.kernels import is_compiled
 
     if done == 0 and not is_compiled("closed_loop", "run"):
-        note("compiling the simulation kernels, once per installation (about 10 s) ...")
+        note("compiling the simulation kernels, once per installation (about 25 s) ...")
     if done > 0 and total > 1 and sys.stderr.isatty():
         click.echo(f"\rsimulated {done} of {total}" + ("\n" if done == total else ""), err=True, nl=False)
 
