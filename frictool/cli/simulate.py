@@ -20,7 +20,8 @@ Example:
 Play a scenario to the model under its controller and write what a bench would have logged.
 
 The engine moves from event to event (stop, breakaway, backlash contact, knee, end stop), in closed form where there is one: an axis at
-rest below its breakaway stays where it is, exactly. The controller is sampled, sees the position through the encoder, and acts after the bench's computational delay.
+rest below its breakaway stays where it is, exactly. The controller is sampled, sees the position through the encoder, and acts after
+the bench's computational delay.
 With `variants: vertices` the scenario is played once more at each vertex at which the controller was verified (streams /axis/NAME).
 """
 
