@@ -103,7 +103,8 @@ class TopicTable:
         stamp = topic.stamp if topic.stamp is not None and clock in (None, topic.stamp[0]) else (LOG_TIME, ())
         self._container, self._topic, self._stamp = container, topic, stamp[1]
         self.source, self.size, self.topic = container.source, container.size, topic.name
-        self.names = tuple(f"{topic.name}.{path}" for path in _listed(topic.paths))
+        parts = topic.stamp[1] if topic.stamp is not None else ()  # they date the rows and are no signals
+        self.names = tuple(f"{topic.name}.{path}" for path in _listed(topic.paths) if path not in parts)
         self.units: Mapping[str, str | None] = dict.fromkeys(self.names)
         self.clock: str | None = stamp[0]
 

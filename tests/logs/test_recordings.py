@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sqlite3
 import struct
+import sys
 import tempfile
 from pathlib import Path
 
@@ -259,6 +260,14 @@ def test_several_publishers_of_one_topic():
 def test_the_talker_carries_no_numbers():
     with pytest.raises(LogError, match=r"has no topic with numbers; found: /rosout .*/topic \(std_msgs/msg/String\)"):
         tables(measured("formats/ros2_talker.mcap"), None)
+
+
+def test_without_the_extra_a_protobuf_topic_says_what_to_install(monkeypatch: pytest.MonkeyPatch):
+    for name in [name for name in sys.modules if name.startswith("google.protobuf")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "google.protobuf", None)
+    with pytest.raises(LogError, match=r"/drive \(needs google\.protobuf\S*, which is not installed: pip install 'frictool\[protobuf\]'\)"):
+        tables(GOLDEN / "drive.mcap", None)
 
 
 def test_a_topic_of_texts_beside_one_of_numbers_is_named():
