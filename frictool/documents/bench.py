@@ -17,7 +17,9 @@ from frictool.documents.quantity import (
     NonNegativeLength,
     PositionSpan,
     PositiveLength,
+    PositiveTime,
     PositiveVelocity,
+    Time,
     Viscous,
 )
 
@@ -27,6 +29,7 @@ SamplePeriod = Annotated[float, msgspec.Meta(ge=SHORTEST_PERIOD, le=LONGEST_PERI
 LineNumber = Annotated[int, msgspec.Meta(ge=0)]
 Name = Annotated[str, msgspec.Meta(min_length=1, max_length=80)]
 Channel = Literal["time", "position", "reference", "velocity", "current", "voltage", "effort"]
+Signal = Literal["position", "reference", "velocity", "current", "voltage", "effort"]
 
 
 class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -81,12 +84,30 @@ class Mechanics(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
 
 
 class Column(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """One channel's source: a column's (variable's) name or its number from 1, the unit it is in, a factor and an offset."""
+    """One channel's source: a column's (variable's) name or its number from 1, the unit it is in, a factor and an offset.
+
+    zero_first_samples: the mean of so many of the log's first samples is taken off the column before.
+    """
 
     column: str | int
     unit: str
     scale: float = 1.0
     offset: float = 0.0
+    zero_first_samples: Annotated[int, msgspec.Meta(ge=1, le=1_000_000)] | None = None
+
+
+class Quadrature(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """An encoder's two channels as an oscilloscope or a logic analyser records them; the counts they make are a column of their own.
+
+    threshold, hysteresis: a level is high from threshold + hysteresis / 2 on, low again at threshold - hysteresis / 2; both at the encoder,
+    where the file's numbers are times `probe`.
+    """
+
+    a: str | int
+    b: str | int
+    threshold: float = 0.5
+    hysteresis: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+    probe: PositiveNumber = 1.0
 
 
 class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -118,6 +139,36 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
             raise ValueError("header_line, unit_line and first_line follow one another")
 
 
+class ClockEstimate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """How far an instrument's clock is ahead is found where a channel of it follows a channel of the log's first file best.
+
+    channel, reference: of the instrument, and of the first file; the same quantity but for a factor and an offset. most: either way.
+    """
+
+    channel: Signal
+    reference: Signal
+    most: PositiveTime
+
+
+class Instrument(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Files that another instrument has recorded: those whose name fits the pattern `files`; what it does not say, the bench says.
+
+    clock_offset: how far its clock is ahead; is taken off its times. clock_estimate: the same, to be found.
+    """
+
+    files: Annotated[str, msgspec.Meta(min_length=1)]
+    columns: dict[Channel, Column]
+    layout: Layout | None = None
+    quadrature: dict[str, Quadrature] | None = None
+    sample_period_s: SamplePeriod | None = None
+    clock_offset: Time | None = None
+    clock_estimate: ClockEstimate | None = None
+
+    def __post_init__(self) -> None:
+        if self.clock_offset is not None and self.clock_estimate is not None:
+            raise ValueError("give clock_offset or clock_estimate, not both")
+
+
 class Bench(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """`bench.yaml`."""
 
@@ -130,6 +181,8 @@ class Bench(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     mechanics: Mechanics
     columns: dict[Channel, Column]
     layout: Layout | None = None
+    quadrature: dict[str, Quadrature] | None = None
+    instruments: dict[str, Instrument] | None = None
     delay_samples: Annotated[int, msgspec.Meta(ge=0, le=2)] = 1
 
     def __post_init__(self) -> None:

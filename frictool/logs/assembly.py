@@ -13,10 +13,12 @@ from typing import BinaryIO, NamedTuple
 
 from frictool.documents.bench import Bench
 from frictool.errors import LogError
+from frictool.logs.alignment import CLOCK_OFFSET, aligned
 from frictool.logs.binding import bind, topic_for
 from frictool.logs.chunks import chunked, joined
 from frictool.logs.flow import Flow, Samples
 from frictool.logs.formats import tables_of
+from frictool.logs.instruments import view_of
 from frictool.logs.intervals import Intervals
 from frictool.logs.log import Log, Stream
 from frictool.logs.losses import LOST, Losses, losses_of, record_of
@@ -25,10 +27,11 @@ from frictool.logs.mcap_layout import COLUMNS, EPOCH_KEY, KIND, NS, TIME, Head, 
 from frictool.logs.mcap_reader import is_canonical, open_mcap
 from frictool.logs.mcap_writer import CanonicalWriter, Notes, write_streams
 from frictool.logs.parts import sources
+from frictool.logs.prepared import Findings, prepared
 from frictool.logs.quality import TimeBase
 from frictool.logs.recording_format import tables_of_parts
 from frictool.logs.resampling import RESAMPLED, grid, resampled
-from frictool.logs.table import Loss, Table
+from frictool.logs.table import LAYOUT, Loss, Table, Told
 
 
 class Window(NamedTuple):
@@ -59,7 +62,7 @@ class Assembly:
     """What is to become one log.
 
     notes: metadata records. lost: what was found on opening; told: what an earlier salvage lost. origin: of the clocks, in ns, where it is
-    known before the first sample.
+    known before the first sample. ahead: topic -> how far its instrument's clock is ahead, in ns. findings: of tables, what was odd.
     """
 
     flows: list[Flow] = field(default_factory=list)
@@ -67,6 +70,8 @@ class Assembly:
     lost: list[Loss] = field(default_factory=list)
     told: list[Loss] = field(default_factory=list)
     origin: int | None = None
+    ahead: dict[str, int] = field(default_factory=dict)
+    findings: list[Findings] = field(default_factory=list)
     salvage: bool = False
 
     @property
@@ -78,7 +83,12 @@ class Assembly:
     def warnings(self) -> tuple[str, ...]:
         """What was odd about the samples; complete when they have been read."""
         several = len({flow.source for flow in self.flows}) > 1
-        return tuple((f"{Path(flow.source).name}: " if several else "") + text for flow in self.flows for text in flow.warnings)
+        odd = tuple((f"{Path(flow.source).name}: " if several else "") + text for flow in self.flows for text in flow.warnings)
+        return (*odd, *(text for one in self.findings for text in one()))
+
+    def start(self, flow: Flow) -> int:
+        """What a stream's times are counted from, in ns."""
+        return (self.origin or 0 if flow.clock is not None else 0) + self.ahead.get(flow.head.topic, 0)
 
     @property
     def losses(self) -> list[Loss]:
@@ -87,7 +97,7 @@ class Assembly:
         for loss in self.lost:
             found.append(loss)
         for flow in self.flows:
-            origin = (self.origin or 0) / NS if flow.clock is not None else 0.0
+            origin = self.start(flow) / NS
             for loss in flow.losses:
                 start, end = (None if at is None else round(at - origin, 9) for at in (loss.start_s, loss.end_s))
                 found.append(replace(loss, start_s=start, end_s=end))
@@ -109,14 +119,39 @@ def assemble(paths: Sequence[Path], bench: Bench | None, salvage: bool = False) 
         if bench is None:
             missing = "is a raw bench file; its columns mean nothing without --bench bench.yaml (or `frictool ingest` it first)"
             raise LogError(path, missing)
-        add_tables(made, tables_of(path, bench.layout) if len(parts) == 1 else tables_of_parts(parts, bench.layout), bench, stem)
+        view = view_of(path, bench)
+        layout = view.bench.layout
+        tables = tables_of(path, layout) if len(parts) == 1 else tables_of_parts(parts, layout)
+        _describe(made, path, tables)
+        add_tables(made, tables, view.bench, (view.name or stem) if stem else "", view.ahead_ns)
+        if view.estimate is not None:
+            reference, flow = made.flows[0], made.flows[-1]
+            _set_ahead(made, [flow], *aligned(reference, flow, view.estimate, made.ahead.get(reference.head.topic, 0)))
     return made
 
 
-def add_tables(made: Assembly, tables: Sequence[Table], bench: Bench, stem: str = "") -> None:
-    """The streams of a raw file. Raises LogError as `bind` does."""
-    made.flows += bind(tables, bench, stem, [flow.head.topic for flow in made.flows])
-    made.notes = made.notes or {KIND: {"kind": "measured", "bench": bench.name, "axis": bench.axis}}
+def add_tables(made: Assembly, tables: Sequence[Table], bench: Bench, stem: str = "", ahead_ns: int = 0) -> None:
+    """The streams of a raw file, whose clock is ahead so much. Raises LogError as `bind` does."""
+    ready, findings = prepared(tables, bench)
+    flows = bind(ready, bench, stem, [flow.head.topic for flow in made.flows])
+    made.flows += flows
+    made.findings += findings
+    if ahead_ns:
+        _set_ahead(made, flows, ahead_ns, "given")
+    made.notes.setdefault(KIND, {"kind": "measured", "bench": bench.name, "axis": bench.axis})
+
+
+def _describe(made: Assembly, path: Path, tables: Sequence[Table]) -> None:
+    """Keeps how a file was found to be laid out."""
+    for table in tables:
+        if isinstance(table, Told):
+            made.notes.setdefault(LAYOUT, {})[path.name] = table.told
+
+
+def _set_ahead(made: Assembly, flows: Sequence[Flow], ahead_ns: int, how: str) -> None:
+    for flow in flows:
+        made.ahead[flow.head.topic] = ahead_ns
+        made.notes.setdefault(CLOCK_OFFSET, {})[flow.head.topic] = f"{ahead_ns / NS:.9g} s, {how}"
 
 
 def _add_canonical(made: Assembly, path: Path, stem: str) -> None:
@@ -214,10 +249,11 @@ def begun(made: Assembly, window: Window = EVERYTHING) -> list[Ready]:
         if first is not None:
             begun.append((flow, chain([first], pieces), int(first.time[0])))
     if made.origin is None:
-        made.origin = min((first for flow, _, first in begun if flow.clock is not None), default=None)
+        clocked = (first - made.ahead.get(flow.head.topic, 0) for flow, _, first in begun if flow.clock is not None)
+        made.origin = min(clocked, default=None)
     ready = []
     for flow, pieces, _ in begun:
-        cut = window.cut(_since(pieces, made.origin or 0 if flow.clock is not None else 0))
+        cut = window.cut(_since(pieces, made.start(flow)))
         first = next(cut, None)
         if first is not None:
             ready.append(Ready(flow.head, chain([first], cut), int(first.time[0])))

@@ -11,6 +11,7 @@ from frictool.errors import LogError
 from frictool.logs.log import MAIN_TOPIC
 from frictool.logs.mapping import EFFORT, TIME, Mapper
 from frictool.logs.table import Table, listed, pick
+from frictool.logs.text_units import ISO_8601
 
 Found = dict[str, tuple[Column, str]]  # channel -> what the bench says of it, and the column's name in the table
 
@@ -71,7 +72,9 @@ def _time(table: Table, bench: Bench) -> Found:
     name = table.find(column.column)
     if name is None and table.clock is None:
         pick(table.names, column.column, table.source)
-    return {} if name is None else {TIME: (column, name)}
+    if name is None or (name == table.clock and column.unit == ISO_8601):  # the table dates its rows by it
+        return {}
+    return {TIME: (column, name)}
 
 
 def topic_for(stem: str, name: str, taken: Collection[str]) -> str:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from frictool.logs.log import Vector
 
 BLOCK_ROWS = 1 << 16  # rows of a block, at most; a reader whose file has its own blocks (chunks, records) gives those, split
 MOST_NAMES_SHOWN = 12
+LAYOUT = "layout"  # metadata record: file -> how it was found to be laid out
 Nanoseconds = NDArray[np.int64]
 
 
@@ -87,6 +88,13 @@ class Table(Protocol):
     def line(self, row: int) -> int | None:
         """The line of a row in the file, or None where the file has no lines."""
         ...
+
+
+@runtime_checkable
+class Told(Protocol):
+    """A table whose layout was found in the file. told: how, for people."""
+
+    told: str
 
 
 def fail_at(table: Table, row: int, message: str) -> LogError:

@@ -30,6 +30,7 @@ def test_the_content_decides_and_not_the_name(tmp_path: Path):
     (tmp_path / "b.mat").rename(as_mat)
     as_mcap.write_bytes(as_bytes(golden_log()))
     one, other = read_log(as_csv, bench(COLUMNS)), read_log(as_mat, bench(COLUMNS))
+    assert one.metadata.pop("layout").keys() == {as_csv.name}
     assert same(one, other)
     assert one.main.signals["effort"] == pytest.approx(2.0 * VALUES["i"])
     assert same(read_log(as_mcap, bench(COLUMNS)), golden_log())

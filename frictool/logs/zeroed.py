@@ -1,0 +1,50 @@
+"""Columns whose zero is the mean of their first samples, as an offset of an amplifier that is taken while nothing moves yet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from frictool.documents.bench import Channel, Column
+from frictool.errors import LogError
+from frictool.logs.table import Block, Loss, Table
+
+
+class Zeroed:
+    """A table (a Table) some columns of which have the mean of their first `counts[name]` finite numbers taken off."""
+
+    def __init__(self, table: Table, counts: Mapping[str, int]) -> None:
+        self._table, self._counts = table, counts
+        self.source, self.topic, self.size, self.clock = table.source, table.topic, table.size, table.clock
+        self.names, self.units = table.names, table.units
+
+    def find(self, wanted: str | int) -> str | None:
+        return self._table.find(wanted)
+
+    def line(self, row: int) -> int | None:
+        return self._table.line(row)
+
+    def blocks(self, wanted: Sequence[str], losses: list[Loss] | None = None) -> Iterator[tuple[Block, int]]:
+        zeros = {name: self._zero(name) for name in wanted if name in self._counts}
+        for block, done in self._table.blocks(wanted, losses):
+            columns = {name: values - zeros[name] if name in zeros else values for name, values in block.columns.items()}
+            yield Block(block.first_row, columns, block.time_ns), done
+
+    def _zero(self, name: str) -> float:
+        """The mean, in a reading of its own that goes no further than it has to. Raises LogError where the table is shorter."""
+        wanted = self._counts[name]
+        found = np.empty(0)
+        for block, _ in self._table.blocks([name], []):
+            values = block.columns[name]
+            found = np.concatenate([found, values[np.isfinite(values)][: wanted - found.size]])
+            if found.size == wanted:
+                return float(found.mean())
+        raise LogError(self.source, f"column {name!r} has {found.size} samples, fewer than its zero_first_samples, {wanted}")
+
+
+def zeroed(table: Table, columns: Mapping[Channel, Column]) -> Table:
+    """The table with the zeros that the bench's columns ask for."""
+    asked = ((table.find(one.column), one.zero_first_samples) for one in columns.values())
+    counts = {name: count for name, count in asked if name is not None and count is not None}
+    return Zeroed(table, counts) if counts else table
