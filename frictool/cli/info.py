@@ -34,10 +34,13 @@ def command(log: Path, bench: Path | None, output: Path | None, as_json: bool) -
     from frictool.documents.registry import load
 
     document = None if bench is None else load(bench, Bench)
-    made, surveys = _surveyed(log, document)
+    import numpy as np
+
+    with np.errstate(over="ignore", invalid="ignore"):  # numbers near the largest that there are
+        made, surveys = _surveyed(log, document)
+        facts = summary(made, surveys)
     for warning in made.warnings:
         note(f"warning: {warning}")
-    facts = summary(made, surveys)
     if as_json:
         print_json(facts, output)
     if output is not None or not as_json:

@@ -29,6 +29,7 @@ from frictool.logs.sign import sign_of
 from frictool.logs.table import Block, Loss, Nanoseconds, Table, fail_at
 
 TIME = "time"
+LARGEST = 1e100  # of a raw number: what is made of it stays finite
 COUNT = "count"
 EFFORT = "effort"
 
@@ -122,15 +123,15 @@ class Mapper:
         return self._intervals.last_ns if self._intervals.samples else None
 
     def _finite(self, block: Block, salvage: bool) -> tuple[Rows, list[Dropped]]:
-        """The rows without nan and inf, and the others."""
-        bad = {name: ~np.isfinite(block.columns[name]) for name in self._wanted}
+        """The rows without nan, inf and numbers that nothing measures, and the others."""
+        bad = {name: ~(np.abs(block.columns[name]) <= LARGEST) for name in self._wanted}
         bad = {name: mask for name, mask in bad.items() if mask.any()}
         if not bad:
             return np.arange(next(iter(block.columns.values())).size), []
         if not salvage:
             name, mask = next(iter(bad.items()))
             row = int(np.argmax(mask))
-            found = f"column {name!r}: found {block.columns[name][row]}; allowed: a finite number"
+            found = f"column {name!r}: found {block.columns[name][row]}; allowed: a finite number, {LARGEST:g} at most"
             raise fail_at(self._table, block.first_row + row, found)
         dropped = [Dropped(f"column {name!r} has no finite number there", np.flatnonzero(mask)) for name, mask in bad.items()]
         return np.flatnonzero(~np.logical_or.reduce(list(bad.values()))), dropped

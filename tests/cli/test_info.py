@@ -105,6 +105,14 @@ def test_what_was_lost_is_listed(tmp_path: Path):
     assert "lost: 1000 samples of /axis.position from 1 to 2 s: a chunk is damaged\n" in run("info", path).stdout
 
 
+def test_numbers_that_nothing_measures(tmp_path: Path):
+    path = saved(tmp_path, position=np.array([0.0, 1e300, -1.7e308, 3.0] * 30), current=np.array([1e-320, 1.0, 1e308, 0.0] * 30))
+    assert facts(path)["channels"][0]["high"] == 1e300
+    raw = tmp_path / "raw.csv"
+    raw.write_text("time [s],encoder [count],current [A]\n" + "".join(f"{k / 1000},{k},{'1e308' if k == 5 else k}\n" for k in range(20)))
+    refused(run("info", raw, "--bench", CLUTCH), 3, "raw.csv:7: column 'current': found 1e+308; allowed: a finite number, 1e+100 at most")
+
+
 def test_the_clocks_of_two_instruments(tmp_path: Path):
     time = np.arange(0.0, 20.0, 0.001)
 
