@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.errors import LogError
-from frictool.logs.table import BLOCK_ROWS, Block, Loss, find, listed
+from frictool.logs.table import BLOCK_ROWS, Block, Loss, Nanoseconds, find, listed
 
 PIECE = 1 << 16  # bytes read at once
 _LINE = re.compile(r"(.+)([\[(])(:,)?([0-9]{1,6})(,:)?[\])]")
@@ -211,8 +211,8 @@ class ArrayTable:
         chosen = {name: self.columns[name] for name in wanted}
         every = {**({} if self.dated is None else {str(self.clock): self.dated}), **chosen}
         rows, read = common_rows(self.source, {name: column.rows for name, column in every.items()}), 0
-        if self.damage is not None:
-            self._lost((), self.damage, None, losses)
+        if self.damage is not None and losses is None:
+            raise LogError(self.source, f"is damaged: {self.damage}")
         with ExitStack() as stack:
             feeds = {name: stack.enter_context(Feed(column)) for name, column in every.items()}
             while read < rows:
@@ -220,7 +220,7 @@ class ArrayTable:
                 taken = {name: feed.take(n) for name, feed in feeds.items()}
                 there = min(values.size for values in taken.values())
                 if there:
-                    time = None if self.dated is None else taken[str(self.clock)][:there].astype("M8[ns]").astype(np.int64)
+                    time = None if self.dated is None else self._stamps(read, taken[str(self.clock)][:there])
                     block = Block(read, {name: taken[name][:there].astype(np.float64) for name in chosen}, time)
                     read += there
                     yield block, self.size * read // rows
@@ -228,20 +228,25 @@ class ArrayTable:
                     break
             self._check({name: feed.stream for name, feed in feeds.items()}, rows, read, losses)
 
+    def _stamps(self, row: int, dates: NDArray[Any]) -> Nanoseconds:
+        missing = np.flatnonzero(np.isnat(dates))
+        if missing.size:
+            raise LogError(self.source, f"{self.clock!r} has no time at sample {row + int(missing[0]) + 1}")
+        return dates.astype("M8[ns]").astype(np.int64)
+
     def _check(self, streams: Mapping[str, Bytes], rows: int, read: int, losses: list[Loss] | None) -> None:
         """Tells of each stream that ended early; where all were whole, reads them to their end, where their checksums are."""
         if read == rows:
             for stream in streams.values():
                 stream.check()
-        for name, stream in streams.items():
-            if stream.damage is not None:
-                after = f" after {read} of {rows} samples" if read < rows else ""
-                self._lost((name,), f"variable {name!r} {stream.damage}{after}", rows - read, losses)
-
-    def _lost(self, channels: tuple[str, ...], reason: str, samples: int | None, losses: list[Loss] | None) -> None:
-        if losses is None:
-            raise LogError(self.source, f"is damaged: {reason}")
-        losses.append(Loss(channels, reason, samples=samples))
+        after = f" after {read} of {rows} samples" if read < rows else ""
+        found = [Loss((name,), f"variable {name!r} {s.damage}{after}", samples=rows - read) for name, s in streams.items() if s.damage]
+        if self.damage is not None and not found:  # of something else in the file
+            found = [Loss((), self.damage, samples=0)]
+        for loss in found:
+            if losses is None:
+                raise LogError(self.source, f"is damaged: {loss.reason}")
+            losses.append(loss)
 
 
 def common_rows(source: str, rows: Mapping[str, int]) -> int:

@@ -69,7 +69,7 @@ class Guarded:
         try:
             for kind, *answer in _child(Path(self.source), _blocks, (self.opened, self.index, tuple(wanted), losses is not None)):
                 if kind == "loss" and losses is not None:
-                    losses.extend(answer)
+                    losses.append(answer[0])
                 elif kind == "block":
                     block, done = answer
                     read = block.first_row + _rows(block)
@@ -180,7 +180,9 @@ def _limit_memory() -> None:
 
         lines = Path("/proc/self/status").read_text(encoding="ascii", errors="replace").splitlines()
         used = next(int(line.split()[1]) * 1024 for line in lines if line.startswith("VmData:"))
-        resource.setrlimit(resource.RLIMIT_DATA, (used + MEMORY, resource.RLIM_INFINITY))
+        _, most = resource.getrlimit(resource.RLIMIT_DATA)
+        allowed = used + MEMORY if most == resource.RLIM_INFINITY else min(used + MEMORY, most)
+        resource.setrlimit(resource.RLIMIT_DATA, (allowed, most))
 
 
 def _cause(code: int | None) -> str:

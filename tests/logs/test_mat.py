@@ -155,7 +155,18 @@ def test_half_a_compressed_variable_is_salvaged(tmp_path: Path):
     found = columns(table_of(file), ["x"], losses)["x"]
     assert 20_000 < found.size < 30_000
     assert np.array_equal(found, values[: found.size])
-    assert [loss.samples for loss in losses if loss.channels == ("x",)] == [50_000 - found.size]
+    assert [(loss.channels, loss.samples) for loss in losses] == [(("x",), 50_000 - found.size)]  # told once
+
+
+def test_what_is_cut_off_beside_the_columns_is_told(tmp_path: Path):
+    file = tmp_path / "x.mat"
+    scipy.io.savemat(file, {"x": np.arange(5.0), "unused": np.arange(100.0)})
+    file.write_bytes(file.read_bytes()[:-80])
+    with pytest.raises(LogError, match="is damaged: a variable at byte"):
+        columns(table_of(file), ["x"])
+    losses: list[Loss] = []
+    assert columns(table_of(file), ["x"], losses)["x"].tolist() == [0, 1, 2, 3, 4]
+    assert [(loss.channels, loss.samples) for loss in losses] == [((), 0)]
 
 
 def test_a_wrong_checksum_is_damage(tmp_path: Path):
@@ -201,7 +212,7 @@ def test_no_flipped_bit_raises_anything_but_the_one_line(tmp_path: Path, compres
     whole = file.read_bytes()
     passed = 0
     for position in range(128 if compressed else 0, len(whole)):
-        for bit in (0, 4, 7):
+        for bit in (0, 7):
             data = bytearray(whole)
             data[position] ^= 1 << bit
             file.write_bytes(bytes(data))
@@ -209,7 +220,7 @@ def test_no_flipped_bit_raises_anything_but_the_one_line(tmp_path: Path, compres
                 found = columns(table_of(file), ["t", "x"])
                 assert not compressed or all(np.array_equal(found[name], contents[name]) for name in contents)
                 passed += 1
-    assert compressed or passed >= 3 * 124  # the text at the head of the file means nothing
+    assert compressed or passed >= 2 * 124  # the text at the head of the file means nothing
 
 
 def test_a_length_beyond_the_file_is_refused_before_it_is_allocated(path: Path):

@@ -75,6 +75,12 @@ def test_dates_are_the_clock(tmp_path: Path):
         assert np.array_equal(times(table), stamps.astype(f"M8[{unit}]").astype("M8[ns]").astype(np.int64))
 
 
+def test_a_missing_date_is_named(tmp_path: Path):
+    np.savez(tmp_path / "x.npz", when=np.array(["2024-01-01", "NaT"], "M8[ns]"), x=np.arange(2.0))
+    with pytest.raises(LogError, match="'when' has no time at sample 2"):
+        columns(table_of(tmp_path / "x.npz"))
+
+
 @pytest.mark.parametrize("fields", [False, True])
 def test_a_single_array(tmp_path: Path, fields: bool):
     vector = np.array([(1, 0.5), (2, 1.5)], dtype=[("count", "i4"), ("current", "f8")])
