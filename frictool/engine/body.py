@@ -16,6 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.friction.extension import DELAY, Packed
+
 Vector = NDArray[np.float64]
 
 # parameters; pairs are (backward, forward), so that index base + (direction > 0) finds its own
@@ -46,7 +48,8 @@ TOLERANCE_DEFAULT = 1e-8
 class Body:
     """A mass [kg | kg m2] with its friction, SI; forces in N where the axis is linear, N m where it is rotary.
 
-    `slip_force`: a kernel (v, direction, law) -> force, `law` its parameters. Pairs are (backward, forward), all >= 0.
+    `slip_force`: a kernel (v, direction, law) -> force, `law` its parameters. Pairs are (backward, forward), all >= 0: what holds
+    before an `extension` multiplies it. `engine/laws.py: body_of` makes one from a law of the table.
     """
 
     mass: float
@@ -62,6 +65,13 @@ class Body:
     stops: tuple[float, float] = (-math.inf, math.inf)  # m
     restitution: float = 0.0  # speed after an end stop over speed before
     tolerance: float = TOLERANCE_DEFAULT
+    extension: Packed | None = None  # friction/extension.py; knees are then those of the extension
+
+    def law_in(self, direction: float) -> Vector:
+        """The parameters of `slip_force` in a direction."""
+        if self.extension is None:
+            return self.law
+        return self.extension.forward if direction > 0.0 else self.extension.backward
 
     def as_array(self) -> Vector:
         """The parameters (16,) for the kernels. ValueError where they describe no body."""
@@ -96,8 +106,11 @@ class Body:
                 "speeds are positive and the knee is not inside the layer, found "
                 f"straight_from {self.straight_from}, speed_scale {self.speed_scale}, knee {self.knee}"
             )
+        if self.extension is not None and (self.knee < math.inf or self.extension.table[DELAY] > 0.0):
+            found = "a pure delay of the film" if self.knee == math.inf else "a knee of the body's own"
+            raise ValueError(f"found {found}; a body that is extended takes its knees from the extension, and a lag but no delay")
         for side, direction in enumerate((-1.0, 1.0)):
-            start = direction * float(self.slip_force(0.0, direction, self.law))
+            start = direction * float(self.slip_force(0.0, direction, self.law_in(direction)))
             if not start <= self.breakaway[side] * (1.0 + 1e-12):
                 raise ValueError(
                     f"the breakaway {self.breakaway[side]} is below the friction {start} at which slip in its direction begins"

@@ -103,8 +103,8 @@ def layer_step(
 
 @inner_kernel
 def dense_output(y: Vector, slopes: Vector, h: float, piece: Vector) -> None:
-    """Writes the step as polynomials of the time since its start: `piece` (3, n), n >= 5, rows x, v, q."""
-    for row in range(3):
+    """Writes the step as polynomials of the time since its start: `piece` (rows, n), n >= 5, a row for each of `slopes` (rows, 7)."""
+    for row in range(slopes.shape[0]):
         piece[row, :] = 0.0
         piece[row, 0] = y[row]
         power = 1.0
@@ -114,3 +114,22 @@ def dense_output(y: Vector, slopes: Vector, h: float, piece: Vector) -> None:
                 total += B[i, k] * slopes[row, i]
             piece[row, k + 1] = total / power
             power *= h
+
+
+@inner_kernel
+def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) -> None:
+    """Where the slope of a stage is asked for, in a system of n states: y and `point` (n,), slopes (7, n)."""
+    for row in range(y.shape[0]):
+        total = 0.0
+        for j in range(stage):
+            total += TABLEAU[stage, j] * slopes[j, row]
+        point[row] = y[row] + h * total
+
+
+@inner_kernel
+def local_error(row: int, h: float, slopes: Vector) -> float:
+    """The error of one state of such a step."""
+    total = 0.0
+    for i in range(STAGES):
+        total += ERRORS[i] * slopes[i, row]
+    return abs(h * total)

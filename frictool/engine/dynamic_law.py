@@ -4,7 +4,8 @@
 
 These laws have no modes: v is small in their stick, never zero. A Rosenbrock method (engine/rosenbrock.py) with error control on v and z:
 in slip the contact relaxes in microseconds, in stick it is as soft as the drive. A law's memory moves after an accepted step only, and no
-step passes a reversal, which the memory has to see: it ends there.
+step passes a reversal, which the memory has to see: it ends there. An extension (friction/extension.py) gives the levels of the place and
+the direction, and adds its knees; what friction changes with the position is left out of the derivatives, as small beside the contact.
 """
 
 from __future__ import annotations
@@ -30,12 +31,15 @@ from frictool.engine.drive import (
 )
 from frictool.engine.rosenbrock import CONTACT, NODES, STAGES, between, complete_stage, stage_point
 from frictool.engine.status import LAW_FAILED, NOT_FINITE, OK, STEP_TOO_SMALL
+from frictool.friction.extension import knees, levels
+from frictool.friction.speed_knee import knee_force, knee_slope
 from frictool.kernels import kernel
 
 Vector = NDArray[np.float64]
 Rate = Callable[[Vector, float, Vector, Vector], int]
 Force = Callable[[Vector, Vector, float, Vector], float]
 Commit = Callable[[Vector, float, Vector], int]
+Laws = tuple[Vector, Vector, Vector, Vector]
 
 FIRST_STEP = 1e-9  # of the run
 SHORTEST_STEP = 2.0**-50
@@ -45,11 +49,23 @@ AT_REVERSAL = 1e-3  # of the speed's size: slower than that a step may pass v = 
 
 
 @kernel
-def _field(rate: Rate, force: Force, law: Vector, mass: float, drive: Vector, t: float, y: Vector, out: Vector) -> int:
+def _hold(laws: Laws, y: Vector) -> float:
+    """Writes the levels that hold at y; returns what the knees add to the friction."""
+    forward, backward, table, p = laws
+    if table.shape[0] == 0:
+        return 0.0
+    levels(forward, backward, table, y[0], math.copysign(1.0, y[1]), math.inf, p)
+    added: float = knee_force(y[1], knees(table))
+    return added
+
+
+@kernel
+def _field(rate: Rate, force: Force, laws: Laws, mass: float, drive: Vector, t: float, y: Vector, out: Vector) -> int:
     """Fills out with y'."""
+    added, law = _hold(laws, y), laws[3]
     status = rate(y[CONTACT:], y[1], law, out[CONTACT:])
     out[0] = y[1]
-    out[1] = (effort(t, y[0], y[1], y[2], drive) - force(y[CONTACT:], out[CONTACT:], y[1], law)) / mass
+    out[1] = (effort(t, y[0], y[1], y[2], drive) - force(y[CONTACT:], out[CONTACT:], y[1], law) - added) / mass
     out[2] = y[0] - reference(t, drive)
     return status
 
@@ -58,7 +74,7 @@ def _field(rate: Rate, force: Force, law: Vector, mass: float, drive: Vector, t:
 def _linearise(
     rate: Rate,
     force: Force,
-    law: Vector,
+    laws: Laws,
     mass: float,
     drive: Vector,
     t: float,
@@ -73,13 +89,15 @@ def _linearise(
 
     Differences point away from v = 0, and of z the way it goes: a hysteresis is stiffer on the way back.
     """
-    m, z, zdot = couplings.shape[1], y[CONTACT:], slope[CONTACT:]
+    m, z, zdot, table, law = couplings.shape[1], y[CONTACT:], slope[CONTACT:], laws[2], laws[3]
+    _hold(laws, y)
     out, there = np.zeros_like(z), z.copy()
     friction = force(z, zdot, y[1], law)
     step = math.copysign(DIFFERENCE * max(scales[1], abs(y[1])), y[1])
     failed = rate(z, y[1] + step, law, out)
     own[0], own[2] = drive[PROPORTIONAL] / mass, drive[INTEGRAL] / mass
-    own[1] = (drive[DERIVATIVE] + (force(z, out, y[1] + step, law) - friction) / step) / mass
+    steeper = knee_slope(y[1], knees(table)) if table.shape[0] > 0 else 0.0
+    own[1] = (steeper + drive[DERIVATIVE] + (force(z, out, y[1] + step, law) - friction) / step) / mass
     couplings[0] = (out[:m] - zdot[:m]) / step
     for j in range(m):
         there[j] += math.copysign(DIFFERENCE * max(scales[CONTACT + j], abs(z[j])), zdot[j])
@@ -100,7 +118,7 @@ def _linearise(
 def _try_step(
     rate: Rate,
     force: Force,
-    law: Vector,
+    laws: Laws,
     mass: float,
     drive: Vector,
     t: float,
@@ -120,7 +138,7 @@ def _try_step(
     complete_stage(own, couplings, in_time, h, 0, stages)
     for i in range(1, STAGES):
         stage_point(y, stages, i, rows, end)
-        if _field(rate, force, law, mass, drive, t + NODES[i] * h, end, stages[i]) != OK:
+        if _field(rate, force, laws, mass, drive, t + NODES[i] * h, end, stages[i]) != OK:
             return math.inf
         complete_stage(own, couplings, in_time, h, i, stages)
     worst = 0.0
@@ -133,10 +151,11 @@ def _try_step(
 
 
 @kernel
-def _sample(rate: Rate, force: Force, law: Vector, drive: Vector, t: float, y: Vector, zdot: Vector, row: Vector) -> None:
+def _sample(rate: Rate, force: Force, laws: Laws, drive: Vector, t: float, y: Vector, zdot: Vector, row: Vector) -> None:
+    added, law = _hold(laws, y), laws[3]
     rate(y[CONTACT:], y[1], law, zdot)
     row[SAMPLE_POSITION], row[SAMPLE_VELOCITY], row[SAMPLE_EFFORT] = y[0], y[1], effort(t, y[0], y[1], y[2], drive)
-    row[SAMPLE_FRICTION] = force(y[CONTACT:], zdot, y[1], law)
+    row[SAMPLE_FRICTION] = force(y[CONTACT:], zdot, y[1], law) + added
     row[SAMPLE_MODE] = float(np.sign(y[1]))
 
 
@@ -153,7 +172,7 @@ def _segment(
     rate: Rate,
     force: Force,
     commit: Commit,
-    law: Vector,
+    laws: Laws,
     mass: float,
     y: Vector,
     moving: int,
@@ -173,10 +192,10 @@ def _segment(
     while t < end:
         step = min(h, end - t)
         if fresh:
-            failed = _field(rate, force, law, mass, drive, t, y, slope)
-            if failed + _linearise(rate, force, law, mass, drive, t, y, slope, scales, own, couplings, in_time) != OK:
+            failed = _field(rate, force, laws, mass, drive, t, y, slope)
+            if failed + _linearise(rate, force, laws, mass, drive, t, y, slope, scales, own, couplings, in_time) != OK:
                 return LAW_FAILED, t, filled
-        error = _try_step(rate, force, law, mass, drive, t, step, y, slope, scales, own, couplings, in_time, stages, after)
+        error = _try_step(rate, force, laws, mass, drive, t, step, y, slope, scales, own, couplings, in_time, stages, after)
         fresh = error <= 1.0
         if not fresh:
             if step <= shortest:
@@ -189,10 +208,11 @@ def _segment(
         later = t + step if step < end - t else end
         while filled < times.shape[0] and times[filled] < later:
             between(y, after, stages, (times[filled] - t) / step, CONTACT + moving, at)
-            _sample(rate, force, law, drive, times[filled], at, zdot, samples[filled])
+            _sample(rate, force, laws, drive, times[filled], at, zdot, samples[filled])
             filled += 1
         y[: CONTACT + moving] = after[: CONTACT + moving]
-        if commit(y[CONTACT:], y[1], law) != OK:
+        _hold(laws, y)
+        if commit(y[CONTACT:], y[1], laws[3]) != OK:
             return LAW_FAILED, later, filled
         after[CONTACT + moving :] = y[CONTACT + moving :]
         at[CONTACT + moving :] = y[CONTACT + moving :]
@@ -205,7 +225,7 @@ def run_dynamic(
     rate: Rate,
     force: Force,
     commit: Commit,
-    law: Vector,
+    laws: Laws,
     mass: float,
     y: Vector,
     moving: int,
@@ -218,17 +238,18 @@ def run_dynamic(
 ) -> tuple[int, float]:
     """Moves y = (x, v, q, z...), in place, from `start` [s] through segments that end at `ends` (s,) with `drives` (s, 10).
 
+    laws: friction/extension.py `Packed`, or `unextended`, and room for the parameters that hold, which are a law's own without extension.
     moving: how many of z, the first ones, have a rate; the rest is memory. scales (n,): the tolerance, the speed [m/s] that it is relative
     to, 0, and a size for each z. times (n,), ascending, within the run; samples (n, 5) are filled. Returns a status of engine/status.py
     and the time reached.
     """
     t, filled = start, 0
     for k in range(ends.shape[0]):
-        status, t, filled = _segment(rate, force, commit, law, mass, y, moving, scales, drives[k], t, ends[k], times, samples, filled)
+        status, t, filled = _segment(rate, force, commit, laws, mass, y, moving, scales, drives[k], t, ends[k], times, samples, filled)
         if status != OK:
             return status, t
     zdot = np.zeros(y.shape[0] - CONTACT)
     while filled < times.shape[0]:
-        _sample(rate, force, law, drives[-1], times[filled], y, zdot, samples[filled])
+        _sample(rate, force, laws, drives[-1], times[filled], y, zdot, samples[filled])
         filled += 1
     return OK, t

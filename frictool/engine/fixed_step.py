@@ -3,6 +3,9 @@
 The step T_e is a parameter of these models and not a tolerance: (3.11) ties it to their switching velocity. Each step is one of the
 midpoint rule with the mode held; the mode is asked for at its start. x' is the velocity that the law reports (Karnopp's v_m is 0 in
 the band), and so is what the drive's derivative gain sees.
+
+Extensions (friction/extension.py) are those of the exact engine, with the levels of the step's place, direction and time at rest; a pure
+delay of the film is a number of steps. A film changes nothing of the laws with a band: their friction in slip has no Stribeck effect.
 """
 
 from __future__ import annotations
@@ -24,8 +27,12 @@ from frictool.engine.body import (
 )
 from frictool.engine.drive import effort, reference
 from frictool.engine.status import EVENTS_FULL, LAW_FAILED, NOT_FINITE, OK
-from frictool.friction.hybrid import STUCK
+from frictool.friction.extension import BOUNDARY, DELAY, LAG, knees, levels
+from frictool.friction.film import boundary_film, delayed_film, film_force, lagged_film
+from frictool.friction.hybrid import MASS, SLIPPING, STUCK
+from frictool.friction.speed_knee import knee_force
 from frictool.friction.static import held_force
+from frictool.friction.stribeck import BREAKAWAY, VISCOUS
 from frictool.kernels import kernel
 
 Vector = NDArray[np.float64]
@@ -37,6 +44,8 @@ Commit = Callable[[int, Vector, Vector], int]
 SlipForce = Callable[[float, float, Vector], float]
 OfDirection = Callable[[float, Vector], float]
 Band = Callable[[Vector], float]
+Laws = tuple[Vector, Vector, Vector, Vector]  # friction/extension.py: both directions' parameters, table, room for those that hold now
+DRY = 1e-300  # a film's speed of zero that keeps its direction
 
 
 @kernel
@@ -57,6 +66,58 @@ def _put(row: Vector, x: float, v: float, u: float, friction: float, stuck: bool
 
 
 @kernel
+def _hold(laws: Laws, x: float, v: float, u: float, stuck: bool, rested: float) -> None:
+    """Writes the levels of the velocity's direction, of the effort's at rest."""
+    forward, backward, table, p = laws
+    if table.shape[0] > 0:
+        direction = math.copysign(1.0, u if stuck or v == 0.0 else v)
+        levels(forward, backward, table, x, direction, rested, p)
+
+
+@kernel
+def _film(laws: Laws, v: float, u: float, w: float) -> float:
+    """The velocity at which the dry part of a slip is taken, in the direction of the slip."""
+    return math.copysign(max(DRY, abs(boundary_film(w, laws[2][BOUNDARY]))), v if v != 0.0 else u)
+
+
+@kernel
+def _hybrid_friction(force: Valued, mode: int, v: float, u: float, z: Vector, laws: Laws, w: float) -> float:
+    """The friction with what an extension changes of a slip."""
+    table, p = laws[2], laws[3]
+    if mode == STUCK or table.shape[0] == 0:
+        return force(mode, v, u, z, p)
+    film = _film(laws, v, u, w)
+    return film_force(force(mode, film, u, z, p), v, film, p[VISCOUS]) + knee_force(v, knees(table))
+
+
+@kernel
+def _hybrid_acceleration(force: Valued, acceleration: Valued, mode: int, v: float, u: float, z: Vector, laws: Laws, w: float) -> float:
+    """v' in either mode."""
+    if mode == STUCK or laws[2].shape[0] == 0:
+        return acceleration(mode, v, u, z, laws[3])
+    gained: float = (u - _hybrid_friction(force, mode, v, u, z, laws, w)) / laws[3][MASS]
+    return gained
+
+
+@kernel
+def _hold_breakaway(force: Valued, u: float, z: Vector, laws: Laws, w: float) -> None:
+    """At rest the breakaway is what a slip would begin with, as long as a film lasts."""
+    table, p = laws[2], laws[3]
+    if table.shape[0] > 0 and table[LAG] + table[DELAY] > 0.0:
+        film = _film(laws, 0.0, u, w)
+        p[BREAKAWAY] = abs(film_force(force(SLIPPING, film, u, z, p), 0.0, film, p[VISCOUS]))
+
+
+@kernel
+def _film_after(laws: Laws, w: float, v: float, after: float, span: float) -> float:
+    """The film's lagged velocity after `span` in which the body goes from v to `after`; a delayed one stays until the next step."""
+    table = laws[2]
+    if table.shape[0] == 0:
+        return after
+    return w if table[DELAY] > 0.0 else lagged_film(w, v, after, table[LAG], span)
+
+
+@kernel
 def run_hybrid(
     mode_after: ModeAfter,
     enter: Enter,
@@ -64,8 +125,9 @@ def run_hybrid(
     acceleration: Valued,
     rate: Rate,
     commit: Commit,
-    law: Vector,
+    laws: Laws,
     z: Vector,
+    past: Vector,
     state: Vector,
     start: float,
     step: float,
@@ -78,34 +140,46 @@ def run_hybrid(
     """Moves state = (x, v, q) and z, in place, from stick at `start` [s] to ends[-1] in steps of `step` [s].
 
     ends (s,), drives (s, 10): a step takes the drive that holds at its middle. times (n,), ascending: samples (n, 5) are those of the
-    step that begins nearest. events (m, 4). Returns a status of engine/status.py, the time reached, the number of events.
+    step that begins nearest. events (m, 4). laws: as `dynamic_law.run_dynamic`; past (n + 1,): room for a delay of n steps. Returns a
+    status of engine/status.py, the time reached, the number of events.
     """
     steps, segment, filled, happened, mode = round((ends[-1] - start) / step), 0, 0, 0, STUCK
-    slope, middle = np.zeros_like(z), np.zeros_like(z)
+    slope, middle, law, rested, w = np.zeros_like(z), np.zeros_like(z), laws[3], 0.0, 0.0
     for k in range(steps + 1):
         t, x, v, q = start + k * step, state[0], state[1], state[2]
         while segment + 1 < ends.shape[0] and t + 0.5 * step >= ends[segment]:
             segment += 1
         u = effort(t, x, v, q, drives[segment])
+        if past.shape[0] > 1:
+            w = delayed_film(past, v)
+        _hold(laws, x, v, u, mode == STUCK, rested)
+        if mode == STUCK:
+            _hold_breakaway(force, u, z, laws, w)
         after = mode_after(mode, v, u, z, law)
         if after != mode:
+            rested = 0.0 if after == STUCK else rested
+            _hold(laws, x, v, u, mode == STUCK, rested)
             mode, happened = after, _switch(events, happened, t, after == STUCK, x, v)
             if happened < 0:
                 return EVENTS_FULL, t, events.shape[0]
             if enter(mode, v, u, z, law) != OK:
                 return LAW_FAILED, t, happened
         while filled < times.shape[0] and times[filled] < t + 0.5 * step:
-            _put(samples[filled], x, v, u, force(mode, v, u, z, law), mode == STUCK)
+            _put(samples[filled], x, v, u, _hybrid_friction(force, mode, v, u, z, laws, w), mode == STUCK)
             filled += 1
         if k == steps:
             break
         failed = rate(mode, v, z, law, slope)
-        half = v + 0.5 * step * acceleration(mode, v, u, z, law)
+        half = v + 0.5 * step * _hybrid_acceleration(force, acceleration, mode, v, u, z, laws, w)
+        between = _film_after(laws, w, v, half, 0.5 * step)
         middle[:] = z + 0.5 * step * slope
         there, over = x + 0.5 * step * v, q + 0.5 * step * (x - reference(t, drives[segment]))
         u = effort(t + 0.5 * step, there, half, over, drives[segment])
         failed += rate(mode, half, middle, law, slope)
-        state[0], state[1] = x + step * half, v + step * acceleration(mode, half, u, middle, law)
+        state[0] = x + step * half
+        state[1] = v + step * _hybrid_acceleration(force, acceleration, mode, half, u, middle, laws, between)
+        w = _film_after(laws, w, v, state[1], step)
+        rested += step if mode == STUCK else 0.0
         state[2] = q + step * (there - reference(t + 0.5 * step, drives[segment]))
         z += step * slope
         if failed + commit(mode, z, law) != OK:
@@ -116,11 +190,16 @@ def run_hybrid(
 
 
 @kernel
-def _band_force(slip_force: SlipForce, breakaway: OfDirection, law: Vector, width: float, v: float, u: float) -> float:
+def _band_force(
+    slip_force: SlipForce, breakaway: OfDirection, laws: Laws, width: float, x: float, v: float, u: float, rested: float
+) -> float:
     """The friction of a law with a band."""
-    if abs(v) <= width:
-        return held_force(u, breakaway(1.0, law), breakaway(-1.0, law))
-    return slip_force(v, math.copysign(1.0, v), law)
+    stuck, table, law = abs(v) <= width, laws[2], laws[3]
+    _hold(laws, x, v, u, stuck, rested)
+    if stuck:
+        return held_force(u, breakaway(1.0, law), breakaway(-1.0, law))  # the effort's direction is the one that counts
+    added = knee_force(v, knees(table)) if table.shape[0] > 0 else 0.0
+    return slip_force(v, math.copysign(1.0, v), law) + added
 
 
 @kernel
@@ -129,7 +208,7 @@ def run_band(
     breakaway: OfDirection,
     band: Band,
     seen_velocity: OfDirection,
-    law: Vector,
+    laws: Laws,
     mass: float,
     state: Vector,
     start: float,
@@ -142,6 +221,7 @@ def run_band(
 ) -> tuple[int, float, int]:
     """As `run_hybrid`, for a law whose velocities of at most `band` count as rest (2.32), (2.35)-(2.36)."""
     steps, segment, filled, happened, stuck = round((ends[-1] - start) / step), 0, 0, 0, True
+    law, rested = laws[3], 0.0
     width = band(law)
     for k in range(steps + 1):
         t, x, v, q = start + k * step, state[0], state[1], state[2]
@@ -151,9 +231,10 @@ def run_band(
         u = effort(t, x, seen, q, drives[segment])
         if (abs(v) <= width) != stuck:
             stuck, happened = not stuck, _switch(events, happened, t, not stuck, x, v)
+            rested = 0.0 if stuck else rested
             if happened < 0:
                 return EVENTS_FULL, t, events.shape[0]
-        friction = _band_force(slip_force, breakaway, law, width, v, u)
+        friction = _band_force(slip_force, breakaway, laws, width, x, v, u, rested)
         while filled < times.shape[0] and times[filled] < t + 0.5 * step:
             _put(samples[filled], x, seen, u, friction, stuck)
             filled += 1
@@ -163,7 +244,9 @@ def run_band(
         there, over = x + 0.5 * step * seen, q + 0.5 * step * (x - reference(t, drives[segment]))
         seen = seen_velocity(half, law)
         u = effort(t + 0.5 * step, there, seen, over, drives[segment])
-        state[0], state[1] = x + step * seen, v + step * (u - _band_force(slip_force, breakaway, law, width, half, u)) / mass
+        rested += step if stuck else 0.0
+        friction = _band_force(slip_force, breakaway, laws, width, there, half, u, rested)
+        state[0], state[1] = x + step * seen, v + step * (u - friction) / mass
         state[2] = q + step * (there - reference(t + 0.5 * step, drives[segment]))
         if not math.isfinite(state[1]):
             return NOT_FINITE, t, happened

@@ -25,6 +25,7 @@ from frictool.engine.rosenbrock import CONTACT
 from frictool.engine.status import OK
 from frictool.engine.trajectory import ROOM_FOR_EVENTS, Trajectory, checked, simulate
 from frictool.friction import signatures as s
+from frictool.friction.extension import Extension, unextended
 from frictool.friction.law import DynamicKernels, HybridKernels, Law, StaticKernels
 from frictool.friction.stribeck import straight_from
 from frictool.kernels import pointer
@@ -35,10 +36,10 @@ Segments = Sequence[tuple[float, Drive]]
 STEP_TOLERANCE = 1e-7
 
 
-def body_of(law: Law, p: Vector, mass: float) -> Body:
+def body_of(law: Law, p: Vector, mass: float, extension: Extension | None = None) -> Body:
     """The body of the exact engine for a static law without a band; `dataclasses.replace` changes the rest. p: `law.pack(...)`.
 
-    ValueError for any other law.
+    ValueError for any other law, and for an extension that the law does not take.
     """
     kernels = law.kernels
     if not isinstance(kernels, StaticKernels) or kernels.band(p) > 0.0:
@@ -51,17 +52,19 @@ def body_of(law: Law, p: Vector, mass: float) -> Body:
     elif "stribeck_velocity" in values:
         scale = values["stribeck_velocity"]
         straight = straight_from(scale, values["stribeck_exponent"])
-    breakaway = (float(kernels.breakaway(-1.0, p)), float(kernels.breakaway(1.0, p)))
-    viscous = values.get("viscous", 0.0)
+    packed = extension.pack(law, p) if extension is not None and not extension.plain else None
+    back = p if packed is None else packed.backward
+    viscous = law.index("viscous") if "viscous" in values else None
     return Body(
         mass,
         kernels.slip_force,
         p,
-        breakaway=breakaway,
-        coulomb=(values["coulomb"], values["coulomb"]),
-        viscous=(viscous, viscous),
+        breakaway=(float(kernels.breakaway(-1.0, back)), float(kernels.breakaway(1.0, p))),
+        coulomb=(float(back[0]), float(p[0])),
+        viscous=(0.0, 0.0) if viscous is None else (float(back[viscous]), float(p[viscous])),
         straight_from=straight,
         speed_scale=scale,
+        extension=packed,
     )
 
 
@@ -81,21 +84,26 @@ def run_law(
     speed_scale: float = 1e-3,
     length_scale: float = 1e-5,
     tolerance: float = STEP_TOLERANCE,
+    extension: Extension | None = None,
     room: int = ROOM_FOR_EVENTS,
 ) -> Trajectory:
     """Runs a law from rest at 0 through `segments`, each (its end [s], its drive), sampled at `times` (n,).
 
     p: `law.pack(...)`. mass [kg | kg m2]; a hybrid law has it in p too. `step` [s]: what laws that are printed for a fixed step need.
-    `speed_scale` [m/s], `length_scale` [m]: the sizes of speed and presliding that the tolerance of a dynamic law is relative to.
-    ValueError where segments, times or step make no sense.
+    `extension`: friction/extension.py; the run begins with a contact made at 0 s. `speed_scale` [m/s], `length_scale` [m]: the sizes of
+    speed and presliding that the tolerance of a dynamic law is relative to.
+    ValueError where segments, times or step make no sense, and where the law does not take the extension.
     """
     ends, drives, asked = checked(segments, times, 0.0)
     kernels, p = law.kernels, np.array(p, dtype=np.float64)
     if isinstance(kernels, StaticKernels) and kernels.band(p) == 0.0:
-        return simulate(body_of(law, p, mass), segments, times, room=room)
+        return simulate(body_of(law, p, mass, extension), segments, times, room=room)
+    packed = unextended(p) if extension is None or extension.plain else extension.pack(law, p)
+    laws = (*packed, p.copy())
     samples, events = np.full((asked.size, SAMPLE_SIZE), np.nan), np.zeros((room, EVENT_SIZE))
     if isinstance(kernels, DynamicKernels):
-        return _run_dynamic(kernels, p, mass, ends, drives, asked, samples, np.array([tolerance, speed_scale, 0.0, length_scale]))
+        scales = np.array([tolerance, speed_scale, 0.0, length_scale])
+        return _run_dynamic(kernels, laws, mass, ends, drives, asked, samples, scales)
     if step is None or not 0.0 < step <= ends[-1]:
         raise ValueError(f"{law.name} is simulated in steps of a given length above 0 s, found {step}")
     state = np.zeros(3)
@@ -103,20 +111,22 @@ def run_law(
         types = (s.MODE_AFTER, s.ENTER, s.HYBRID_FORCE, s.HYBRID_ACCELERATION, s.HYBRID_RATE, s.HYBRID_COMMIT)
         driver: Any = run_hybrid
         parts = _pointers(kernels[:6], types)
-        outcome = driver(*parts, p, kernels.reset(p), state, 0.0, step, ends, drives, asked, samples, events)
+        past = np.zeros(1 + (0 if extension is None else round(extension.delay / step)))
+        outcome = driver(*parts, laws, kernels.reset(p), past, state, 0.0, step, ends, drives, asked, samples, events)
     else:
         chosen = (kernels.slip_force, kernels.breakaway, kernels.band, kernels.seen_velocity)
         driver = run_band
         parts = _pointers(chosen, (s.SLIP_FORCE, s.BREAKAWAY, s.BAND, s.SEEN_VELOCITY))
-        outcome = driver(*parts, p, mass, state, 0.0, step, ends, drives, asked, samples, events)
+        outcome = driver(*parts, laws, mass, state, 0.0, step, ends, drives, asked, samples, events)
     status, reached, happened = outcome
     return Trajectory(status, reached, asked, samples, events[:happened].copy(), state)
 
 
 def _run_dynamic(
-    kernels: DynamicKernels, p: Vector, mass: float, ends: Vector, drives: Vector, times: Vector, samples: Vector, scales: Vector
+    kernels: DynamicKernels, laws: Any, mass: float, ends: Vector, drives: Vector, times: Vector, samples: Vector, scales: Vector
 ) -> Trajectory:
     """The driver of dynamic laws; events are none: such a law has no modes."""
+    p = laws[3]
     z = kernels.reset(p)
     rates = np.zeros_like(z)
     kernels.rate(z, scales[1], p, rates)
@@ -125,7 +135,7 @@ def _run_dynamic(
     sizes = np.concatenate([scales[:CONTACT], np.abs(rates) / scales[1] * scales[CONTACT]])  # what each goes through over the length scale
     driver: Any = run_dynamic
     parts = _pointers(kernels[:3], (s.RATE, s.FORCE, s.COMMIT))
-    status, reached = driver(*parts, p, mass, y, moving, sizes, 0.0, ends, drives, times, samples)
+    status, reached = driver(*parts, laws, mass, y, moving, sizes, 0.0, ends, drives, times, samples)
     if status != OK:
         samples[times > reached] = np.nan
     return Trajectory(status, reached, times, samples, np.zeros((0, EVENT_SIZE)), y)

@@ -80,7 +80,7 @@ def friction(force: Force, law: Vector, body: Vector, state: Vector, v: float, u
 
 
 @kernel
-def _gross(state: Vector, t: float, drive: Vector) -> float:
+def gross(state: Vector, t: float, drive: Vector) -> float:
     """Sum of the sizes of the terms of the effort, and of what a rounding of the time makes of them: its rounding is a part of this."""
     distance: float = abs(state[POSITION]) + abs(drive[TARGET]) + abs(drive[TARGET_SPEED] * t)
     free: float = abs(drive[AMPLITUDE]) * (1.0 + abs(drive[FREQUENCY] * t)) + abs(drive[OFFSET]) + abs(drive[SLOPE] * t)
@@ -107,7 +107,7 @@ def rest_piece(
         for k in range(TERMS):
             probe[k] = -direction * piece[3, k]
         probe[0] += threshold
-        size = threshold + _gross(state, t, drive)
+        size = threshold + gross(state, t, drive)
         if direction == refused:
             probe[0] += TRACE * size
         elif abs(probe[0]) <= ROUNDING * size:
@@ -123,10 +123,24 @@ def _acceleration(force: Force, law: Vector, body: Vector, state: Vector, drive:
     """v' at t, with what rounding leaves of it taken out where slip begins."""
     u = effort(t, state[POSITION], state[VELOCITY], state[INTEGRAL_STATE], drive)
     opposing = friction(force, law, body, state, state[VELOCITY], u)
-    if state[VELOCITY] == 0.0 and abs(u - opposing) <= ROUNDING * (abs(opposing) + _gross(state, t, drive)):
+    if state[VELOCITY] == 0.0 and abs(u - opposing) <= ROUNDING * (abs(opposing) + gross(state, t, drive)):
         return 0.0
     gained: float = (u - opposing) / body[MASS]
     return gained
+
+
+@inner_kernel
+def lengthen(pace: Vector, h: float, least: float, error: float) -> None:
+    """Sets the length to try after an accepted step of length h with this error, in tolerances, and keeps the error."""
+    size = math.log(max(error, LEAST_ERROR))
+    pace[0] = max(least, h * min(GROWTH, SAFETY * math.exp(BEFORE * pace[1] - NOW * size)))
+    pace[1] = size
+
+
+@inner_kernel
+def shortening(error: float) -> float:
+    """By what a refused step is shortened."""
+    return max(SHRINKAGE, SAFETY * error**-0.2) if math.isfinite(error) else SHRINKAGE
 
 
 @inner_kernel
@@ -150,7 +164,7 @@ def layer_piece(
     mass, start = body[MASS], slopes[1, STAGES - 1]  # the last stage of a step is the first of the next
     if pace[0] == 0.0:
         start = _acceleration(force, law, body, state, drive, t)
-        largest = body[BREAKAWAY] + body[BREAKAWAY + 1] + _gross(state, t, drive)
+        largest = body[BREAKAWAY] + body[BREAKAWAY + 1] + gross(state, t, drive)
         pace[0] = FIRST_STEP * min(body[LAYER], body[SPEED_SCALE]) * mass / largest if largest > 0.0 else longest
         pace[1], pace[2] = 0.0, t
     wish, cut = pace[0], pace[0] > longest
@@ -160,15 +174,13 @@ def layer_piece(
         h = min(h, longest)
         error = layer_step(force, law, mass, state[DIRECTION], drive, t, h, start, state, slopes) / allowed
         if error <= 1.0:
-            size = math.log(max(error, LEAST_ERROR))
-            factor = min(GROWTH, SAFETY * math.exp(BEFORE * pace[1] - NOW * size))
-            pace[0], pace[1] = max(wish, h * factor) if cut else h * factor, size
+            lengthen(pace, h, wish if cut else 0.0, error)
             dense_output(state, slopes, h, piece)
             return h, OK
         if h <= shortest:
             return h, STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
         cut = False
-        h *= max(SHRINKAGE, SAFETY * error**-0.2) if math.isfinite(error) else SHRINKAGE
+        h *= shortening(error)
 
 
 @kernel

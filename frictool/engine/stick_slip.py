@@ -61,7 +61,7 @@ STEPS_PER_EVENT = 1000.0
 
 
 @kernel
-def _pieces_allowed(body: Vector, drive: Vector, span: float, events: int) -> float:
+def pieces_allowed(body: Vector, drive: Vector, span: float, events: int) -> float:
     """A cap that no run should meet: it grows with the room for events, the fastest rate of the loop and, in an endless layer, the law."""
     viscous = max(body[VISCOUS], body[VISCOUS + 1], body[VISCOUS_BEYOND], body[VISCOUS_BEYOND + 1])
     rate = (viscous + abs(drive[DERIVATIVE])) / body[MASS] + drive[FREQUENCY]
@@ -138,7 +138,7 @@ def _move(state: Vector, piece: Vector, spent: float) -> None:
 
 
 @kernel
-def _record(events: Vector, happened: int, t: float, kind: int, x: float, v: float) -> None:
+def record(events: Vector, happened: int, t: float, kind: int, x: float, v: float) -> None:
     """Writes one event; a breakaway at the instant of a stop is a reversal."""
     if kind == BREAKS_AWAY and happened > 0 and events[happened - 1, 1] == STOPS and events[happened - 1, 0] == t:
         kind = SLIPS_BACK
@@ -164,7 +164,7 @@ def _segment(
 ) -> tuple[int, float, int, int]:
     """Under one drive up to `end`: status, the time reached, samples filled and events recorded so far."""
     scratch = (np.zeros((4, TERMS)), np.zeros((4, DENSE_TERMS)), np.zeros(TERMS), np.empty((3, STAGES)), np.zeros(3))
-    left = _pieces_allowed(body, drive, end - t, events.shape[0])
+    left = pieces_allowed(body, drive, end - t, events.shape[0])
     refused, began = 0.0, -math.inf
     while t < end:
         left -= 1.0
@@ -181,7 +181,7 @@ def _segment(
                 return EVENTS_FULL, t, filled, happened
             speed, direction = state[VELOCITY], state[DIRECTION]
             kind = arrive(state, body, drive, t, kind, towards, span)
-            _record(events, happened, t, kind, state[POSITION], speed)
+            record(events, happened, t, kind, state[POSITION], speed)
             happened += 1
             if kind == BREAKS_AWAY:
                 began, refused = t, 0.0

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from frictool.engine.body import (
     BREAKS_AWAY,
+    DIRECTION,
     EVENT_SIZE,
     SAMPLE_EFFORT,
     SAMPLE_FRICTION,
@@ -17,10 +18,13 @@ from frictool.engine.body import (
     SAMPLE_POSITION,
     SAMPLE_SIZE,
     SAMPLE_VELOCITY,
+    VELOCITY,
     Body,
     at_rest,
 )
 from frictool.engine.drive import Drive
+from frictool.engine.extended import run_extended
+from frictool.engine.extended_phases import EXTENDED_SIZE
 from frictool.engine.status import OK
 from frictool.engine.stick_slip import run
 from frictool.friction.signatures import SLIP_FORCE
@@ -89,6 +93,14 @@ def checked(segments: Segments, times: ArrayLike, start: float) -> tuple[Vector,
     return ends, np.stack([drive.as_array() for _, drive in segments]), asked
 
 
+def _extended(state: Vector) -> Vector:
+    """A state of an extended body; from a plain one (5,), what has no past."""
+    if state.size == EXTENDED_SIZE:
+        return state
+    rested = 0.0 if state[DIRECTION] == 0.0 else np.inf
+    return np.concatenate([state, [state[VELOCITY], rested, 0.0]])
+
+
 def simulate(
     body: Body,
     segments: Segments,
@@ -100,15 +112,22 @@ def simulate(
 ) -> Trajectory:
     """Runs from `start` [s] through `segments`, each (its end [s], its drive), sampled at `times` (n,).
 
-    `state` (5,), at rest at 0 if not given, is not changed. `room`: for how many events; one more ends the run with EVENTS_FULL.
+    `state` (5,), at rest at 0 if not given, is not changed; an extended body (`Body.extension`) takes and returns one of (8,), with what
+    engine/extended.py adds, and from (5,) it begins with a rest of 0 s, or in slip as if after a long one, its film following.
+    `room`: for how many events; one more ends the run with EVENTS_FULL.
     ValueError where the segments or the times are not in order, or where body or drive make no sense.
     """
     ends, drives, asked = checked(segments, times, start)
-    now = (at_rest() if state is None else np.array(state, dtype=np.float64)).copy()
+    now = np.array(at_rest() if state is None else state, dtype=np.float64)
     samples, events = np.full((asked.size, SAMPLE_SIZE), np.nan), np.zeros((room, EVENT_SIZE))
-    law = np.array(body.law, dtype=np.float64)
-    force = pointer(body.slip_force, SLIP_FORCE)
-    status, reached, happened = run(force, law, body.as_array(), now, start, ends, drives, asked, samples, events)
+    force, array = pointer(body.slip_force, SLIP_FORCE), body.as_array()
+    if body.extension is None:
+        law = np.array(body.law, dtype=np.float64)
+        status, reached, happened = run(force, law, array, now, start, ends, drives, asked, samples, events)
+    else:
+        now = _extended(now)
+        outcome = run_extended(force, *body.extension, array, now, start, ends, drives, asked, samples, events)
+        status, reached, happened = outcome
     if status != OK:
         samples[asked > reached] = np.nan
     return Trajectory(status, reached, asked, samples, events[:happened].copy(), now)

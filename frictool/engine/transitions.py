@@ -52,7 +52,7 @@ def region(body: Vector, speed: float) -> float:
 
 
 @kernel
-def _sooner(piece: Vector, row: int, sign: float, level: float, longest: float, probe: Vector) -> float:
+def sooner(piece: Vector, row: int, sign: float, level: float, longest: float, probe: Vector) -> float:
     """First t at which sign (piece[row] - level) falls to zero within `longest`, or NEVER."""
     n = piece.shape[1]
     for k in range(n):
@@ -86,16 +86,16 @@ def slip_event(state: Vector, body: Vector, piece: Vector, longest: float, probe
         downwards, lower = BELOW_KNEE * body[KNEE], PASSES_KNEE
     now, swing = direction * state[VELOCITY], _swing(piece, spent)
     if now - swing <= downwards:
-        crossing = _sooner(piece, 1, direction, direction * downwards, spent, probe)
+        crossing = sooner(piece, 1, direction, direction * downwards, spent, probe)
         if crossing != NEVER:
             spent, kind = crossing, lower
     if now + swing >= upwards:
-        crossing = _sooner(piece, 1, -direction, direction * upwards, spent, probe)
+        crossing = sooner(piece, 1, -direction, direction * upwards, spent, probe)
         if crossing != NEVER:
             spent, kind = crossing, upper
     wall = body[UPPER_STOP] if direction > 0.0 else body[LOWER_STOP]
     if math.isfinite(wall):
-        crossing = _sooner(piece, 0, -direction, wall, spent, probe)
+        crossing = sooner(piece, 0, -direction, wall, spent, probe)
         if crossing != NEVER:
             spent, kind = crossing, BOUNCES
     return spent, kind

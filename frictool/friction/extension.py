@@ -1,39 +1,53 @@
-"""What any law takes on top: its force levels as functions of direction, position and time at rest.
+"""What any law takes on top: levels by direction, position and time at rest; speed regimes; a film between velocity and friction.
 
-    F_c(x, direction)    = F_c(direction) position factor(x, direction)
-    F_s(x, direction, t) = F_s(direction) position factor(x, direction) dwell factor(t), never below F_c
+    F_c(x, direction)    = F_c(direction) position factor(x, direction)                      (4.41)-(4.44)
+    F_s(x, direction, t) = F_s(direction) position factor(x, direction) dwell factor(t)      3.4.2.3
+    F                    = F_law(film velocity) + sigma_v (v - film velocity) + knee force(v)
 
 Before it asks a law, a driver writes the levels that hold now into the law's parameter array: the law's kernels stay as they are.
-What adds to the force (friction/speed_knee.py) or changes the velocity that the dry part sees (friction/film.py) it composes itself.
+A driver composes what adds to the force (friction/speed_knee.py) and what changes the velocity that the dry part sees (friction/film.py).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictool.friction.dwell import dwell_factor
-from frictool.friction.law import Law
+from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.parameter import Axis
 from frictool.friction.position_polynomial import position_factor
+from frictool.friction.speed_knee import regimes_from
 from frictool.kernels import kernel
 
 Vector = NDArray[np.float64]
 CONSTANT: tuple[float, ...] = (1.0,)
 
-# layout of the packed extension; the coefficients of both polynomials follow
-BREAKAWAY_INDEX, FRESH, RISE_TIME, LOW, HIGH, FORWARD_COUNT, COEFFICIENTS = 0, 1, 2, 3, 4, 5, 6
+# layout of the table; the coefficients of both polynomials and then the (knee, slope) pairs follow
+BREAKAWAY_INDEX, VISCOUS_INDEX, FRESH, RISE_TIME, LOW, HIGH, LAG, BOUNDARY, DELAY = range(9)
+BACKWARD_START, KNEES_START, COEFFICIENTS = range(9, 12)
+
+
+class Packed(NamedTuple):
+    """An extension of a law for the kernels: the law's parameters in each direction, and the table laid out above; none: no extension."""
+
+    forward: Vector
+    backward: Vector
+    table: Vector
 
 
 @dataclass(frozen=True)
 class Extension:
-    """A law's levels over direction, position and dwell; the default changes nothing.
+    """What a law takes on top, SI; the default changes nothing.
 
     forward, backward: coefficients of the position factors, lowest power first, over travel = (low, high) [m | rad], as
-    `position_polynomial.normalised` gives them. fresh in (0, 1], rise_time [s]: friction/dwell.py.
+    `position_polynomial.normalised` gives them. fresh in (0, 1], rise_time [s]: friction/dwell.py. regimes: (knee, slope) pairs of
+    friction/speed_knee.py. lag or delay [s], boundary [m/s | rad/s]: friction/film.py.
     """
 
     backward_values: Mapping[str, float] = field(default_factory=dict)  # parameters that differ in the negative direction
@@ -42,32 +56,109 @@ class Extension:
     travel: tuple[float, float] = (0.0, 1.0)
     fresh: float = 1.0
     rise_time: float = 0.0
+    regimes: tuple[tuple[float, float], ...] = ()
+    lag: float = 0.0
+    delay: float = 0.0
+    boundary: float = 0.0
 
-    def pack(self, law: Law, values: Mapping[str, float], axis: Axis = "linear") -> tuple[Vector, Vector, Vector]:
-        """(p forward, p backward, extension array) for `levels`. Raises ValueError, one line, for what is out of range."""
-        numbers = np.array([*self.forward, *self.backward, *self.travel])
-        if not self.forward or not self.backward or not np.all(np.isfinite(numbers)) or self.travel[0] >= self.travel[1]:
-            raise ValueError(f"position factors need finite coefficients and a travel low < high, found {list(self.travel)}")
-        if not 0.0 < self.fresh <= 1.0 or not (np.isfinite(self.rise_time) and self.rise_time >= 0.0):
-            raise ValueError(f"fresh is {self.fresh:g}, rise_time {self.rise_time:g} s; allowed: fresh in (0, 1], rise_time >= 0")
+    @property
+    def plain(self) -> bool:
+        """Whether it changes nothing."""
+        return self == NO_EXTENSION
+
+    def pack(self, law: Law, p: Vector, axis: Axis = "linear") -> Packed:
+        """For the kernels, on a law whose parameters are p: `law.pack(...)`. ValueError, one line, for what the law does not take."""
+        self._check_numbers()
+        self._check_law(law)
         names = [parameter.name for parameter in law.parameters]
-        if self.rise_time > 0.0 and "breakaway" not in names:
-            raise ValueError(f"{law.name} has no breakaway that could rise with the time at rest")
-        place = names.index("breakaway") if "breakaway" in names else -1
-        head = [place, self.fresh, self.rise_time, *self.travel, len(self.forward)]
-        packed = np.array([*head, *self.forward, *self.backward], dtype=np.float64)
-        return law.pack(values, axis), law.pack({**values, **self.backward_values}, axis), packed
+        place, viscous, stiffness = (names.index(name) if name in names else -1 for name in ("breakaway", "viscous", "stiffness"))
+        backward = law.changed(p, self.backward_values, axis)
+        for levels_of in (p, backward):
+            if place >= 0 and self.rise_time > 0.0 and self.fresh * levels_of[place] < levels_of[0]:
+                low = self.fresh * levels_of[place]
+                raise ValueError(f"fresh is {self.fresh:g}: a fresh breakaway is {low:g}; allowed: >= coulomb, {levels_of[0]:g}")
+            if "elastic_limit" in names:
+                self._check_elastic_limit(p[names.index("elastic_limit")], levels_of[place] / p[stiffness])
+        split = COEFFICIENTS + len(self.forward)
+        head = [place, viscous, self.fresh, self.rise_time, *self.travel, self.lag, self.boundary, self.delay]
+        head += [split, split + len(self.backward)]
+        table = np.concatenate([head, self.forward, self.backward, regimes_from(list(self.regimes))])
+        return Packed(np.array(p, dtype=np.float64), backward, table)
+
+    def _check_elastic_limit(self, elastic: float, yielded: float) -> None:
+        """ValueError where the presliding limit falls below z_ba: (2.46) would jump from elastic to plastic and back without end."""
+        factor = min(_least(self.forward, *self.travel), _least(self.backward, *self.travel))
+        least = yielded * factor
+        if elastic >= least:
+            raise ValueError(f"elastic_limit is {elastic:g}; allowed: below the least breakaway/stiffness of the extension, {least:g}")
+
+    def _check_numbers(self) -> None:
+        low, high = self.travel
+        if not self.forward or not self.backward or not np.all(np.isfinite([*self.forward, *self.backward, low, high])) or low >= high:
+            raise ValueError(f"position factors need finite coefficients and a travel low < high, found [{low:g}, {high:g}]")
+        for name, coefficients in (("forward", self.forward), ("backward", self.backward)):
+            least = _least(coefficients, low, high)
+            if least <= 0.0:
+                raise ValueError(f"the {name} position factor falls to {least:g} within the travel; allowed: > 0 everywhere")
+        if not 0.0 < self.fresh <= 1.0 or not (math.isfinite(self.rise_time) and self.rise_time >= 0.0):
+            raise ValueError(f"fresh is {self.fresh:g}, rise_time {self.rise_time:g} s; allowed: fresh in (0, 1], rise_time >= 0")
+        film = {"lag": self.lag, "delay": self.delay, "boundary": self.boundary}
+        for name, value in film.items():
+            if not (math.isfinite(value) and value >= 0.0):
+                raise ValueError(f"{name} is {value:g}; allowed: a finite number >= 0")
+        if self.lag > 0.0 and self.delay > 0.0:
+            raise ValueError(f"a film has a lag, {self.lag:g} s, or a delay, {self.delay:g} s, not both")
+
+    def _check_law(self, law: Law) -> None:
+        """ValueError where the law has no place for a part of the extension."""
+        names = {parameter.name for parameter in law.parameters}
+        dynamic = isinstance(law.kernels, DynamicKernels)
+        stores = dynamic and "presliding_limit" in names
+        by_direction = bool(self.backward_values) or self.forward != self.backward
+        if self.rise_time > 0.0 and (dynamic or "breakaway" not in names):
+            reason = "never rests" if dynamic else "has no breakaway"
+            raise ValueError(f"{law.name} {reason}: nothing rises with the time at rest (dwell)")
+        if stores and by_direction:
+            raise ValueError(f"{law.name} stores force in its contacts: levels that differ by direction would release more than was stored")
+        if (self.lag > 0.0 or self.delay > 0.0 or self.boundary > 0.0) and (dynamic or law.approximation):
+            raise ValueError(f"{law.name} has its own lag of friction behind velocity: it takes no film")
+
+
+NO_EXTENSION = Extension()
+
+
+def _least(coefficients: tuple[float, ...], low: float, high: float) -> float:
+    """The least value of a polynomial over [low, high]: at an end, or where its derivative is zero."""
+    curve = np.polynomial.Polynomial(coefficients)
+    turning = np.real(curve.deriv().roots()) if len(coefficients) > 2 else np.zeros(0)  # a real part too many does no harm
+    return float(np.min(curve(np.clip([low, high, *turning], low, high))))
 
 
 @kernel
-def levels(forward: Vector, backward: Vector, extension: Vector, x: float, direction: float, dwell: float, out: Vector) -> None:
-    """Fills out with the law's parameters that hold at x [m | rad], in `direction`, after `dwell` [s] at rest."""
-    split = COEFFICIENTS + int(extension[FORWARD_COUNT])
+def levels(forward: Vector, backward: Vector, table: Vector, x: float, direction: float, dwell: float, out: Vector) -> float:
+    """Fills out with the law's parameters that hold at x [m | rad], in `direction`, after `dwell` [s] at rest.
+
+    Returns what the breakaway of the direction is multiplied by.
+    """
+    first, second, last = COEFFICIENTS, int(table[BACKWARD_START]), int(table[KNEES_START])
     out[:] = forward if direction > 0.0 else backward
-    coefficients = extension[COEFFICIENTS:split] if direction > 0.0 else extension[split:]
-    factor = position_factor(coefficients, extension[LOW], extension[HIGH], x)
+    coefficients = table[first:second] if direction > 0.0 else table[second:last]
+    factor = position_factor(coefficients, table[LOW], table[HIGH], x)
+    rested: float = factor * dwell_factor(dwell, table[FRESH], table[RISE_TIME])
     out[0] *= factor
-    place = int(extension[BREAKAWAY_INDEX])
+    place = int(table[BREAKAWAY_INDEX])
     if place >= 0:
-        rested = out[place] * factor * dwell_factor(dwell, extension[FRESH], extension[RISE_TIME])
-        out[place] = max(out[0], rested)
+        out[place] *= rested
+    return rested
+
+
+def unextended(p: Vector) -> Packed:
+    """What a driver is given for a law alone."""
+    return Packed(p, p, np.zeros(0))
+
+
+@kernel
+def knees(table: Vector) -> Vector:
+    """The speed regimes of a table, as friction/speed_knee.py takes them."""
+    regimes: Vector = table[int(table[KNEES_START]) :]
+    return regimes

@@ -106,6 +106,15 @@ class Law:
             raise ValueError(f"the table of {self.name} has shape {table.shape}; allowed: one row of finite numbers")
         return np.concatenate([fixed, table])
 
+    def changed(self, p: Vector, values: Mapping[str, float], axis: Axis = "linear") -> Vector:
+        """A copy of p with these parameters, SI values by name, in place of its own. Raises ValueError as `pack` does."""
+        out = np.array(p, dtype=np.float64)
+        for name, value in values.items():
+            place = self.index(name)
+            out[place] = self.parameters[place].checked(value, axis)
+        self._check_order(out[: len(self.parameters)], axis)
+        return out
+
     def _value(self, parameter: LawParameter, values: Mapping[str, float], axis: Axis) -> float:
         value = values.get(parameter.name, parameter.default)
         if value is None:

@@ -18,10 +18,26 @@ Vector = NDArray[np.float64]
 @kernel
 def knee_force(v: float, regimes: Vector) -> float:
     """Additional friction [N | N m] at v [m/s | rad/s]."""
-    total, speed = 0.0, abs(v)
-    for i in range(0, regimes.shape[0] - 1, 2):
-        total += regimes[i + 1] * max(0.0, speed - regimes[i])
+    total: float = regime_force(abs(v), regimes, passed_knees(abs(v), regimes))
     return total if v >= 0.0 else -total
+
+
+@kernel
+def regime_force(speed: float, regimes: Vector, passed: int) -> float:
+    """Additional friction at a speed >= 0 with so many knees passed: smooth, where a driver holds the regime between two knees."""
+    total = 0.0
+    for i in range(0, 2 * passed, 2):
+        total += regimes[i + 1] * (speed - regimes[i])
+    return total
+
+
+@kernel
+def passed_knees(speed: float, regimes: Vector) -> int:
+    """How many knees lie below a speed."""
+    count = 0
+    while 2 * count < regimes.shape[0] and regimes[2 * count] < speed:
+        count += 1
+    return count
 
 
 @kernel
