@@ -60,6 +60,7 @@ def command(parameters: Path | None, laws: tuple[str, ...], allow: bool, output:
     from frictool.compare.laws import Laws
 
     chosen = _chosen(laws, Laws(setting).names())
+    chosen = _taking(setting, chosen, bool(laws), parameters)
     _check(setting, chosen, parameters, allow)
     found = compare(setting, Laws(setting), chosen, _progress, workers=_workers(chosen))
     if output is not None:
@@ -104,6 +105,22 @@ def _chosen(laws: tuple[str, ...], known: tuple[str, ...]) -> tuple[str, ...]:
             hint = f" Did you mean {near[0]!r}?" if near else ""
             raise click.UsageError(f"No such law: {law!r}.{hint} Known: {', '.join(known)}.")
     return tuple(law for law in known if not laws or law in laws)
+
+
+def _taking(setting: Setting, laws: tuple[str, ...], asked: bool, path: Path | None) -> tuple[str, ...]:
+    """The laws that take what the document puts on top of them; one asked for by name that does not is refused, others are left out."""
+    from frictool.compare.comparison import REFERENCE
+    from frictool.compare.laws import Laws
+    from frictool.errors import InputFileError
+
+    if setting.extension.plain:
+        return laws
+    refused = Laws(setting).refusals((REFERENCE, *laws))
+    for law, reason in refused.items():
+        if asked or law == REFERENCE:
+            raise InputFileError(path or setting.name, f"{reason}; change the key, or choose other laws by --law")
+        note(f"warning: {law} is left out: {reason}")
+    return tuple(law for law in laws if law not in refused)
 
 
 def _check(setting: Setting, laws: tuple[str, ...], path: Path | None, allow: bool) -> None:

@@ -101,6 +101,16 @@ class Laws:
         for law in laws:
             self.packed(law)
 
+    def refusals(self, laws: tuple[str, ...]) -> dict[str, str]:
+        """Why laws do not take what the setting puts on top of them, one line each; those that do are not in it."""
+        found = {}
+        for law in laws:
+            try:
+                self._setting.extension.pack(LAWS[law], self.packed(law), self._setting.axis)
+            except ValueError as error:
+                found[law] = str(error)
+        return found
+
     def packed(self, law: str) -> Vector:
         """The parameters for the law's kernels. Raises ValueError where the setting is out of the law's range."""
         found, values = LAWS[law], _values(self._setting)
@@ -125,7 +135,9 @@ class Laws:
         end = segments[-1][0]
         times = np.linspace(0.0, end, samples)
         p, speed, length = self.packed(law), setting.stribeck_velocity, setting.presliding
-        ran = run_law(found, p, setting.mass, segments, times, step=setting.step, speed_scale=speed, length_scale=length)
+        ran = run_law(
+            found, p, setting.mass, segments, times, step=setting.step, speed_scale=speed, length_scale=length, extension=setting.extension
+        )
         if ran.status != OK:
             raise NoSolutionError(f"{law}: at {ran.reached:g} s {MESSAGES[ran.status]}; check the parameters")
         shortest = SHORTEST_STICK * setting.scales.time
@@ -169,8 +181,8 @@ class Laws:
         return {
             "dynamic": "S" if found.kind == "static" else "D",
             "stiction": probes.stiction(compliance, bool(np.ptp(still) == 0.0), settles),
-            "rising_static_friction": probes.rising_static_friction(slow, fast, setting),
-            "frictional_memory": probes.frictional_memory(follow, setting),
+            "rising_static_friction": "+" if setting.extension.rise_time > 0.0 else probes.rising_static_friction(slow, fast, setting),
+            "frictional_memory": "+" if setting.extension.lag > 0.0 else probes.frictional_memory(follow, setting),
             "stribeck_effect": probes.stribeck_effect(follow, setting),
             "viscous": probes.viscous_friction(follow, setting),
         }

@@ -15,9 +15,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from frictool.documents.friction import Friction
 from frictool.documents.quantity import Axis
+from frictool.friction.extension import NO_EXTENSION, Extension
+from frictool.friction.position_polynomial import normalised
 
 TIME_CONSTANT = 2.5  # s: m/sigma_v of table 3.1
 # of table 3.1, in units of force, time and length: for an actuator whose log cannot show them
@@ -92,6 +97,7 @@ class Setting:
     scales: Scales
     sample_period: float | None = None  # T_s
     encoder_step: float | None = None  # delta_x
+    extension: Extension = NO_EXTENSION  # what the laws take on top
 
 
 def from_friction(document: Friction) -> Setting:
@@ -119,7 +125,30 @@ def from_friction(document: Friction) -> Setting:
         decay=document.hybrid.decay_rad_s,
         preisach_intervals=document.hybrid.preisach_intervals,
         scales=scales_of(document.inertia.value, document.coulomb.value, document.breakaway.value, document.viscous.value),
+        extension=extension_of(document),
     )
+
+
+def extension_of(document: Friction) -> Extension:
+    """What a `friction.yaml` puts on top of the laws. ValueError where a polynomial of position has no positive mean."""
+    opposite, place, film, dwell = document.backward, document.position, document.film, document.dwell
+    found: dict[str, Any] = {}
+    if opposite is not None:
+        given = {"coulomb": opposite.coulomb, "breakaway": opposite.breakaway, "viscous": opposite.viscous}
+        found["backward_values"] = {name: quantity.value for name, quantity in given.items() if quantity is not None}
+    if place is not None:
+        low, high, forward = place.over.low, place.over.high, place.levels.forward
+        found["travel"] = (low, high)
+        for side, coefficients in (("forward", forward), ("backward", place.levels.backward or forward)):
+            found[side] = tuple(normalised(np.array(coefficients), low, high)[0].tolist())
+    if document.regimes:
+        below = [document.viscous.value, *(regime.viscous.value for regime in document.regimes)]
+        found["regimes"] = tuple((r.above.value, r.viscous.value - slower) for r, slower in zip(document.regimes, below, strict=False))
+    if dwell is not None:
+        found |= {"fresh": dwell.fresh, "rise_time": dwell.rise_time_s}
+    if film is not None:
+        found |= {"lag": film.lag_s, "boundary": film.boundary.value if film.boundary else 0.0}
+    return Extension(**found)
 
 
 def similar(name: str, axis: Axis, mass: float, coulomb: float, breakaway: float, viscous: float, longest: float = math.inf) -> Setting:
