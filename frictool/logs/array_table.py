@@ -21,6 +21,7 @@ from frictool.logs.table import BLOCK_ROWS, Block, Loss, Nanoseconds, find, list
 
 PIECE = 1 << 16  # bytes read at once
 _LINE = re.compile(r"(.+)([\[(])(:,)?([0-9]{1,6})(,:)?[\])]")
+FIRST_YEAR, LAST_YEAR = 1678, 2261  # what ns since 1970 in 64 bits can tell
 STRIDED_BYTES = 1 << 22  # of the rows of a matrix that are read at once for one of its columns
 
 
@@ -229,9 +230,12 @@ class ArrayTable:
             self._check({name: feed.stream for name, feed in feeds.items()}, rows, read, losses)
 
     def _stamps(self, row: int, dates: NDArray[Any]) -> Nanoseconds:
-        missing = np.flatnonzero(np.isnat(dates))
+        with np.errstate(invalid="ignore"):
+            years = dates.astype("M8[Y]").astype(np.float64) + 1970
+        missing = np.flatnonzero(np.isnat(dates) | (years < FIRST_YEAR) | (years > LAST_YEAR))
         if missing.size:
-            raise LogError(self.source, f"{self.clock!r} has no time at sample {row + int(missing[0]) + 1}")
+            found = f"{self.clock!r} has {dates[missing[0]]} at sample {row + int(missing[0]) + 1}"
+            raise LogError(self.source, f"{found}; allowed: a time in the years {FIRST_YEAR} to {LAST_YEAR}")
         return dates.astype("M8[ns]").astype(np.int64)
 
     def _check(self, streams: Mapping[str, Bytes], rows: int, read: int, losses: list[Loss] | None) -> None:

@@ -75,9 +75,10 @@ def test_dates_are_the_clock(tmp_path: Path):
         assert np.array_equal(times(table), stamps.astype(f"M8[{unit}]").astype("M8[ns]").astype(np.int64))
 
 
-def test_a_missing_date_is_named(tmp_path: Path):
-    np.savez(tmp_path / "x.npz", when=np.array(["2024-01-01", "NaT"], "M8[ns]"), x=np.arange(2.0))
-    with pytest.raises(LogError, match="'when' has no time at sample 2"):
+@pytest.mark.parametrize("date", ["NaT", "9999-01-01", "0001-01-01"])
+def test_a_missing_or_impossible_date_is_named(tmp_path: Path, date: str):
+    np.savez(tmp_path / "x.npz", when=np.array(["2024-01-01", date], "M8[s]"), x=np.arange(2.0))
+    with pytest.raises(LogError, match=f"'when' has {date}.* at sample 2; allowed: a time in the years 1678 to 2261"):
         columns(table_of(tmp_path / "x.npz"))
 
 
