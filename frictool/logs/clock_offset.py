@@ -2,6 +2,8 @@
 
     y(u) = a + b x(u - tau) + e        u: times of the clock that is ahead by tau; x by linear interpolation
 
+both smoothed alike before: the noise of x is smaller between its samples than at them, and would draw tau there.
+
 tau is where the least squares of e are smallest, for |tau| <= most. Its variance follows from the slope s = b x' with what a and b can
 make good taken out, and from the autocovariance of s e (W. K. Newey, K. D. West, Econometrica 55, 1987), since what is left of a fit of
 two instruments is no white noise:
@@ -14,12 +16,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import minimize_scalar
 
 from frictool.logs.log import Vector
 
 FEWEST = 50  # samples that both have
 MOST = 20_000  # samples that are used: every n-th of more
+SMOOTHED = 2.0  # samples of the slower of the two, a standard deviation
 LEAST_EXPLAINED = 0.5  # of the variance of y
 AS_GOOD = 1.5  # times the least squares: another offset that fits so well cannot be ruled out
 UNCORRELATED = 0.05
@@ -44,8 +48,10 @@ def clock_offset(t: Vector, x: Vector, u: Vector, y: Vector, most: float) -> Off
     if within.size < FEWEST:
         raise ValueError(f"they have {within.size} samples in common for any offset up to {most:g} s; at least {FEWEST} are needed")
     within = within[:: -(-within.size // MOST)]
+    steps = float(np.median(np.diff(t))), float(np.median(np.diff(u)))
+    step, width = min(steps), SMOOTHED * max(steps)
+    x, y = gaussian_filter1d(x, width / steps[0]), gaussian_filter1d(y, width / steps[1])
     u, y = u[within], y[within] - y[within].mean()
-    step = float(min(np.median(np.diff(t)), np.median(np.diff(u))))
     lags = np.linspace(-most, most, 2 * max(2, int(np.ceil(most / step))) + 1)
 
     def left(tau: float) -> float:
