@@ -18,7 +18,7 @@ from frictool.logs.log import Log, Stream
 from frictool.logs.mcap_format import read_mcap, write_mcap
 
 SEED = 1
-ROWS_OF_CSV = 200_000
+ROWS_OF_CSV = 1_000_000
 SAMPLES = 600_000
 PEER_SAMPLES = 20_000  # the message loops are slow: they are timed on fewer samples, and both are given per second
 
