@@ -27,6 +27,7 @@ from frictool.logs.opening import Opening
 from frictool.logs.quality import TimeBase
 from frictool.logs.sign import sign_of
 from frictool.logs.table import Block, Loss, Nanoseconds, Table, fail_at
+from frictool.logs.text_units import ISO_8601
 
 TIME = "time"
 LARGEST = 1e100  # of a raw number: what is made of it stays finite
@@ -198,6 +199,9 @@ def _factor(table: Table, bench: Bench, channel: str, name: str, column: Column)
     """What the scaled numbers of a channel are multiplied by to be in SI, checked against the unit in the file."""
     unit, given, dimension = column.unit, table.units.get(name), CHANNEL_DIMENSIONS.get(channel, TIME)
     key = f"columns.{channel}.unit of bench {bench.name!r}"
+    if given == ISO_8601:
+        dates = "holds dates and dates the rows by itself; leave it out of columns"
+        raise LogError(table.source, f"column {name!r} {dates} (found in columns.{channel} of bench {bench.name!r})")
     if unit == COUNT and dimension == "position":
         factor = bench.encoder.resolution * bench.encoder.direction
         agrees = given is None or given.lower() in (COUNT, "counts")

@@ -185,3 +185,12 @@ def test_help_imports_neither_numba_nor_cvxpy_nor_numpy():
     loaded = set(json.loads(done.stderr))
     assert "click" in loaded
     assert not loaded & {"numpy", "numba", "cvxpy", "scipy", "mcap", "yaml", "msgspec", "pint", "matplotlib"}
+
+
+@pytest.mark.parametrize("line", ["position: {column: when, unit: rad, scale: 2}", "time: {column: when, unit: s, scale: 2}"])
+def test_a_column_of_dates_is_no_column_of_numbers(tmp_path: Path, line: str):
+    raw, bench = tmp_path / "raw.csv", tmp_path / "bench.yaml"
+    raw.write_text("when;encoder;current\n" + "".join(f"2026-01-02T03:04:05.{k:03d}Z;{k};1\n" for k in range(9)))
+    text = CLUTCH.read_text()
+    bench.write_text(text[: text.index("columns:")] + f"columns:\n  {line}\n  current: {{column: current, unit: A}}\n")
+    refused(run("ingest", raw, "--bench", bench, "-o", tmp_path / "x.mcap"), 3, "column 'when' holds dates", "leave it out of columns")
