@@ -1,6 +1,6 @@
 """The records of an MCAP file in their order: each is checked, and what cannot be read is named and stepped over.
 
-    file ──▶ Record, Record, Damage, Record, ...
+    file ──▶ Record, Record, Damage, Record, Loose, ...
 
 A `Damage` stands where bytes cannot be records, where a CRC is wrong, where the file ends too early. The walk goes on at the next record
 that can be one, so that a caller who salvages simply carries on; any other raises an error at the first `Damage`.
@@ -43,6 +43,13 @@ class Record(NamedTuple):
     offset: int
 
 
+class Loose(NamedTuple):
+    """Messages outside chunks that follow one another, as they stand in the file: whole records, the first of them at `offset`."""
+
+    data: bytes
+    offset: int
+
+
 class Damage(NamedTuple):
     """Bytes `start` to `end` of the file that are lost, and why. rest: what is there of a chunk that the end of the file cut."""
 
@@ -59,9 +66,10 @@ class FileRecords:
         self._stream = stream
         self._size = size
         self._crc: int | None = 0  # of what has been read since the last check; None once bytes were stepped over
+        self._doubtful: int | None = None  # where the last message begins, if it is what was read last
         self.offset = 0
 
-    def __iter__(self) -> Iterator[Record | Damage]:
+    def __iter__(self) -> Iterator[Record | Loose | Damage]:
         """The records up to the footer. Raises OSError."""
         if self._take(len(MAGIC)) != MAGIC:
             yield Damage(0, len(MAGIC), "its first bytes are not those of an MCAP file of version 0")
@@ -77,6 +85,10 @@ class FileRecords:
             if fits and opcode == Opcode.ATTACHMENT:
                 self._skip(length)
                 continue
+            if fits and opcode == Opcode.MESSAGE:
+                self._doubtful = start
+                yield Loose(head + self._take(length) + self._following(), start)
+                continue
             body = self._take(length) if fits else b""
             if not fits or (opcode in FRAMED and not _coherent(opcode, length, body[:PEEKED])):
                 yield self._stepped_over(start, opcode, length)
@@ -84,6 +96,7 @@ class FileRecords:
                     return
                 opcode = 0
                 continue
+            self._doubtful = None
             if wrong := self._wrong_crc(opcode, head, body, before):
                 yield Damage(start, start, wrong)
             yield Record(opcode, body, start)
@@ -97,6 +110,22 @@ class FileRecords:
             self._crc = zlib.crc32(data, self._crc)
         return data
 
+    def _following(self) -> bytes:
+        """The messages that come next, some at a time."""
+        data = self._stream.read(min(WINDOW, self._size - self.offset))
+        bounds, end = whole_records(data)
+        others = np.flatnonzero((bounds.opcode != Opcode.MESSAGE) | (bounds.length < MESSAGE_HEAD))
+        if others.size:
+            end = int(bounds.start[others[0]]) - RECORD_HEAD
+            bounds = Bounds(*(part[: others[0]] for part in bounds))
+        if bounds.start.size:
+            self._doubtful = self.offset + int(bounds.start[-1]) - RECORD_HEAD
+        self.offset += end
+        self._stream.seek(self.offset)
+        if self._crc is not None:
+            self._crc = zlib.crc32(data[:end], self._crc)
+        return data[:end]
+
     def _skip(self, length: int) -> None:
         end = self.offset + length
         while self.offset < end and self._take(min(WINDOW, end - self.offset)):
@@ -105,6 +134,7 @@ class FileRecords:
     def _may_be(self, opcode: int, length: int) -> bool:
         known = opcode in _KINDS or opcode >= 0x80  # from there on, opcodes are private
         fits = length <= self._size - self.offset and (length <= RECORD_BYTES or opcode == Opcode.ATTACHMENT)
+        fits &= opcode != Opcode.MESSAGE or length >= MESSAGE_HEAD
         return known and fits
 
     def _wrong_crc(self, opcode: int, head: bytes, body: bytes, before: int | None) -> str | None:
@@ -117,8 +147,9 @@ class FileRecords:
         return None if right else f"the CRC of the {section} is wrong"
 
     def _stepped_over(self, start: int, opcode: int, length: int) -> Damage:
-        """Goes on at the next record; what lies between is lost."""
-        found = self._next_record(start + 1)
+        """Goes on at the next record; what lies between is lost. A message before it may have had a wrong length, and others be in it."""
+        found = self._next_record((start if self._doubtful is None else self._doubtful) + 1)
+        self._doubtful = None
         end = self._size if found is None else found
         rest = b""
         if found is None and opcode == Opcode.CHUNK and end - start <= LONGEST_REST:
@@ -128,7 +159,7 @@ class FileRecords:
         self.offset, self._crc = end, None
         if opcode in _KINDS and found is None:
             return Damage(start, end, f"a record of {length} bytes is announced, {end - start - RECORD_HEAD} remain", rest)
-        return Damage(start, end, f"no record begins here: kind {opcode:#04x}, {length} bytes announced", rest)
+        return Damage(min(start, end), end, f"no record begins here: kind {opcode:#04x}, {length} bytes announced", rest)
 
     def _next_record(self, start: int) -> int | None:
         """Where the next record begins, from `start` on."""

@@ -45,11 +45,9 @@ from frictool.logs.mcap_layout import (
     message_path,
     schema_fields,
 )
-from frictool.logs.mcap_records import Damage, FileRecords, Record, record_bounds, whole_records
+from frictool.logs.mcap_records import Damage, FileRecords, Loose, Record, record_bounds, whole_records
 from frictool.logs.table import Nanoseconds
 
-LOOSE_BYTES = 1_000_000  # of messages outside chunks that are decoded together
-_HEAD = struct.Struct("<BQ")
 _INDEX = struct.Struct("<HI")  # channel, bytes of entries
 _WHOLE = re.compile(r"-?[0-9]{1,19}")
 _UNREADABLE = (McapError, struct.error, ValueError)
@@ -120,20 +118,12 @@ class Walk:
 
     def pieces(self) -> Iterator[Piece]:
         """The samples. Raises LogError where the file is damaged or no canonical log, and OSError."""
-        loose = bytearray()
-        begin = 0
         for item in self.records:
-            if isinstance(item, Record) and item.opcode == MESSAGE_OPCODE:
-                if not loose:
-                    self._close_unread()
-                    begin = item.offset
-                loose += _HEAD.pack(item.opcode, len(item.body)) + item.body
-                if len(loose) < LOOSE_BYTES:
-                    continue
-            if loose:
-                yield from self._mixed(bytes(loose), begin, loose=True)
-                loose.clear()
-            yield from self._damage(item) if isinstance(item, Damage) else self._record(item)
+            if isinstance(item, Loose):
+                self._close_unread()
+                yield from self._mixed(item.data, item.offset, loose=True)
+            else:
+                yield from self._damage(item) if isinstance(item, Damage) else self._record(item)
         self._close_unread()
         if self._only is None:
             self._check_counts()

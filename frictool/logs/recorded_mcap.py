@@ -20,12 +20,11 @@ from frictool.errors import LogError
 from frictool.logs.decoders import topic_of
 from frictool.logs.mcap_chunk import chunk_data, chunk_prefix
 from frictool.logs.mcap_layout import MAGIC
-from frictool.logs.mcap_records import MESSAGE_HEAD, Bounds, Damage, FileRecords, Record, record_bounds, whole_records
+from frictool.logs.mcap_records import MESSAGE_HEAD, Bounds, Damage, FileRecords, Loose, Record, record_bounds, whole_records
 from frictool.logs.messages import Messages, gather
 from frictool.logs.recording import SAMPLED, Gap, Topic
 from frictool.logs.source import open_log
 
-UNCHUNKED_BYTES = 1_000_000  # of messages outside chunks that are handed on together
 LONGEST_SUMMARY = 64_000_000
 _FOOTER = struct.Struct("<BQQQI")
 _INDEX = struct.Struct("<HI")
@@ -57,12 +56,12 @@ class _Pass:
         records = FileRecords(self.stream, self.size)
         lost: Lost | None = None  # a chunk; the indexes behind it tell what was in it
         over = False
-        for opcode, run in groupby(records, lambda item: item.opcode if isinstance(item, Record) else 0):
+        for opcode, run in groupby(records, lambda item: item.opcode if isinstance(item, Record) else None):
             if lost is not None:
                 lost.of = _indexed(run) if opcode == Opcode.MESSAGE_INDEX else None
                 yield lost, records.offset
                 lost = None
-            for piece in self._of_run(opcode, run, over):
+            for piece in self._of_run(run, over):
                 if lost is not None:
                     yield lost, records.offset
                 lost = piece if isinstance(piece, Lost) and opcode == Opcode.CHUNK else None
@@ -72,24 +71,18 @@ class _Pass:
         if lost is not None:
             yield lost, records.offset
 
-    def _of_run(self, opcode: int, run: Iterator[Record | Damage], over: bool) -> Iterator[Grouped | Lost]:
+    def _of_run(self, run: Iterator[Record | Loose | Damage], over: bool) -> Iterator[Grouped | Lost]:
         """The messages of records of one kind that follow one another. over: these lie behind the data, where no message is lost."""
-        loose = bytearray()
         for item in run:
             if isinstance(item, Damage):
                 yield self._prefix(item.rest)
                 yield Lost(f"is damaged or cut off at byte {item.start} of {self.size}: {item.reason}", {} if over else None)
-            elif opcode == Opcode.CHUNK:
+            elif isinstance(item, Loose):
+                yield self._records(item.data)
+            elif item.opcode == Opcode.CHUNK:
                 yield self._chunk(item)
-            elif opcode == Opcode.MESSAGE:
-                loose += struct.pack("<BQ", opcode, len(item.body)) + item.body
-                if len(loose) > UNCHUNKED_BYTES:
-                    yield self._records(bytes(loose))
-                    loose.clear()
             else:
                 self.take(item)
-        if loose:
-            yield self._records(bytes(loose))
 
     def _chunk(self, item: Record) -> Grouped | Lost:
         try:
@@ -145,7 +138,7 @@ class _Pass:
             return
 
 
-def _indexed(run: Iterator[Record | Damage]) -> dict[int, int]:
+def _indexed(run: Iterator[Record | Loose | Damage]) -> dict[int, int]:
     """Messages of each channel, by the indexes behind their chunk."""
     heads = [_INDEX.unpack_from(item.body) for item in run if isinstance(item, Record) and len(item.body) >= _INDEX.size]
     return {channel: size // 16 for channel, size in heads}
