@@ -149,3 +149,25 @@ def test_help_opens_with_an_example() -> None:
     lines = run("compare", "--help").stdout.splitlines()
     assert "Example:" in lines[2]
     assert "frictool compare" in lines[3]
+
+
+EXTENDED = """
+backward: {coulomb: {value: 0.9, unit: N}}
+position: {over: {low: -1, high: 7, unit: m}, levels: {forward: [1, 0.02]}}
+regimes: [{above: {value: 0.1, unit: m/s}, viscous: {value: 0.6, unit: N s/m}}]
+dwell: {fresh: 0.8, rise_time_s: 0.5}
+film: {lag_s: 1e-3}
+"""
+
+
+def test_what_laws_take_on_top_runs_where_it_makes_sense_and_is_one_line_where_not(tmp_path: Path) -> None:
+    document = tmp_path / "extended.yaml"
+    document.write_text((MASS / "friction.yaml").read_text() + EXTENDED)
+    found = run("compare", document, "--law", "stribeck", "--json")
+    assert found.code == 0, found.stderr
+    law = json.loads(found.stdout)["laws"]["stribeck"]
+    assert law["stick_slip"]["first_breakaway_s"] != pytest.approx(7.5, abs=0.05)  # the place and the rest raise the breakaway otherwise
+    assert json.loads(found.stdout)["tables"]["2.1"]["stribeck"]["rising_static_friction"] == "+"
+    refused(run("compare", document, "--law", "lugre"), 3, "extended.yaml", "lugre never rests", "--law")
+    document.write_text((MASS / "friction.yaml").read_text() + EXTENDED.replace("[1, 0.02]", "[1, -0.5]"))
+    refused(run("compare", document), 3, "extended.yaml", "mean")
