@@ -18,6 +18,7 @@ import numpy as np
 
 from frictool.logs.log import Stream, Vector
 from frictool.logs.mcap_layout import NS
+from frictool.logs.opening import LONGEST
 from frictool.logs.table import Nanoseconds
 
 WINDOWS = 12
@@ -26,6 +27,8 @@ LONGEST_LAG = 0.25  # of a window
 ALIKE = 0.8  # least correlation of a window that tells a lag
 SMOOTH = 64  # of a window: a moving mean over one part in so many
 PASSES = 4
+FEWEST_MESSAGES = 100
+CLEAR = 3.0  # times the delays beyond the shortest: a drift over the whole time that is less is none
 FEWEST = 3  # windows that tell a drift; one or two tell an offset
 
 
@@ -63,6 +66,32 @@ def of_messages(sent: Nanoseconds, received: Nanoseconds) -> Drift | None:
     slope = float((y[right] - y[left]) / (x[right] - x[left]))
     below = float(y[left] - slope * x[left])
     return Drift((first + below) / NS, slope, int(sent.size), float(np.mean(y - slope * x - below)) / NS)
+
+
+class TwoClocks:
+    """The messages that two clocks have dated, the first LONGEST of them, block after block."""
+
+    def __init__(self) -> None:
+        self._sent: list[Nanoseconds] = []
+        self._received: list[Nanoseconds] = []
+
+    def take(self, sent: Nanoseconds, received: Nanoseconds) -> None:
+        """Adds messages (n,): when they were sent by the one clock and received by the other, in ns."""
+        if sum(part.size for part in self._sent) < LONGEST:
+            self._sent.append(sent)
+            self._received.append(received)
+
+    def finding(self, clock: str | None, period: float) -> str | None:
+        """One line where the clocks drift apart by more than a period [s], and by more than the delays could feign."""
+        sent = np.concatenate(self._sent) if self._sent else np.empty(0, np.int64)
+        found = of_messages(sent, np.concatenate(self._received)) if sent.size >= FEWEST_MESSAGES else None
+        if found is None or found.drift is None:
+            return None
+        apart = found.drift * float(np.ptp(sent)) / NS
+        if abs(apart) <= max(period, CLEAR * found.spread):
+            return None
+        runs = f"the recorder's clock gains {1e6 * found.drift:.4g} us in a second on {clock}, {apart:.4g} s over these messages"
+        return f"{runs}; the log is dated by {clock}"
 
 
 def of_streams(one: Stream, other: Stream, name: str) -> Drift | None:

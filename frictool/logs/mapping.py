@@ -15,6 +15,7 @@ import numpy as np
 from frictool.documents.bench import Bench, Column
 from frictool.documents.quantity import CHANNEL_DIMENSIONS, factor_to_si, si_unit
 from frictool.errors import LogError
+from frictool.logs.drift import TwoClocks
 from frictool.logs.encoder import Counter, outside
 from frictool.logs.flow import Samples
 from frictool.logs.increasing import increasing
@@ -91,6 +92,7 @@ class Mapper:
         """Forgets what has been read."""
         self.done, self.losses, self.warnings = 0, Losses(), ()
         self._counter, self._intervals, self._opening = Counter(self._bench), Intervals(), Opening(self.head)
+        self._clocks = TwoClocks()
         self._ledger = Ledger(self.losses, self._paths, tuple(message_path(self.head.topic, name) for name in self.head.fields))
 
     def samples(self, salvage: bool = False) -> Iterator[Samples]:
@@ -107,6 +109,8 @@ class Mapper:
             self._ledger.drop([*dropped, *unordered], rows, time, self._last)
             self._intervals.add(time)
             self.done = done
+            if block.time_ns is not None and block.recorded_ns is not None:
+                self._clocks.take(block.time_ns, block.recorded_ns)
             if time.size:
                 self._opening.take(mapped)
                 yield mapped
@@ -116,7 +120,8 @@ class Mapper:
             raise LogError(self.source, f"has {self._intervals.samples} row{'s' * (not self._intervals.samples)}; a log has at least 2")
         sign = sign_of(self._opening.stream).text
         rate = check_rate(self.source, self._intervals.base(), self._period)
-        self.warnings = (*rate, *self._counter.findings(), *([sign] if sign else []))
+        drift = self._clocks.finding(self.clock, 1.0 / self._intervals.base().rate_hz)
+        self.warnings = (*rate, *self._counter.findings(), *(text for text in (drift, sign) if text))
 
     @property
     def _last(self) -> int | None:

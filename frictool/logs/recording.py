@@ -143,7 +143,8 @@ class TopicTable:
                 kept = values[:, rowed]
                 if kept.shape[1]:
                     time = self._times(part.log_time[rowed], kept[len(paths) :])
-                    yield Block(rows, dict(zip(wanted, kept, strict=False)), time), done
+                    recorded = part.log_time[rowed] if self._stamp else None
+                    yield Block(rows, dict(zip(wanted, kept, strict=False)), time, recorded), done
                     rows += kept.shape[1]
 
     def _times(self, log_time: Nanoseconds, stamp: Vector) -> Nanoseconds:

@@ -47,12 +47,14 @@ class Block:
 
     first_row: index of the first of them in the table, from 0. columns: name -> (n,) numbers as they stand in the file, those that were
     asked for; nan where the cell is empty. time_ns: (n,) where the file itself dates its rows (a recording's messages, ISO 8601): exact,
-    of any epoch; None where time is a column like any other, or where there is none.
+    of any epoch; None where time is a column like any other, or where there is none. recorded_ns: (n,) when the recorder has dated them,
+    where time_ns is another clock's.
     """
 
     first_row: int
     columns: dict[str, Vector]
     time_ns: Nanoseconds | None = None
+    recorded_ns: Nanoseconds | None = None
 
 
 class Table(Protocol):

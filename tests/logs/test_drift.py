@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.logs.drift import of_messages, of_streams
+from frictool.logs.drift import TwoClocks, of_messages, of_streams
 from frictool.logs.log import Stream
 
 
@@ -43,6 +43,22 @@ def test_no_message_arrives_before_it_was_sent(pairs: list[tuple[int, int]]):
     assert found.drift is not None
     line = 1e9 * found.offset + found.drift * (sent - (int(sent[0]) + int(sent[-1])) // 2)
     assert (received - sent >= line - 1e-3).all()
+
+
+@pytest.mark.parametrize(("drift", "told"), [(0.0, False), (1e-6, False), (3e-4, True), (-3e-4, True)])
+def test_a_recorder_whose_clock_drifts_is_told(drift: float, told: bool):
+    rng = np.random.default_rng(2)
+    sent = 1_700_000_000_000_000_000 + np.arange(6000) * 10_000_000
+    received = sent + np.rint(drift * (sent - sent[0]) + 1e6 * rng.exponential(0.5, sent.size)).astype(np.int64)
+    clocks = TwoClocks()
+    for part in np.split(np.arange(sent.size), [1000, 1001]):
+        clocks.take(sent[part], received[part])
+    text = clocks.finding("header.stamp", 0.01)
+    assert (text is not None) == told
+    if text is not None:
+        assert float(text.split()[4]) == pytest.approx(1e6 * drift, rel=0.01)
+        assert "the log is dated by header.stamp" in text
+    assert TwoClocks().finding("header.stamp", 0.01) is None
 
 
 def measured(time: np.ndarray, clock: np.ndarray, noise: float, seed: int) -> Stream:
