@@ -117,7 +117,7 @@ class FileRecords:
         others = np.flatnonzero((bounds.opcode != Opcode.MESSAGE) | (bounds.length < MESSAGE_HEAD))
         if others.size:
             end = int(bounds.start[others[0]]) - RECORD_HEAD
-            bounds = Bounds(*(part[: others[0]] for part in bounds))
+            bounds = bounds.first(int(others[0]))
         if bounds.start.size:
             self._doubtful = self.offset + int(bounds.start[-1]) - RECORD_HEAD
         self.offset += end
@@ -212,6 +212,9 @@ class Bounds(NamedTuple):
     opcode: NDArray[np.uint8]
     start: NDArray[np.int64]
     length: NDArray[np.int64]
+
+    def first(self, n: int) -> Bounds:
+        return Bounds(self.opcode[:n], self.start[:n], self.length[:n])
 
 
 def record_bounds(data: bytes) -> Bounds:
