@@ -20,6 +20,7 @@ from frictool.errors import LogError
 from frictool.logs.extras import library
 from frictool.logs.guard import Described, guarded
 from frictool.logs.log import Vector
+from frictool.logs.mdf_cut import Padded, records_before
 from frictool.logs.source import open_log
 from frictool.logs.table import BLOCK_ROWS, Block, Loss, Nanoseconds, Table, find, listed
 
@@ -48,13 +49,19 @@ def _open(path: Path) -> Sequence[Described]:
     from asammdf import MDF
 
     logging.disable(logging.CRITICAL)
-    file = MDF(path.open("rb"), raise_on_multiple_occurrences=False)
+    try:
+        file, end = MDF(path.open("rb")), None
+    except Exception as error:  # the library raises what its parts raise
+        try:
+            file, end = MDF(Padded(path)), path.stat().st_size
+        except Exception:
+            raise error from None
     version = int(file.version[0])
     start = int(file.header.abs_time) if version == 4 else int(file.start_time.timestamp()) * 1_000_000_000
     groups: Sequence[Any] = file.groups
     named = [(index, _group_name(index, group)) for index, group in enumerate(groups) if group.channel_group.cycles_nr]
     count = Counter(name for _, name in named)
-    found = [_group(path, file, index, name if count[name] == 1 else f"{name} {index + 1}", start) for index, name in named]
+    found = [_group(path, file, index, name if count[name] == 1 else f"{name} {index + 1}", start, end) for index, name in named]
     if not any(table.names for table in found):
         empty = [f"{name} ({what})" for table in found for name, what in table.others.items()]
         raise LogError(path, f"has no channel of numbers with samples; found: {listed(empty)}")
@@ -66,8 +73,8 @@ def _group_name(index: int, group: Any) -> str:
     return getattr(group.channel_group, "acq_name", "") or f"group {index + 1}"
 
 
-def _group(path: Path, file: Any, index: int, topic: str, start: int) -> MdfTable:
-    """The table of a group."""
+def _group(path: Path, file: Any, index: int, topic: str, start: int, end: int | None) -> MdfTable:
+    """The table of a group; `end` is where the file ends, if too early."""
     version = int(file.version[0])
     group: Any = file.groups[index]
     count = Counter(channel.name for channel in group.channels)
@@ -84,7 +91,8 @@ def _group(path: Path, file: Any, index: int, topic: str, start: int) -> MdfTabl
             others[name] = "an array" if sample.ndim > 1 or sample.dtype.names else "no number but a text"
     is_time = master is not None and (version < 4 or group.channels[master].sync_type == TIME)
     clock = next((name for name, channel in columns.items() if channel.index == master), None) if is_time else None
-    return MdfTable(str(path), topic, columns, units, others, clock, file, index, start)
+    whole = None if end is None else records_before(group, end)
+    return MdfTable(str(path), topic, columns, units, others, clock, file, index, start, whole)
 
 
 @dataclass(frozen=True)
@@ -97,7 +105,7 @@ class Channel:
 
 @dataclass
 class MdfTable:
-    """A channel group of an open file; `start` is the time of the file, in ns since 1970."""
+    """A channel group of an open file. start: the time of the file, in ns since 1970. whole: how many records are there of a cut file."""
 
     source: str
     topic: str
@@ -108,6 +116,7 @@ class MdfTable:
     file: Any
     group: int
     start: int
+    whole: int | None = None
 
     def __post_init__(self) -> None:
         self.names = tuple(self.columns)
@@ -124,8 +133,12 @@ class MdfTable:
 
     def blocks(self, wanted: Sequence[str], losses: list[Loss] | None = None) -> Iterator[tuple[Block, int]]:
         """As `Table.blocks`; from a block on that cannot be decoded, the rest is lost."""
-        for first in range(0, self.rows, BLOCK_ROWS):
-            n = min(BLOCK_ROWS, self.rows - first)
+        readable = self.rows if self.whole is None else self.whole
+        cut = f"the file is cut off; group {self.topic!r} has {readable} of {self.rows} samples"
+        if self.whole is not None and losses is None:
+            raise LogError(self.source, cut)
+        for first in range(0, readable, BLOCK_ROWS):
+            n = min(BLOCK_ROWS, readable - first)
             try:
                 columns = {name: self._read(name, first, n, losses) for name in wanted}
                 time = None if self.clock is None else self._stamps(first, n, losses)
@@ -138,6 +151,8 @@ class MdfTable:
                 losses.append(Loss((), reason, samples=self.rows - first))
                 return
             yield Block(first, columns, time), self.size * (first + n) // self.rows
+        if self.whole is not None and losses is not None:
+            losses.append(Loss((), cut, samples=self.rows - readable))
 
     def _read(self, name: str, first: int, n: int, losses: list[Loss] | None) -> Vector:
         """Samples of a channel; nan where they are invalid."""

@@ -134,6 +134,33 @@ def test_every_damage_is_one_line(path: Path, tmp_path: Path):
     assert refused >= 4
 
 
+def test_a_file_that_was_cut_while_it_was_written_is_salvaged(tmp_path: Path):
+    """As loggers write: heads first, then the records. asammdf writes the records first; here they are moved to the end, and cut."""
+    n, file = 3000, tmp_path / "x.mf4"
+    values = np.random.default_rng(4).normal(size=n)
+    with asammdf.MDF(version="4.10") as made:
+        made.append([asammdf.Signal(values, np.arange(n) / 1000, name="x")])
+        made.save(file)
+    data = bytearray(file.read_bytes())
+    link = data.find(b"##DG") + 24 + 2 * 8
+    records = int.from_bytes(data[link : link + 8], "little")
+    block = bytes(data[records : records + int.from_bytes(data[records + 8 : records + 16], "little")])
+    data += bytes(-len(data) % 8)
+    data[link : link + 8] = len(data).to_bytes(8, "little")
+    file.write_bytes(data + block)
+    assert np.array_equal(columns(mdf_format.tables(file)[0], ["x"])["x"], values)
+
+    left = len(block) * 2 // 3
+    file.write_bytes(data + block[:left])
+    (table,) = mdf_format.tables(file)
+    there = (left - 24) // 16  # a head of 24 bytes, 16 a record
+    with pytest.raises(LogError, match=f"the file is cut off; group 'group 1' has {there} of 3000 samples"):
+        columns(table, ["x"])
+    losses: list[Loss] = []
+    assert np.array_equal(columns(table, ["x"], losses)["x"], values[:there])
+    assert [loss.samples for loss in losses] == [n - there]
+
+
 def test_the_measured_file():
     (table,) = mdf_format.tables(measured("formats/test_meas_4.10.mf4"))
     found = columns(table)
