@@ -117,7 +117,7 @@ def test_lugre_agrees_with_a_stiff_integrator_of_the_formulae() -> None:
 
 
 @pytest.mark.parametrize("name", sorted(LAWS))
-def test_an_extension_that_changes_nothing_gives_the_same_bytes_but_for_the_exact_engine(name: str) -> None:
+def test_an_extension_that_changes_nothing_gives_the_plain_run(name: str) -> None:
     law = LAWS[name]
     p = law.pack(TABLE_3_1[name])
     plain = run_law(law, p, MASS, [(0.5, held(1.7))], [0.5], step=STEP)
