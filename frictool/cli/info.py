@@ -161,6 +161,8 @@ def _signals(seen: Survey) -> list[str]:
 
 def _motion(facts: dict[str, Any], surveys: list[Survey]) -> list[str]:
     """The encoder step, or why none is seen; velocities; the kind of test. Nothing where the log has no position."""
+    from frictool.logs.kinds import KINDS
+
     seen = next((one for one in surveys if "position" in one.signals), None)
     if seen is None:
         return []
@@ -170,7 +172,8 @@ def _motion(facts: dict[str, Any], surveys: list[Survey]) -> list[str]:
         over = f"over {velocity['samples']} sample{'s' * (velocity['samples'] > 1)}"
         lines.append(f"velocity: {velocity['low']:.4g} to {velocity['high']:.4g} {position.unit}/s, {over}")
     test = facts["test"]
-    lines.append(f"test: {test['kind'] or 'too short to tell'} ({'given' if test['given'] else 'detected'})")
+    meaning = f": {KINDS[test['kind']]}" if test["kind"] in KINDS else ""
+    lines.append(f"test: {test['kind'] or 'too short to tell'} ({'given' if test['given'] else 'detected'}){meaning}")
     return lines
 
 

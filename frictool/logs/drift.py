@@ -6,6 +6,8 @@
                                           then what is left of it by least squares, y(t) - x(t) = -lag x'(t); the lags lie on a line
                                           (Theil and Sen's)
 
+One offset of two whole records, with its interval, is clock_offset.py's; here a window needs its lag only, in a fraction of the time.
+
 An offset of x s says that what one clock calls t the other calls t + x; a drift of d that it gains d s in a second.
 """
 
