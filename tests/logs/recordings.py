@@ -95,6 +95,30 @@ def ros2_mcap(sent: Iterable[Sent], **options: Any) -> bytes:
     return _mcap(((one, encoded(one), "cdr", "ros2msg", one.text.encode()) for one in sent), "ros2", **options)
 
 
+IDL = """module rig { module msg { struct Joint { long count; sequence<double, 4> taps; double angle; }; }; };
+"""
+
+
+def idl_mcap(angle: Sequence[float]) -> bytes:
+    """CDR with its definition in IDL."""
+    text = "int32 count\nfloat64[<=4] taps\nfloat64 angle\n"
+    encode = serialize_dynamic("rig/msg/Joint", text)["rig/msg/Joint"]
+    sent = [Sent("/joint", "rig/msg/Joint", "", k, {"count": k, "taps": [0.5] * (k % 5), "angle": value}) for k, value in enumerate(angle)]
+    return _mcap(((one, encode(one.content), "cdr", "ros2idl", IDL.encode()) for one in sent), "ros2")
+
+
+def ros1_mcap(position: Sequence[float]) -> bytes:
+    """What a bag of ROS 1 becomes when it is converted to MCAP."""
+    store = get_typestore(Stores.ROS1_NOETIC)
+    kind = "sensor_msgs/msg/JointState"
+    text = store.generate_msgdef(kind, ros_version=1)[0].encode()
+    messages = enumerate(_messages(store, position, seq=True))
+    sent = (
+        (Sent("/joint_states", "sensor_msgs/JointState", "", START + k, {}), bytes(store.serialize_ros1(one, kind))) for k, one in messages
+    )
+    return _mcap(((one, data, "ros1", "ros1msg", text) for one, data in sent), "ros1")
+
+
 def json_mcap(sent: Iterable[Sent], schema: bool = True, **options: Any) -> bytes:
     form = ("jsonschema", b'{"type": "object"}') if schema else ("", b"")
     return _mcap(((one, json.dumps(one.content).encode(), "json", *form) for one in sent), "", **options)

@@ -29,10 +29,12 @@ from tests.logs.recordings import (
     START,
     Sent,
     float64s,
+    idl_mcap,
     in_order,
     joint_states,
     json_mcap,
     ros1_bag,
+    ros1_mcap,
     ros2_bag,
     ros2_mcap,
 )
@@ -141,6 +143,20 @@ def test_json(schema: bool):
     assert found["/rig.motor.on"].tolist() == [1.0] * 4
     assert found["/rig.taps[0]"].tolist() == [1.0, 2.0, 3.0, 4.0]
     assert not any("none" in name or "name" in name for name in found)
+
+
+def test_cdr_that_is_defined_in_idl():
+    (table,) = opened(idl_mcap(POSITION)).values()
+    found = columns(table, ["/joint.angle", "/joint.count", "/joint.taps[3]"])
+    assert found["/joint.angle"].tolist() == POSITION
+    assert found["/joint.count"].tolist() == list(range(500))
+    assert np.isfinite(found["/joint.taps[3]"]).tolist() == [k % 5 == 4 for k in range(500)]
+
+
+def test_messages_of_ros_1_in_mcap():
+    (table,) = opened(ros1_mcap(POSITION)).values()
+    assert columns(table, [ARM])[ARM].tolist() == POSITION
+    assert (table.clock, times(table).tolist()) == ("header.stamp", stamps(500))
 
 
 @pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
