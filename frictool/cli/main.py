@@ -18,7 +18,7 @@ from frictool.errors import EXIT_INPUT, FrictoolError
 COMMANDS: dict[str, tuple[str, str]] = {
     "init": ("frictool.cli.init", "Commented documents to start a rig's folder from."),
     "ingest": ("frictool.cli.ingest", "Bench files to the canonical log (MCAP)."),
-    "info": ("frictool.cli.info", "Channels, rate, gaps and encoder step of a log."),
+    "info": ("frictool.cli.info", "What a log holds, its quality, and what it is good for."),
     "convert": ("frictool.cli.convert", "A log to CSV, MATLAB, MDF, NumPy or Parquet."),
     "identify": ("frictool.cli.identify", "Logs to parameters with intervals (model.yaml)."),
     "synth": ("frictool.cli.synth", "Model and specification to a verified controller (controller.yaml)."),
