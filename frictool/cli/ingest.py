@@ -3,11 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from frictool.cli.output import STDOUT, FiniteRange, command_line, existing, json_option, note, output_option, print_json, replacing, say
+from frictool.cli.output import (
+    STDOUT,
+    FiniteRange,
+    command_line,
+    existing,
+    json_option,
+    note,
+    output_option,
+    print_json,
+    replacing,
+    save_text,
+    say,
+)
 from frictool.logs.kinds import KINDS, TEST
 
 if TYPE_CHECKING:
@@ -33,7 +45,9 @@ longer period what has faster parts. --salvage keeps what can be read of a damag
 
 @click.command("ingest", help=HELP)
 @click.argument("raw", type=existing, nargs=-1, required=True)
-@click.option("--bench", type=existing, required=True, help="The rig, and its columns (bench.yaml).")
+@click.option("--bench", type=existing, help="The rig, and its columns (bench.yaml).")
+@click.option("--guess", is_flag=True, help="Write no log but a bench.yaml, guessed from the names and units of RAW, for you to check.")
+@click.option("--axis", type=click.Choice(["rotary", "linear"]), help="With --guess: kind of axis; else as the units or names tell.")
 @click.option("--from", "start", type=FiniteRange(), metavar="S", help="Leave out what is before this time of the log [s].")
 @click.option("--to", "end", type=FiniteRange(), metavar="S", help="Leave out what is after this time of the log [s].")
 @click.option("--resample", "period", type=FiniteRange(1e-6, 10.0), metavar="S", help="Put all streams on one grid of this period [s].")
@@ -43,7 +57,9 @@ longer period what has faster parts. --salvage keeps what can be read of a damag
 @json_option
 def command(
     raw: tuple[Path, ...],
-    bench: Path,
+    bench: Path | None,
+    guess: bool,
+    axis: Literal["rotary", "linear"] | None,
     start: float | None,
     end: float | None,
     period: float | None,
@@ -60,11 +76,18 @@ def command(
 
     if start is not None and end is not None and start > end:
         raise click.UsageError(f"--from {start:g} is after --to {end:g}.")
+    if guess:
+        _propose(raw, axis, output, as_json)
+        return
+    if bench is None:
+        raise click.UsageError("Missing option '--bench'; where there is no bench.yaml yet, --guess proposes one.")
     document = load(bench, Bench)
     from frictool.logs.assembly import assemble, write
     from frictool.logs.mcap_layout import KIND
     from frictool.logs.parts import sources
     from frictool.logs.provenance import PROVENANCE, provenance_record
+    from frictool.logs.table import LAYOUT
+    from frictool.logs.text_layout import PLAIN
 
     options = {"--from": start, "--to": end, "--resample": period, "--kind": kind, "--salvage": salvage}
     line = command_line("ingest", {"raw": raw, "--bench": bench, **options})
@@ -74,6 +97,9 @@ def command(
         notes = {PROVENANCE: provenance_record(record(line, inputs)), **({KIND: {**made.notes.get(KIND, {}), TEST: kind}} if kind else {})}
         with replacing(output, inputs) as stream, progress("ingest") as tick:
             streams = write(made, stream, notes, _window(start, end), _nanoseconds(period), tick)
+    for name, told in made.notes.get(LAYOUT, {}).items():
+        if told != PLAIN:
+            note(f"{name}: {told}")
     for warning in made.warnings:
         note(f"warning: {warning}")
     facts = summary(streams, made)
@@ -82,6 +108,22 @@ def command(
     else:
         say(table(facts), output)
     _refuse_loss(made, output)
+
+
+def _propose(raw: tuple[Path, ...], axis: Literal["rotary", "linear"] | None, output: Path, as_json: bool) -> None:
+    """Writes the bench that a file tells of. Nothing is read with it: who knows the rig checks it first."""
+    from frictool.documents.starter import starting_documents
+    from frictool.logs.guess import start_from
+
+    if len(raw) > 1:
+        raise click.UsageError("--guess takes one file; a further instrument's columns are written under `instruments` by hand.")
+    start = start_from(raw[0], raw[0].stem[:80] or "rig", axis)
+    save_text(output, starting_documents(start)["bench.yaml"], list(raw))
+    if as_json:
+        print_json({"axis": start.axis, "columns": start.columns, "left": start.left, "sample_period_s": start.period}, output)
+        return
+    found = ", ".join(f"{channel} is {column!r} [{unit}]" for channel, (column, unit) in start.columns.items()) or "no channel"
+    say(f"guessed from {raw[0].name}: {found}; check what is marked as guessed, replace what is marked as an example", output)
 
 
 def _nanoseconds(seconds: float | None) -> int | None:

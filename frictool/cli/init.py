@@ -13,6 +13,7 @@ import click
 from frictool.cli.output import existing, json_option, note, print_json, say
 
 if TYPE_CHECKING:
+    from frictool.documents.quantity import Axis
     from frictool.documents.starter import Start
 
 HELP = """\b
@@ -73,19 +74,8 @@ def _start(folder: Path, axis: str | None, log: Path | None) -> Start:
     name = folder.absolute().name[:80] or "rig"
     if log is None:
         return Start(name, "linear" if axis == "linear" else "rotary", axis_source="example" if axis is None else "given")
-    from frictool.logs.guess import guess_from
+    from frictool.logs.guess import start_from
 
-    guess = guess_from(log, None if axis is None else "linear" if axis == "linear" else "rotary")
     path = os.path.relpath(log.absolute(), folder.absolute())
-    return Start(
-        name=name,
-        axis=guess.axis,
-        log=log.name,
-        log_path=path if re.fullmatch(r"[\w./+,@-]+", path) else None,
-        drive=guess.drive,
-        columns=guess.columns,
-        left=guess.left,
-        period=guess.period,
-        step=guess.step,
-        axis_source="guessed" if axis is None else "given",
-    )
+    given: Axis | None = None if axis is None else "linear" if axis == "linear" else "rotary"
+    return start_from(log, name, given, path if re.fullmatch(r"[\w./+,@-]+", path) else None)

@@ -26,7 +26,6 @@ MOST = 20_000  # samples that are used: every n-th of more
 SMOOTHED = 2.0  # samples of the slower of the two, a standard deviation
 LEAST_EXPLAINED = 0.5  # of the variance of y
 AS_GOOD = 1.5  # times the least squares: another offset that fits so well cannot be ruled out
-UNCORRELATED = 0.05
 NORMAL_95 = 1.96
 
 
@@ -65,7 +64,7 @@ def clock_offset(t: Vector, x: Vector, u: Vector, y: Vector, most: float) -> Off
     explained = 1.0 - left(tau) / max(float(np.sum(y**2)), np.finfo(float).tiny)
     if explained < LEAST_EXPLAINED:
         raise ValueError(f"at best, at {tau:.6g} s, the one explains {max(explained, 0.0):.0%} of the other; are they the same quantity?")
-    half = NORMAL_95 * _deviation(t, x, u, y, tau, step)
+    half = NORMAL_95 * _deviation(t, x, u, y, tau, width)
     _refuse_others(lags, misfit, best, max(half, 2.0 * step))
     if half > most / 2.0:
         raise ValueError(f"the offset is {tau:.6g} s, give or take {half:.2g} s; that tells nothing within {most:g} s")
@@ -81,16 +80,16 @@ def _fit(t: Vector, x: Vector, u: Vector, y: Vector, tau: float) -> tuple[float,
     return gain, y - gain * shifted
 
 
-def _deviation(t: Vector, x: Vector, u: Vector, y: Vector, tau: float, step: float) -> float:
+def _deviation(t: Vector, x: Vector, u: Vector, y: Vector, tau: float, width: float) -> float:
     gain, error = _fit(t, x, u, y, tau)
-    slope = gain * (np.interp(u - tau + step, t, x) - np.interp(u - tau - step, t, x)) / (2.0 * step)
+    slope = gain * (np.interp(u - tau + width, t, x) - np.interp(u - tau - width, t, x)) / (2.0 * width)
     regressors = np.column_stack([np.ones(u.size), np.interp(u - tau, t, x)])
     slope -= regressors @ np.linalg.lstsq(regressors, slope, rcond=None)[0]
     score = slope * error
     total = covariance = float(score @ score)
     for lag in range(1, u.size // 4):
         covariance = float(score[lag:] @ score[:-lag])
-        if covariance < UNCORRELATED * float(score @ score):
+        if covariance < 0.0:
             break
         total += 2.0 * covariance
     return float(np.sqrt(total)) / float(slope @ slope)

@@ -14,13 +14,16 @@ import numpy as np
 
 from frictool.documents.bench import LONGEST_PERIOD, SHORTEST_PERIOD
 from frictool.documents.quantity import CHANNEL_DIMENSIONS, Axis, factor_to_si, si_unit
+from frictool.documents.starter import Start
 from frictool.errors import LogError
 from frictool.logs.formats import tables_of
 from frictool.logs.log import Log, Vector
 from frictool.logs.mapping import COUNT, TIME
+from frictool.logs.mcap_layout import NS
 from frictool.logs.mcap_reader import is_canonical, read_mcap
 from frictool.logs.memory_table import MemoryTable, in_memory
 from frictool.logs.quality import encoder_step, time_base
+from frictool.logs.table import Table
 
 # the first channel that a name fits is taken: a "position reference" is a reference
 NAMES: dict[str, str] = {
@@ -62,7 +65,32 @@ def guess_from(path: Path, axis: Axis | None = None) -> Guess:
     if is_canonical(path):
         return guess(_table(read_mcap(path)), axis)
     table = max(tables_of(path), key=lambda one: len(one.names))  # of several time bases, the one with most columns
-    return guess(in_memory(table, table.names), axis)
+    return guess(in_memory(table, _numeric(table)), axis)
+
+
+def start_from(log: Path, name: str, axis: Axis | None, log_path: str | None = None) -> Start:
+    """A rig's documents to start from, with what the log tells. Raises LogError as `guess_from` does."""
+    found = guess_from(log, axis)
+    return Start(
+        name=name,
+        axis=found.axis,
+        log=log.name,
+        log_path=log_path,
+        drive=found.drive,
+        columns=found.columns,
+        left=found.left,
+        period=found.period,
+        step=found.step,
+        axis_source="guessed" if axis is None else "given",
+    )
+
+
+def _numeric(table: Table) -> list[str]:
+    """The columns with numbers at their start: the others hold texts, or date the rows."""
+    first, _ = next(iter(table.blocks(table.names, [])), (None, 0))
+    if first is None:
+        raise LogError(table.source, "has no row that can be read")
+    return [name for name, values in first.columns.items() if np.isfinite(values).any()]
 
 
 def _table(log: Log) -> MemoryTable:
@@ -156,6 +184,8 @@ def _period(table: MemoryTable, columns: dict[str, tuple[str, str]], axis: Axis)
     None where no bench could have it: the time is in another unit than it seems.
     """
     time = _si(table, columns, TIME, axis)
+    if time is None and table.time_ns is not None and table.time_ns.size:
+        time = (table.time_ns - table.time_ns[0]) / NS
     if time is None or time.size < 2 or np.any(np.diff(time) <= 0.0):
         return None
     base = time_base(time)

@@ -14,6 +14,7 @@ from frictool.logs.text_header import IsNumber, Rows, first_row, labels, labels_
 from frictool.logs.text_units import ISO_8601
 
 LONGEST_LINE = 1_000_000  # characters of a line above the numbers
+PLAIN = "UTF-8, comma between cells, decimal point, header in line 1, numbers from line 2"  # what goes without saying
 MOST_LINES = 200  # that are looked at
 
 

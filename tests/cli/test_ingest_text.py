@@ -1,0 +1,58 @@
+"""`ingest` of text files: what was found of their layout, a bench to check, the rack's two exports."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from frictool.documents.bench import Bench
+from frictool.documents.registry import load
+from frictool.logs.mcap_format import read_mcap
+from tests.cli.run import refused, run
+from tests.logs.example import ROOT, measured
+
+RACK = ROOT / "configs" / "rack" / "bench.yaml"
+EXPORT = "Motor test\nTime;Angle;Amps;State\nms;deg;A;\n" + "".join(f"{k},0;{k},5;-0,{k % 10};run\n" for k in range(40))
+
+
+def test_a_guess_is_written_to_be_checked_and_loads(tmp_path: Path):
+    raw, bench, log = tmp_path / "export.csv", tmp_path / "bench.yaml", tmp_path / "log.mcap"
+    raw.write_text(EXPORT)
+    result = run("ingest", "--guess", raw, "-o", bench)
+    assert result.code == 0
+    assert "time is 'Time' [ms], position is 'Angle' [deg], current is 'Amps' [A]; check" in result.stdout
+    text = bench.read_text()
+    assert text.count("# guessed from export.csv: check") >= 4
+    document = load(bench, Bench)
+    assert (document.axis, document.sample_period_s) == ("rotary", 0.001)
+    ingested = run("ingest", raw, "--bench", bench, "-o", log)
+    assert (ingested.code, ingested.stderr.splitlines()[0]) == (
+        0,
+        "export.csv: UTF-8, semicolon between cells, decimal comma, header in line 2, units in line 3, numbers from line 4",
+    )
+    assert read_mcap(log).metadata["layout"]["export.csv"].startswith("UTF-8, semicolon")
+
+
+def test_a_guess_is_never_applied_unasked(tmp_path: Path):
+    raw, out = tmp_path / "export.csv", tmp_path / "log.mcap"
+    raw.write_text(EXPORT)
+    missing = run("ingest", raw, "-o", out)
+    assert missing.code == 2
+    assert "--guess proposes one" in missing.stderr
+    assert run("ingest", "--guess", raw, raw, "-o", out).code == 2
+    assert not out.exists()
+    raw.write_text(EXPORT.replace("deg", "V").replace("Angle", "Level"))
+    refused(run("ingest", "--guess", raw, "-o", out), 3, "give --axis rotary")
+    facts = json.loads(run("ingest", "--guess", raw, "--axis", "linear", "-o", out, "--json").stdout)
+    assert facts["axis"] == "linear"
+
+
+def test_the_rack_s_two_exports(tmp_path: Path):
+    raw, log = [measured("rack/a3MR.csv"), measured("rack/a3NI.csv")], tmp_path / "stroke.mcap"
+    result = run("ingest", *raw, "--bench", RACK, "-o", log)
+    assert result.code == 0
+    assert "a3NI.csv: UTF-8, comma between cells, decimal point, header in line 3, units in line 4, numbers from line 5\n" in result.stderr
+    read = read_mcap(log)
+    assert [stream.topic for stream in read.streams] == ["/axis", "/axis/force"]
+    assert read.metadata["clock_offset"] == {"/axis": "0.004 s, given"}
+    assert read.main.time[0] == -0.004
