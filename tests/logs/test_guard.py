@@ -15,7 +15,9 @@ import pytest
 
 from frictool.errors import LogError
 from frictool.logs import guard
+from frictool.logs.formats import tables_of
 from frictool.logs.table import Block, Loss
+from tests.logs.example import GOLDEN
 
 
 @dataclass
@@ -126,3 +128,14 @@ def test_who_stops_reading_leaves_no_process(path: Path):
     next(blocks)
     blocks.close()
     assert not multiprocessing.active_children()
+
+
+@pytest.mark.parametrize(
+    ("name", "library", "extra"),
+    [("v4.mf4", "asammdf", "mdf"), ("stamps.parquet", "pyarrow", "parquet"), ("v73.mat", "h5py", "mat73")],
+)
+def test_a_missing_library_is_named_with_its_extra(name: str, library: str, extra: str, monkeypatch: pytest.MonkeyPatch):
+    for module in (library, f"{library}.parquet"):
+        monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(LogError, match=rf"{name}: needs {library}.*pip install 'frictool\[{extra}\]'"):
+        tables_of(GOLDEN / name)
