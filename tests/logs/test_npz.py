@@ -17,6 +17,7 @@ from frictool.errors import LogError
 from frictool.logs import npz_format
 from frictool.logs.array_table import ArrayTable
 from frictool.logs.table import BLOCK_ROWS, Loss
+from tests.logs.example import GOLDEN
 from tests.logs.tables import columns, times
 
 
@@ -43,6 +44,20 @@ def path(tmp_path: Path, request: pytest.FixtureRequest) -> Path:
     }
     request.param(file, **contents)
     return file
+
+
+def test_the_golden_file():
+    """Written by numpy (tests/logs/golden/make_extras.py)."""
+    table = table_of(GOLDEN / "arrays.npz")
+    found = columns(table)
+    assert {name: values.tolist() for name, values in found.items()} == {
+        "counts": [-1, 2, 300, 7],
+        "matrix[:, 0]": [0, 2, 4, 6],
+        "matrix[:, 1]": [1, 3, 5, 7],
+        "rows.count": [1, 2, 3, 4],
+        "rows.current": [0.5, 1.5, 2.5, 3.5],
+    }
+    assert times(table).tolist() == [1_700_000_000_123_456_789 + k * 500_000_001 for k in range(4)]
 
 
 def test_vectors_matrices_and_fields(path: Path):

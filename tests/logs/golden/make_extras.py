@@ -92,8 +92,17 @@ def mat73(path: Path) -> None:
         stream.write(b"MATLAB 7.3 MAT-file, written by h5py".ljust(124) + b"\x00\x02IM")
 
 
+def npz(path: Path) -> None:
+    """Dates, big-endian counts, a matrix in Fortran's order, a structured array, an object."""
+    when = np.datetime64("2023-11-14T22:13:20.123456789", "ns") + np.arange(4) * np.timedelta64(500_000_001, "ns")
+    matrix = np.asfortranarray(np.arange(8.0).reshape(4, 2))
+    rows = np.array([(1, 0.5), (2, 1.5), (3, 2.5), (4, 3.5)], dtype=[("count", "u1"), ("current", "<f4")])
+    np.savez(path, when=when, counts=COUNTS.astype(">i2"), matrix=matrix, rows=rows, note=np.array([None, "x"], dtype=object))
+
+
 if __name__ == "__main__":
     (HERE / "v4.mf4").write_bytes(mdf("4.10"))
     (HERE / "v3.mdf").write_bytes(mdf("3.30"))
     parquet(HERE / "stamps.parquet")
     mat73(HERE / "v73.mat")
+    npz(HERE / "arrays.npz")
