@@ -25,6 +25,8 @@ from tests.fuzz.mutations import mutated
 
 LONGEST = 10.0  # s for one input
 MOST_BYTES = 1 << 30  # beyond what the process has when it has read the unchanged sample
+INPUT = "input"
+KNOWN_LINES = ("error: ", "warning: ", f"{INPUT}: ")  # the last: how a text file was taken
 LONGEST_LINE = 1000  # characters of a message
 
 
@@ -47,7 +49,7 @@ def complaint(result: Result, target: Path, before: set[str], salvage: bool) -> 
     left = {path.name for path in target.parent.iterdir()} - before
     if result.code not in (0, 3):
         return f"exit code {result.code}: {result.stderr}"
-    if any(not line.startswith(("error: ", "warning: ", "lost: ")) for line in lines) or max(map(len, lines), default=0) > LONGEST_LINE:
+    if any(not line.startswith(KNOWN_LINES) for line in lines) or max(map(len, lines), default=0) > LONGEST_LINE:
         return f"no messages of one line: {result.stderr[:LONGEST_LINE]}"
     if len(errors) > 1 or (result.code == 3 and not lines):
         return f"exit code 3 needs one line that says why: {lines}"
@@ -65,7 +67,7 @@ def complaint(result: Result, target: Path, before: set[str], salvage: bool) -> 
 
 def attempt(index: int, data: bytes, folder: Path, bench: Path, longest: float = LONGEST) -> str | None:
     """What one input did that none may, or None. longest: s."""
-    path, target = folder / "input", folder / "out.mcap"
+    path, target = folder / INPUT, folder / "out.mcap"
     path.write_bytes(data)
     before = {one.name for one in folder.iterdir()}
     faulthandler.dump_traceback_later(longest, exit=True, file=sys.__stderr__)

@@ -90,8 +90,8 @@ def test_memory_beyond_the_limit_is_refused():
 
 def test_an_input_that_hangs_ends_the_process(tmp_path: Path):
     code = (
-        "import sys, time; from pathlib import Path; from tests.fuzz import child; child.LONGEST = 0.2; "
-        "child.run = lambda *words: time.sleep(20); child.attempt(0, b'', Path(sys.argv[1]), Path(sys.argv[1], 'bench.yaml'))"
+        "import sys, time; from pathlib import Path; from tests.fuzz import child; "
+        "child.run = lambda *words: time.sleep(20); child.attempt(0, b'', Path(sys.argv[1]), Path(sys.argv[1], 'bench.yaml'), 0.2)"
     )
     done = subprocess.run([sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True)
     assert done.returncode == 1
