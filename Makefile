@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: demo test lint accept fuzz bench logs clean
+.PHONY: demo test lint accept fuzz bench rack logs clean
 
 demo: $(VENV)/.run
 	$(MAKE) -C configs/clutch demo
@@ -27,6 +27,10 @@ fuzz: $(VENV)/.dev
 
 bench: $(VENV)/.bench
 	$(BIN)/python -m benchmarks build/bench.json
+
+# a measured stroke of a rack-and-pinion stage, two instruments' exports as one log; FRICTOOL_DATA names the folder of the data
+rack: $(VENV)/.run
+	$(MAKE) -C configs/rack
 
 # the synthetic sample logs, made anew from their seed
 logs: $(VENV)/.run
