@@ -17,7 +17,7 @@ from frictool.logs.array_table import common_rows
 from frictool.logs.extras import library
 from frictool.logs.guard import Described, guarded
 from frictool.logs.log import Vector
-from frictool.logs.mat_array import lines
+from frictool.logs.mat_array import ADVICE, lines
 from frictool.logs.source import open_log
 from frictool.logs.table import BLOCK_ROWS, Block, Loss, Table, find, listed
 
@@ -28,7 +28,6 @@ SIGNATURE = b"\x89HDF\r\n\x1a\n"
 HEADS = (0, 512, 1024, 2048)  # where it may stand; MATLAB has 512 bytes before it
 CLASS, OBJECT, EMPTY = "MATLAB_class", "MATLAB_object_decode", "MATLAB_empty"
 DEEPEST, MOST = 12, 100_000  # structures within structures, arrays
-ADVICE = "an object, which only MATLAB can read; save its Time and Data as vectors"
 
 
 def sniff(head: bytes, path: Path) -> bool:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from frictool.logs.array_table import Column
 
+ADVICE = "an object, which only MATLAB can read; save its Time and Data as vectors"
 MOST_COLUMNS = 1000  # of a matrix; one with more is a picture, or is damaged
 
 

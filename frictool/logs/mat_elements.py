@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from frictool.logs.array_table import Bytes, Column, Inflated, Plain
-from frictool.logs.mat_array import MatArray
+from frictool.logs.mat_array import ADVICE, MatArray
 
 HEAD_BYTES = 128
 MATRIX, COMPRESSED = 14, 15
@@ -33,7 +33,7 @@ NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8
 TEXTS = {1: "latin-1", 2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18: "utf-32"}
 CLASSES = (
     *("unknown", "cell", "struct", "object", "char", "sparse", "double", "single"),
-    *("int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "function", "opaque object"),
+    *("int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "function", "opaque"),
 )
 NUMERIC = frozenset(CLASSES[6:16])
 
@@ -129,9 +129,9 @@ class _Walk:
             raise ValueError(f"the head of a variable is damaged ({len(flags)} bytes of flags)")
         (bits,) = struct.unpack_from(self.order + "I", flags)
         kind = CLASSES[bits & 0xFF] if bits & 0xFF < len(CLASSES) else "unknown"
-        if kind == "opaque object":  # its shape is the library's secret
-            name = self.small()[1].decode("latin-1")
-            yield MatArray(path or name, (), kind)
+        if kind == "opaque":  # name, system (MCOS), class, and what only MATLAB knows
+            name, _, type_name = (self.small()[1].decode("latin-1") for _ in range(3))
+            yield MatArray(path or name, (), f"{type_name}: {ADVICE}")
         else:
             shape = self.shape()
             name = self.small()[1].decode("latin-1")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 import tempfile
 from contextlib import suppress
 from pathlib import Path
@@ -240,6 +241,18 @@ def test_golden_files(version: str):
     found = columns(table)
     assert found["t"].tolist() == [0.0, 0.5, 1.0]
     assert found["counts"].tolist() == [-1.0, 2.0, 300.0]
+
+
+def test_an_object_of_matlab_is_named(tmp_path: Path):
+    """A timeseries, as MATLAB lays it out: flags of class 17, then name, system, class."""
+    text = b"".join(struct.pack("<II", 1, len(one)) + one + bytes(-len(one) % 8) for one in (b"speed", b"MCOS..", b"timeseries"))
+    content = struct.pack("<IIII", 6, 8, 17, 0) + text
+    data = (GOLDEN / "v5.mat").read_bytes() + struct.pack("<II", 14, len(content)) + content
+    (tmp_path / "x.mat").write_bytes(data)
+    table = table_of(tmp_path / "x.mat")
+    assert columns(table, ["t"])["t"].size == 3
+    with pytest.raises(LogError, match="'speed' is a timeseries: an object, which only MATLAB can read; save its Time and Data as vectors"):
+        table.find("speed")
 
 
 def test_the_measured_record():
