@@ -40,6 +40,11 @@ def _german() -> bytes:
     return ("\ufeffZeit [s];Geber;Strom [A]\r\n" + _rows(";", ",").replace("\n", "\r\n")).encode()
 
 
+def _scope() -> bytes:
+    """As oscilloscopes export: what the instrument says of itself, names, units in a row of their own."""
+    return ("Model,S1\nSample Interval,0.001,s\nProbe,10\n\nTIME,CH1,CH2\ns,V,V\n" + _rows()).encode()
+
+
 def _mat(**options: bool) -> bytes:
     import scipy.io
 
@@ -139,6 +144,7 @@ SAMPLES: dict[str, Callable[[], bytes] | Callable[[Path], None]] = {
     "csv": _csv,
     "csv.german": _german,
     "csv.bare": lambda: _rows("\t").encode(),
+    "csv.scope": _scope,
     "csv.iso": lambda: ("when;encoder;current\n" + _rows(";", date=lambda t: f"2026-01-02T03:04:05.{round(1000 * t):03d}Z")).encode(),
     "mat": _mat,
     "mat.compressed": lambda: _mat(do_compression=True),
