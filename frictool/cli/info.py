@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from frictool.cli.output import STDOUT, existing, json_option, note, output_option, print_json, save_text
+from frictool.cli.window import window_of, window_options
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
-    from frictool.logs.assembly import Assembly
+    from frictool.logs.assembly import Assembly, Window
     from frictool.logs.survey import Signal, Survey
 
 HELP = """\b
@@ -21,23 +22,27 @@ Example:
 Show what a log holds and what it is good for: channels, rate and jitter, gaps, the step of the encoder and of every other signal,
 velocities, saturation (flat tops), signals that are held, the kind of test, whether effort and motion have one sign, what was lost on the
 way, and which methods of identification it can feed. A raw bench file needs --bench; with it, samples at the actuator's limit are counted.
+- is standard input.
 """
 
 
 @click.command("info", help=HELP)
 @click.argument("log", type=existing)
 @click.option("--bench", type=existing, help="The rig, and its columns (bench.yaml), where LOG is a raw bench file.")
+@window_options
 @output_option(required=False)
 @json_option
-def command(log: Path, bench: Path | None, output: Path | None, as_json: bool) -> None:
+def command(log: Path, bench: Path | None, start: float | None, end: float | None, output: Path | None, as_json: bool) -> None:
+    from frictool.cli.standard_input import kept
     from frictool.documents.bench import Bench
     from frictool.documents.registry import load
 
     document = None if bench is None else load(bench, Bench)
     import numpy as np
 
-    with np.errstate(over="ignore", invalid="ignore"):  # numbers near the largest that there are
-        made, surveys = _surveyed(log, document)
+    window = window_of(start, end)
+    with kept([log]) as (path,), np.errstate(over="ignore", invalid="ignore"):  # numbers near the largest that there are
+        made, surveys = _surveyed(path, document, window)
         facts = summary(made, surveys)
     for warning in made.warnings:
         note(f"warning: {warning}")
@@ -47,17 +52,17 @@ def command(log: Path, bench: Path | None, output: Path | None, as_json: bool) -
         save_text(output or STDOUT, table(made, surveys, facts) + "\n", [log] if bench is None else [log, bench])
 
 
-def _surveyed(path: Path, bench: Bench | None) -> tuple[Assembly, list[Survey]]:
+def _surveyed(path: Path, bench: Bench | None, window: Window) -> tuple[Assembly, list[Survey]]:
     """A log of any length, and what its samples show, in bounded memory: it is read twice."""
     from frictool.logs.assembly import assemble, begun
     from frictool.logs.survey import survey
 
     limits: dict[str, float] = {} if bench is None else {bench.actuator.drive: bench.actuator.limit.value}
     made = assemble([path], bench)
-    places = range(len(begun(made)))
+    places = range(len(begun(made, window)))
 
     def stream(place: int) -> Survey:
-        return survey(begun(made)[place].head, lambda: begun(made)[place].samples, limits)
+        return survey(begun(made, window)[place].head, lambda: begun(made, window)[place].samples, limits)
 
     return made, [stream(place) for place in places]
 

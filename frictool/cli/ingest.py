@@ -20,10 +20,11 @@ from frictool.cli.output import (
     save_text,
     say,
 )
+from frictool.cli.window import window_of, window_options
 from frictool.logs.kinds import KINDS, TEST
 
 if TYPE_CHECKING:
-    from frictool.logs.assembly import Assembly, Window
+    from frictool.logs.assembly import Assembly
     from frictool.logs.mcap_layout import Head
     from frictool.logs.quality import TimeBase
 
@@ -48,8 +49,7 @@ longer period what has faster parts. --salvage keeps what can be read of a damag
 @click.option("--bench", type=existing, help="The rig, and its columns (bench.yaml).")
 @click.option("--guess", is_flag=True, help="Write no log but a bench.yaml, guessed from the names and units of RAW, for you to check.")
 @click.option("--axis", type=click.Choice(["rotary", "linear"]), help="With --guess: kind of axis; else as the units or names tell.")
-@click.option("--from", "start", type=FiniteRange(), metavar="S", help="Leave out what is before this time of the log [s].")
-@click.option("--to", "end", type=FiniteRange(), metavar="S", help="Leave out what is after this time of the log [s].")
+@window_options
 @click.option("--resample", "period", type=FiniteRange(1e-6, 10.0), metavar="S", help="Put all streams on one grid of this period [s].")
 @click.option("--kind", type=click.Choice(list(KINDS)), help="Which test the log is of, where it is known. [default: info finds it]")
 @click.option("--salvage", is_flag=True, help="Keep what can be read of a damaged file; exit code 3.")
@@ -74,14 +74,13 @@ def command(
     from frictool.documents.provenance import record
     from frictool.documents.registry import load
 
-    if start is not None and end is not None and start > end:
-        raise click.UsageError(f"--from {start:g} is after --to {end:g}.")
     if guess:
         _propose(raw, axis, output, as_json)
         return
     if bench is None:
         raise click.UsageError("Missing option '--bench'; where there is no bench.yaml yet, --guess proposes one.")
     document = load(bench, Bench)
+    window = window_of(start, end)
     from frictool.logs.assembly import assemble, write
     from frictool.logs.mcap_layout import KIND
     from frictool.logs.parts import sources
@@ -96,7 +95,7 @@ def command(
         made = assemble(paths, document, salvage)
         notes = {PROVENANCE: provenance_record(record(line, inputs)), **({KIND: {**made.notes.get(KIND, {}), TEST: kind}} if kind else {})}
         with replacing(output, inputs) as stream, progress("ingest") as tick:
-            streams = write(made, stream, notes, _window(start, end), _nanoseconds(period), tick)
+            streams = write(made, stream, notes, window, None if period is None else round(period * 1e9), tick)
     for name, told in made.notes.get(LAYOUT, {}).items():
         if told != PLAIN:
             note(f"{name}: {told}")
@@ -124,16 +123,6 @@ def _propose(raw: tuple[Path, ...], axis: Literal["rotary", "linear"] | None, ou
         return
     found = ", ".join(f"{channel} is {column!r} [{unit}]" for channel, (column, unit) in start.columns.items()) or "no channel"
     say(f"guessed from {raw[0].name}: {found}; check what is marked as guessed, replace what is marked as an example", output)
-
-
-def _nanoseconds(seconds: float | None) -> int | None:
-    return None if seconds is None else round(seconds * 1e9)
-
-
-def _window(start: float | None, end: float | None) -> Window:
-    from frictool.logs.assembly import Window
-
-    return Window(_nanoseconds(start), _nanoseconds(end))
 
 
 def _refuse_loss(made: Assembly, output: Path) -> None:

@@ -83,6 +83,8 @@ def test_a_part_of_a_log(raw: Path, tmp_path: Path):
     log = read_mcap(target)
     assert (log.main.time[0], log.main.time[-1]) == (0.5, 1.25)
     assert log.metadata["provenance"]["command"] == "frictool ingest raw.csv --bench bench.yaml --from 0.5 --to 1.25"
+    part = json.loads(run("info", raw, "--bench", CLUTCH, "--from", "0.5", "--to", "1.25", "--json").stdout)
+    assert part["duration_s"] == pytest.approx(0.75)
     refused(run("ingest", raw, "--bench", CLUTCH, "--from", "50", "-o", target), 3, "has no samples from 50 s")
     assert run("ingest", raw, "--bench", CLUTCH, "--from", "2", "--to", "1", "-o", target).code == 2
 
@@ -109,6 +111,8 @@ def test_standard_input(raw: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert read_mcap(one).metadata["provenance"]["command"] == "frictool ingest - --bench bench.yaml"
     assert read_mcap(one).metadata["provenance"]["input_1"].startswith("stdin sha256:")
     assert piped(b"", "-", "-").code == 2
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(one.read_bytes())))
+    assert json.loads(run("info", "-", "--json").stdout)["duration_s"] == pytest.approx(2.999)
     refused(piped(b"", "-"), 3, "stdin: is empty")
 
 
