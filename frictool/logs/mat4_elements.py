@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictool.logs.array_table import Column, Plain
+from frictool.logs.array_table import Column
+from frictool.logs.byte_streams import Plain
 from frictool.logs.mat_array import MatArray
 
 HEAD = 20

@@ -19,7 +19,8 @@ from pathlib import Path
 
 import numpy as np
 
-from frictool.logs.array_table import Bytes, Column, Inflated, Plain
+from frictool.logs.array_table import Column
+from frictool.logs.byte_streams import Bytes, Inflated, Plain
 from frictool.logs.mat_array import ADVICE, MatArray
 
 HEAD_BYTES = 128

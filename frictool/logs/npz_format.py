@@ -18,7 +18,8 @@ import numpy as np
 from numpy.lib import format as npy
 
 from frictool.errors import LogError
-from frictool.logs.array_table import ArrayTable, Bytes, Column, Plain, Wrapped
+from frictool.logs.array_table import ArrayTable, Column
+from frictool.logs.byte_streams import Bytes, Plain, Wrapped
 from frictool.logs.source import open_log
 from frictool.logs.table import Table, listed
 

@@ -53,7 +53,7 @@ def test_other_files_are_not_followed():
     assert table.find("elsewhere") is None
 
 
-@settings(max_examples=12)
+@settings(max_examples=8)
 @given(arrays_of.arrays(np.float64, arrays_of.array_shapes(min_dims=2, max_dims=2, max_side=6), elements={"allow_nan": False}))
 def test_matrices_are_read_as_matlab_has_them(matrix: np.ndarray):
     with tempfile.TemporaryDirectory() as folder:

@@ -1,0 +1,120 @@
+"""Bytes of a part of a file, as they stand or inflated, in pieces.
+
+A stream never raises: it ends early, and `damage` says why, so that everything before a damage can be salvaged.
+"""
+
+from __future__ import annotations
+
+import zlib
+from pathlib import Path
+from typing import IO
+
+PIECE = 1 << 16  # bytes read at once
+
+
+class Bytes:
+    """Bytes of a file from `start` on, `length` of them at most."""
+
+    def __init__(self, path: Path, start: int, length: int) -> None:
+        self._file: IO[bytes] = path.open("rb")
+        self._file.seek(start)
+        self._left = length
+        self.position = 0
+        self.damage: str | None = None
+
+    def __enter__(self) -> Bytes:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
+    def read(self, size: int, /) -> bytes:
+        """The next `size` bytes; fewer where the stream ends before, and then `damage` says why."""
+        parts = []
+        while size > 0 and self.damage is None:
+            part = self._piece(size)
+            if not part:
+                self.damage = self.damage or f"is cut off: {size} bytes are missing"
+            parts.append(part)
+            size -= len(part)
+            self.position += len(part)
+        return b"".join(parts)
+
+    def skip(self, size: int) -> None:
+        """Goes `size` bytes further."""
+        while size > 0 and self.damage is None:
+            size -= len(self.read(min(size, PIECE)))
+
+    def check(self) -> None:
+        """Reads what remains, where only the end tells whether the bytes were the right ones; sets `damage` where they were not."""
+
+    def _piece(self, most: int) -> bytes:
+        """Some of the next bytes; none at the end, or where `damage` is set."""
+        try:
+            part = self._file.read(min(most, self._left))
+        except OSError as error:
+            self.damage = f"cannot be read: {error.strerror or error}"
+            return b""
+        self._left -= len(part)
+        return part
+
+
+class Plain(Bytes):
+    """Bytes as they stand in the file: skipping is free."""
+
+    def skip(self, size: int) -> None:
+        step = max(0, min(size, self._left))
+        self._file.seek(step, 1)
+        self._left -= step
+        self.position += step
+        if step < size:
+            self.damage = self.damage or f"is cut off: {size - step} bytes are missing"
+
+
+class Inflated(Bytes):
+    """The content of a zlib stream; its checksum is checked where it ends."""
+
+    def __init__(self, path: Path, start: int, length: int) -> None:
+        super().__init__(path, start, length)
+        self._inflater = zlib.decompressobj()
+
+    def check(self) -> None:
+        while self.damage is None and self._piece(PIECE):
+            pass
+        if not self._inflater.eof:
+            self.damage = self.damage or "is cut off"
+
+    def _piece(self, most: int) -> bytes:
+        while self.damage is None and not self._inflater.eof:
+            packed = self._inflater.unconsumed_tail or super()._piece(PIECE)
+            if not packed:
+                break
+            try:
+                part = self._inflater.decompress(packed, most)
+            except zlib.error as error:
+                self.damage = f"its compressed bytes are damaged ({error})"
+                break
+            if part:
+                return part
+        return b""
+
+
+class Wrapped(Bytes):
+    """A stream that another library decodes and checks (a member of a zip archive)."""
+
+    def __init__(self, opened: IO[bytes], length: int) -> None:
+        self._file = opened
+        self._left = length
+        self.position = 0
+        self.damage: str | None = None
+
+    def check(self) -> None:
+        while self.damage is None and self._piece(PIECE):
+            pass
+
+    def _piece(self, most: int) -> bytes:
+        try:
+            return super()._piece(most)
+        except Exception as error:  # zipfile raises its own, zlib's, lzma's and others on damaged members
+            self.damage = f"its archive is damaged ({str(error) or type(error).__name__})"
+            return b""
