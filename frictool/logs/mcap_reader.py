@@ -22,7 +22,8 @@ from frictool.logs.losses import Losses
 from frictool.logs.mcap_chunk import chunk_data
 from frictool.logs.mcap_layout import COLUMNS, MAGIC, NS, TIME, Head, message_path
 from frictool.logs.mcap_records import FileRecords, Record, whole_records
-from frictool.logs.mcap_walk import Lost, Piece, Walk, axis_fields
+from frictool.logs.mcap_streams import Lost, Piece, axis_fields
+from frictool.logs.mcap_walk import Walk
 from frictool.logs.source import head_of, open_log
 from frictool.logs.table import Loss
 

@@ -12,9 +12,8 @@ import re
 import struct
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO, NamedTuple, NoReturn
+from typing import BinaryIO, NoReturn
 
 import numpy as np
 from mcap.data_stream import ReadDataStream
@@ -28,67 +27,24 @@ from frictool.logs.flow import Samples
 from frictool.logs.increasing import increasing
 from frictool.logs.mcap_chunk import chunk_data, chunk_prefix
 from frictool.logs.mcap_layout import (
-    CDR_HEAD,
     EPOCH_KEY,
-    MESSAGE_ENCODING,
     MESSAGE_OPCODE,
     NS,
     RECORD_HEAD,
-    SCHEMA_ENCODING,
     SHIFT_KEY,
     TIME,
-    TOPIC,
     UNITS,
     Head,
     Records,
-    message_dtype,
     message_path,
-    schema_fields,
 )
 from frictool.logs.mcap_records import Damage, FileRecords, Loose, Record, record_bounds, whole_records
+from frictool.logs.mcap_streams import Declared, Lost, Piece, axis_fields
 from frictool.logs.table import Nanoseconds
 
 _INDEX = struct.Struct("<HI")  # channel, bytes of entries
 _WHOLE = re.compile(r"-?[0-9]{1,19}")
 _UNREADABLE = (McapError, struct.error, ValueError)
-
-
-@dataclass
-class Declared:
-    """One stream as its channel declares it, how many samples have been found in it, and the time of the last, in ns as it is stored."""
-
-    number: int
-    topic: str
-    fields: tuple[str, ...]
-    samples: int = 0
-    first: int | None = None
-    last: int | None = None
-
-    def __post_init__(self) -> None:
-        self.dtype = message_dtype(len(self.fields))
-
-    def are_mine(self, records: Records) -> bool:
-        """Whether records are messages of this channel and of its layout."""
-        like = (records["opcode"] == MESSAGE_OPCODE) & (records["length"] == self.dtype.itemsize - RECORD_HEAD)
-        return bool((like & (records["channel"] == self.number) & (records["cdr"] == CDR_HEAD)).all())
-
-
-class Lost(NamedTuple):
-    """What cannot be read: of one channel, or of all; when, in ns as stored; how many samples; None is not known."""
-
-    reason: str
-    channel: int | None = None
-    first: int | None = None
-    last: int | None = None
-    samples: int | None = None
-
-
-class Piece(NamedTuple):
-    """Samples of a channel, times as stored; at: the byte where the record begins in which they lie."""
-
-    channel: int
-    samples: Samples
-    at: int
 
 
 class Walk:
@@ -350,13 +306,6 @@ class Walk:
         clocks = {key: text for key, text in self.metadata.get(TIME, {}).items() if key != SHIFT_KEY}
         others = {name: entries for name, entries in self.metadata.items() if name not in (UNITS, TIME)}
         return {**others, **({TIME: clocks} if clocks else {})}
-
-
-def axis_fields(channel: Channel, schema: Schema | None) -> tuple[str, ...] | None:
-    """The fields of a stream of a canonical log; None where the channel is none."""
-    text = schema.data.decode() if schema is not None and schema.encoding == SCHEMA_ENCODING else ""
-    fields = schema_fields(text)
-    return fields if channel.message_encoding == MESSAGE_ENCODING and TOPIC.fullmatch(channel.topic) else None
 
 
 def _said(error: Exception) -> str:
