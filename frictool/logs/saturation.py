@@ -2,7 +2,7 @@
 
 Around a maximum a smooth signal is a parabola: in classes of one width its topmost holds at most 1/(sqrt(2) - 1) = 2.4 times the samples
 of the next, however it is quantised. A clipped one has most of them in the topmost, in runs of the same value. A signal that repeats its
-values everywhere (a command between two updates) says nothing by repeating them at the top.
+values everywhere (a command between two updates) says nothing by repeating them at the top, and one that ends at 0 is at rest there.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Tops:
         if self._high <= self._low or self._others < SHORTEST or self._repeats > REPEATING * self._others:
             return ()
         ends = zip((self._low, self._high), self._sides, strict=True)
-        return tuple(FlatTop(at, side.samples, side.longest) for at, side in ends if side.is_flat)
+        return tuple(FlatTop(at, side.samples, side.longest) for at, side in ends if side.is_flat and abs(at) > 0.5 * self._width)
 
 
 class _Side:

@@ -61,6 +61,11 @@ def longest_run(true: np.ndarray) -> int:
     return longest
 
 
+def test_a_velocity_that_rests_at_zero_is_not_saturated():
+    assert tops(np.maximum(0.0, np.sin(K / 300.0)), None, []) == ()
+    assert [top.at for top in tops(np.maximum(0.1, np.sin(K / 300.0)), None, [])] == [0.1]
+
+
 def test_a_signal_that_is_held_is_not_called_saturated():
     assert tops(np.repeat(np.sin(K[::20] / 60.0), 20), None, []) == ()
     assert tops(np.full(100, 3.0), None, []) == ()
