@@ -37,6 +37,7 @@ def command(log: Path, bench: Path | None, kind: str | None, topics: tuple[str, 
     from frictool.documents.registry import load
     from frictool.logs.assembly import assemble, begun, origins
     from frictool.logs.conversion import Outgoing, convert, format_for
+    from frictool.logs.losses import LOST, counted, record_of
     from frictool.logs.provenance import PROVENANCE, provenance_record
 
     kind = kind or format_for(output)
@@ -48,6 +49,9 @@ def command(log: Path, bench: Path | None, kind: str | None, topics: tuple[str, 
     chosen = _chosen(str(log), [Outgoing(one.head, one.samples) for one in begun(made)], topics)
     line = command_line("convert", {"log": log, "--bench": bench, "--to": kind, "--stream": list(topics)})
     notes = {**made.notes, **origins(made, [one.head.topic for one in chosen]), PROVENANCE: provenance_record(record(line, inputs))}
+    if made.told:
+        notes[LOST] = record_of(made.told)
+        note(f"warning: {log.name} was made with data lost: {counted(made.told)}; `frictool info` lists it")
     with replacing(output, inputs) as stream:
         convert(str(log), chosen, notes, kind, stream)
     for warning in made.warnings:

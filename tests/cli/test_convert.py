@@ -199,3 +199,22 @@ def test_a_log_on_a_clock_keeps_its_epoch(tmp_path: Path):
     with asammdf.MDF(io.BytesIO((tmp_path / "x.mf4").read_bytes())) as file:
         assert file.header.abs_time == 1_700_000_000_123_456_789
         assert file.get("current").samples.tolist() == [0.5, 2.0, 151.0, 4.5]
+
+
+def test_what_a_log_lost_goes_with_it(tmp_path: Path):
+    """A MATLAB variable cut in its last samples: salvaged with exit code 3, then converted with a warning and the record."""
+    contents = {name: np.arange(40.0) / 1000 for name in ("time", "position", "current")}
+    scipy.io.savemat(tmp_path / "raw.mat", contents)
+    (tmp_path / "raw.mat").write_bytes((tmp_path / "raw.mat").read_bytes()[:-80])
+    bench = bench_for(tmp_path / "bench.yaml", {name: name for name in contents}, 0.001)
+    refused(run("ingest", tmp_path / "raw.mat", "--bench", bench, "-o", tmp_path / "a.mcap"), 3, "raw.mat: is damaged")
+    assert not (tmp_path / "a.mcap").exists()
+    assert run("ingest", tmp_path / "raw.mat", "--bench", bench, "-o", tmp_path / "a.mcap", "--salvage").code == 3
+    (lost,) = json.loads(run("info", tmp_path / "a.mcap", "--json").stdout)["lost"]
+    assert (lost["samples"], lost["channels"]) == (10, ["/axis.current"])
+    done = run("convert", tmp_path / "a.mcap", "-o", tmp_path / "x.npz")
+    assert done.code == 0
+    assert done.stderr == "warning: a.mcap was made with data lost: 10 samples in 1 place; `frictool info` lists it\n"
+    with np.load(tmp_path / "x.npz") as arrays:
+        assert arrays["current"].size == 30
+        assert "10" in json.loads(str(arrays["notes"]))["lost"]["1"]
