@@ -66,7 +66,7 @@ def test_make_without_logs_says_where_to_put_them(tmp_path: Path) -> None:
 
 def test_the_rigs_share_the_makefile_that_init_writes() -> None:
     bodies = {
-        path.read_text().partition(COMMON)[2] for path in (ROOT / "configs").glob("*/Makefile") if (path.parent / "bench.yaml").exists()
+        path.read_text().partition(COMMON)[2] for path in (ROOT / "configs").glob("*/Makefile") if (path.parent / "scenarios").exists()
     }
     bodies.add(starting_documents(Start("rig", "rotary"))["Makefile"].partition(COMMON)[2])
     assert len(bodies) == 1
