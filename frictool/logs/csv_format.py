@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from frictool.documents.bench import Layout
 from frictool.errors import LogError
 from frictool.logs.kernels.rows import CELL, CUT, ROW, SKIP, STAMP
+from frictool.logs.mcap_layout import LATEST, NS
 from frictool.logs.source import open_log
 from frictool.logs.table import Block, Loss, find
 from frictool.logs.text_batches import Batch, Feed, Issue, batches
@@ -95,8 +96,11 @@ class CsvTable:
         if layout.stamps is not None:
             return Block(first, columns, batch.stamps[begin:end])
         if layout.period_ns is not None:
-            rows = np.arange(first, first + end - begin)
-            return Block(first, columns, np.rint(layout.start_ns + rows * layout.period_ns).astype(np.int64))
+            with np.errstate(over="ignore", invalid="ignore"):
+                time = np.rint(layout.start_ns + np.arange(first, first + end - begin) * layout.period_ns)
+            if not np.abs(time[[0, -1]]).max() < LATEST * NS:
+                raise LogError(self.source, f"{layout.clock} dates its rows beyond {LATEST:g} s; is it right?")
+            return Block(first, columns, time.astype(np.int64))
         return Block(first, columns)
 
     def _batches(self, slots: NDArray[np.int64], width: int, until: int | None) -> Iterator[Batch]:

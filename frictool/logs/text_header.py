@@ -8,6 +8,7 @@ rows of numbers      from the first line on that has numbers where most lines ha
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -120,14 +121,17 @@ def _steps_beneath(
     """Start and increment of the rows, in s, where columns of these names have them in the line beneath."""
     found = {name.lower(): number(cell) for name, cell in zip(names, beneath, strict=False)}
     increment = found.get(INCREMENT)
-    return None if not increment or increment <= 0.0 else ("increment", increment * 1e9, (found.get(START) or 0.0) * 1e9)
+    start = found.get(START) or 0.0
+    if increment is None or not (0.0 < increment < math.inf and math.isfinite(start)):
+        return None
+    return "increment", increment * 1e9, start * 1e9
 
 
 def _steps_in(rows: Rows, end: int, number: Callable[[str], float | None]) -> tuple[str | None, float | None, float] | None:
     """The sample interval or rate that a line of metadata gives as `key, number`, its unit in the key or after the number."""
     for row in rows[:end]:
         value = number(row[1]) if len(row) > 1 else None
-        if value is None or value <= 0.0:
+        if value is None or not 0.0 < value < math.inf:
             continue
         key, unit = name_and_unit(row[0].rstrip(": ="))
         unit = unit or (spelled(row[2]) if len(row) > 2 and is_unit(row[2]) else None)

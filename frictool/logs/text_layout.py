@@ -98,15 +98,15 @@ def find_layout(path: Path, head: str, whole: bool, encoding: Encoding, given: L
 
 
 def _lines(path: Path, head: str, whole: bool, most: int) -> list[str]:
-    lines = re.split(r"\r\n|\n|\r", head)
+    lines = re.split(r"\r\n|\n|\r", head, maxsplit=most)
     if not any(line.strip() for line in lines):
         raise LogError(path, "is empty; a table with a header is expected")
-    if not whole and len(lines) > 1:
-        lines.pop()  # it goes on beyond the head
-    for place, line in enumerate(lines[:most], start=1):
+    if len(lines) > most or (not whole and len(lines) > 1):
+        lines.pop()  # what follows, or a line that goes on beyond the head
+    for place, line in enumerate(lines, start=1):
         if len(line) >= LONGEST_LINE:
             raise LogError(path, f"is longer than {LONGEST_LINE} characters; a table with a header is expected", line=place)
-    return lines[:most]
+    return lines
 
 
 def _no_rows(rows: list[list[str]], first: int | None, after: int) -> str:

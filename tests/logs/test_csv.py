@@ -187,6 +187,13 @@ def test_an_interval_above_the_numbers_dates_them(tmp_path: Path, text: str, clo
     assert times(given).tolist() == [-(10**9) + k * 250_000_000 for k in range(3)]
 
 
+def test_an_interval_that_is_none_dates_nothing(tmp_path: Path):
+    for interval in ("0", "-1", "inf", "nan", "1e999"):
+        assert opened(tmp_path, f"Interval,{interval}\nx,y\n1,2\n3,4\n5,6\n").clock is None
+    with pytest.raises(LogError, match=r"Interval dates its rows beyond 9e\+09 s; is it right\?"):
+        times(opened(tmp_path, "Interval,1e300\nx,y\n1,2\n3,4\n5,6\n"))
+
+
 def test_the_layout_of_the_bench_is_not_looked_for(tmp_path: Path):
     text = "1;2\n3,25;4,5\n5;6\n"
     assert read(tmp_path, text) == {"1": [1, 3.25, 5], "2": [2, 4.5, 6]}
