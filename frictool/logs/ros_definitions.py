@@ -11,7 +11,9 @@ _STANDARD = {name: name.capitalize().replace("Uint", "UInt") for name in NUMBERS
 
 _FIELDS: dict[str, str] = {
     **{f"std_msgs/{title}": f"{name} data" for name, title in _STANDARD.items()},
-    **{f"std_msgs/{title}MultiArray": f"MultiArrayLayout layout\n{name}[] data" for name, title in _STANDARD.items() if name not in ("bool", "char")},
+    **{f"std_msgs/{title}MultiArray": f"MultiArrayLayout layout\n{name}[] data"
+    for name, title in _STANDARD.items()
+    if name not in ("bool", "char")},
     "std_msgs/String": "string data",
     "std_msgs/Header": _HEADER,
     "std_msgs/MultiArrayLayout": _LAYOUT,
