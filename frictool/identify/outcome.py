@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from frictool.documents.laws import Laws
 from frictool.errors import EXIT_NO, FrictoolError
 
 SLIDING = ("inertia", "viscous", "coulomb", "offset")  # effort = inertia a + viscous v + coulomb sign(v) + offset
@@ -36,6 +37,7 @@ class Fit:
 
     parameters: name -> interval. refused: name -> reason, with figures. force_error, held_out_force_error: rms of the effort's
     residual over rms of the effort, on the samples used, and on strokes that the fit did not see. details: figures of the method.
+    laws: what the method found of friction beyond the parameters.
     """
 
     parameters: dict[str, Interval]
@@ -45,3 +47,4 @@ class Fit:
     condition: float
     samples: int
     details: dict[str, float | int] = field(default_factory=dict)
+    laws: Laws | None = None
