@@ -75,9 +75,9 @@ def _prepare(records: list[Record], bench: Bench, share: float, window: int | No
         lengths = np.bincount(moving)
         used = window or choose_window(record, float(np.median(lengths[lengths > 0])), share)
         acceleration, velocity, effort = smoothed(record, used)
-        mask = slip_mask(record, strokes, velocity, used, backlash)
-        counts = np.abs(velocity[mask]) * record.period / record.resolution
-        parts.append(Samples(acceleration[mask], velocity[mask], effort[mask], strokes.number[mask], strokes.sign[mask], counts))
+        rows = np.flatnonzero(slip_mask(record, strokes, velocity, used, backlash))
+        counts = np.abs(velocity[rows]) * record.period / record.resolution
+        parts.append(Samples(acceleration[rows], velocity[rows], effort[rows], strokes.number[rows], strokes.sign[rows], counts))
         windows.append(used)
     if not parts or sum(part.velocity.size for part in parts) == 0:
         raise NothingUsable(f"no sample slips for longer than its smoothing window{' beyond the backlash' if backlash else ''}")

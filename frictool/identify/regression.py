@@ -11,10 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import qr, solve_triangular
+from scipy.linalg import solve_triangular
 from scipy.special import stdtrit
 
 from frictool.identify.record import Vector
+from frictool.identify.triangles import Numbers, Tensor, merged, triangles
 
 Matrix = NDArray[np.float64]
 SINGULAR = 1e-10  # smallest over largest singular value of the scaled regressors
@@ -41,42 +42,60 @@ class Solution:
         return np.asarray(self.deviation * stdtrit(self.freedom, 0.5 + 0.5 * confidence))
 
 
-def solve(regressors: Matrix, target: Vector, weight: Vector, cluster: NDArray[np.int64]) -> Solution:
+def solve(regressors: Matrix, target: Vector, weight: Vector, cluster: Numbers) -> Solution:
     """Minimises sum (weight (target - regressors value))^2 over n rows.
 
     regressors (n, p), target (n,), weight (n,), cluster (n,) numbers. Raises Singular where p parameters do not follow.
     """
-    rows, right = regressors * weight[:, None], target * weight
-    scale = np.linalg.norm(rows, axis=0)
-    if rows.shape[0] <= rows.shape[1] or not np.all(scale > 0.0):
+    starts = np.concatenate(([0], np.flatnonzero(np.diff(cluster)) + 1))
+    if target.size <= regressors.shape[1]:
         raise Singular("the samples used do not excite every parameter")
-    rows = rows / scale
-    q, r = qr(rows, mode="economic", check_finite=False)
+    return solve_triangles(triangles((*regressors.T, target), weight, starts), cluster[starts])
+
+
+def solve_triangles(parts: Tensor, cluster: Numbers) -> Solution:
+    """The same from the triangles (g, p + 1, p + 1) of runs of weighted rows [regressors, target]; cluster (g,) numbers.
+
+    Raises Singular where p parameters do not follow.
+    """
+    value, scale, condition = least(parts)
+    deviation, freedom = _jackknife(parts, value, scale, cluster)
+    return Solution(value, deviation / scale, freedom, condition)
+
+
+def least(parts: Tensor) -> tuple[Vector, Vector, float]:
+    """The least-squares value (p,), the norms (p,) of the columns, and the condition. Raises Singular."""
+    whole = merged(parts)
+    p = whole.shape[1] - 1
+    scale = np.linalg.norm(whole[:, :p], axis=0)
+    if whole.shape[0] < p or not np.all(scale > 0.0):
+        raise Singular("the samples used do not excite every parameter")
+    r = whole[:p, :p] / scale
     singular = np.linalg.svd(r, compute_uv=False)
     if singular[-1] < SINGULAR * singular[0]:
         raise Singular(f"the regressors are dependent (condition {singular[0] / max(singular[-1], 1e-300):.2g})")
-    value = solve_triangular(r, q.T @ right)
-    deviation, freedom = _jackknife(rows, right - rows @ value, r, cluster)
-    return Solution(value / scale, deviation / scale, freedom, float(singular[0] / singular[-1]))
+    return np.asarray(solve_triangular(r, whole[:p, p])) / scale, scale, float(singular[0] / singular[-1])
 
 
-def _jackknife(rows: Matrix, residual: Vector, r: Matrix, cluster: NDArray[np.int64]) -> tuple[Vector, Vector]:
-    """Standard deviations and degrees of freedom, each (p,), with one cluster left out at a time."""
-    if np.any(np.diff(cluster) < 0):
-        order = np.argsort(cluster, kind="stable")
-        rows, residual, cluster = rows[order], residual[order], cluster[order]
-    starts = np.concatenate(([0], np.flatnonzero(np.diff(cluster)) + 1))
-    count, size = starts.size, rows.shape[1]
+def residual_norm(parts: Tensor, value: Vector) -> float:
+    """Norm of target - regressors value over the rows of the triangles (g, p + 1, p + 1)."""
+    return float(np.linalg.norm(parts[:, :, -1] - parts[:, :, :-1] @ value))
+
+
+def _jackknife(parts: Tensor, value: Vector, scale: Vector, cluster: Numbers) -> tuple[Vector, Vector]:
+    """Standard deviations of value times scale, and degrees of freedom, each (p,), with one cluster left out at a time."""
+    rows = parts[:, :, :-1] / scale
+    residual = parts[:, :, -1] - parts[:, :, :-1] @ value
+    place, size = np.unique(cluster, return_inverse=True)[1], scale.size
+    count = int(place.max()) + 1
     if count < 2:
         return np.full(size, np.inf), np.ones(size)
-    products = np.empty((count, size, size))
-    for i in range(size):
-        for j in range(i, size):
-            products[:, i, j] = products[:, j, i] = np.add.reduceat(rows[:, i] * rows[:, j], starts)
-    scores = np.add.reduceat(rows * residual[:, None], starts, axis=0)
-    remaining = r.T @ r - products
-    floor = SINGULAR * np.trace(r.T @ r)
-    usable = np.linalg.eigvalsh(remaining)[:, 0] > floor
+    products, scores = np.zeros((count, size, size)), np.zeros((count, size))
+    np.add.at(products, place, np.swapaxes(rows, 1, 2) @ rows)
+    np.add.at(scores, place, np.einsum("gki,gk->gi", rows, residual))
+    whole = products.sum(axis=0)
+    remaining = whole - products
+    usable = np.linalg.eigvalsh(remaining)[:, 0] > SINGULAR * np.trace(whole)
     if not usable.all():  # one stroke alone carries a parameter: no spread can be told
         return np.full(size, np.inf), np.ones(size)
     shift = np.linalg.solve(remaining, scores[:, :, None])[:, :, 0]

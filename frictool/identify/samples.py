@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.identify.clusters import clusters
 from frictool.identify.outcome import SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.record import Vector
-from frictool.identify.regression import Singular, solve
+from frictool.identify.regression import Singular, least, residual_norm, solve_triangles
+from frictool.identify.triangles import Numbers, Tensor, triangles
+
+ONE_DIRECTION = "the motion is in one direction only, in which Coulomb friction and offset are one number"
 
 
 @dataclass(frozen=True)
@@ -23,18 +25,20 @@ class Samples:
     acceleration: Vector
     velocity: Vector
     effort: Vector
-    stroke: NDArray[np.int64]
+    stroke: Numbers
     sign: Vector
     counts: Vector
 
     @property
-    def regressors(self) -> NDArray[np.float64]:
-        """(n, 4), in the order of SLIDING."""
-        return np.column_stack((self.acceleration, self.velocity, self.sign, np.ones(self.sign.size)))
+    def columns(self) -> tuple[Vector, ...]:
+        """The regressors, each (n,), in the order of SLIDING."""
+        return self.acceleration, self.velocity, self.sign, np.ones(self.sign.size)
 
 
 def joined(parts: list[Samples]) -> Samples:
     """All rows, their strokes numbered through."""
+    if len(parts) == 1:
+        return parts[0]
     strokes, above = [], 0
     for part in parts:
         strokes.append(part.stroke + above)
@@ -49,17 +53,13 @@ def fit(samples: Samples, weight: Vector, window: int, confidence: float, detail
     Raises NothingUsable where there are too few rows. Where the axis moves in one direction only, Coulomb friction and offset are
     one number and both are refused.
     """
-    if samples.velocity.size < 2 * len(SLIDING):
-        raise NothingUsable(f"only {samples.velocity.size} samples are certain to slip")
-    refused: dict[str, str] = {}
-    names, columns = list(SLIDING), samples.regressors
-    if np.all(samples.sign > 0.0) or np.all(samples.sign < 0.0):
-        names, columns = names[:3], columns[:, :3]
-        reason = "the motion is in one direction only, in which Coulomb friction and offset are one number"
-        refused = {"coulomb": reason, "offset": reason}
+    names, refused = parameters_of(samples)
+    columns = (*samples.columns[: len(names)], samples.effort)
     cluster = clusters(samples.stroke, samples.sign, samples.counts, 3 * window)
+    starts = np.flatnonzero(np.diff(cluster, prepend=-1) | np.diff(samples.stroke, prepend=-1))
+    plain, weighted = triangles(columns, np.ones(weight.size), starts), triangles(columns, weight, starts)
     try:
-        solution = solve(columns, samples.effort, weight, cluster)
+        solution = solve_triangles(weighted, cluster[starts])
     except Singular as error:
         raise NothingUsable(str(error)) from None
     width = solution.half_width(confidence)
@@ -68,32 +68,40 @@ def fit(samples: Samples, weight: Vector, window: int, confidence: float, detail
         for name, v, w in zip(names, solution.value, width, strict=True)
         if name not in refused
     }
-    residual = samples.effort - columns @ solution.value
     size = float(np.linalg.norm(samples.effort))
-    held_out = _held_out(columns, samples, weight)
+    order = np.unique(samples.stroke[starts], return_inverse=True)[1]
+    held_out = _held_out(plain, weighted, (order // 2) % 2)
     return Fit(
         found,
         refused,
-        float(np.linalg.norm(residual)) / size,
+        residual_norm(plain, solution.value) / size,
         None if held_out is None else held_out / size,
         solution.condition,
         samples.velocity.size,
-        {**details, "strokes": int(np.unique(samples.stroke).size), "clusters": int(cluster.max()) + 1},
+        {**details, "strokes": int(order.max()) + 1, "clusters": int(cluster.max()) + 1},
     )
 
 
-def _held_out(columns: NDArray[np.float64], samples: Samples, weight: Vector) -> float | None:
+def parameters_of(samples: Samples) -> tuple[tuple[str, ...], dict[str, str]]:
+    """Which columns are told apart, in the order of SLIDING, and what is refused. Raises NothingUsable where there are too few rows."""
+    if samples.velocity.size < 2 * len(SLIDING):
+        raise NothingUsable(f"only {samples.velocity.size} samples are certain to slip")
+    if np.all(samples.sign > 0.0) or np.all(samples.sign < 0.0):
+        return SLIDING[:3], {"coulomb": ONE_DIRECTION, "offset": ONE_DIRECTION}
+    return SLIDING, {}
+
+
+def _held_out(plain: Tensor, weighted: Tensor, half: Numbers) -> float | None:
     """Norm of the effort's residuals, each predicted by a fit to the other half of the strokes; None where a half does not suffice.
 
-    The halves alternate in pairs of strokes, so that both hold both directions.
+    plain, weighted (g, q, q): the triangles of runs of rows, half (g,) 0 or 1. The halves alternate in pairs of strokes, so that both
+    hold both directions.
     """
-    order = np.unique(samples.stroke, return_inverse=True)[1]
-    half, total = (order // 2) % 2, 0.0
+    total = 0.0
     for side in (0, 1):
-        seen, unseen = half != side, half == side
+        seen = half != side
         try:
-            value = solve(columns[seen], samples.effort[seen], weight[seen], order[seen]).value
+            total += residual_norm(plain[~seen], least(weighted[seen])[0]) ** 2
         except Singular:
             return None
-        total += float(np.sum((samples.effort[unseen] - columns[unseen] @ value) ** 2))
     return float(np.sqrt(total))

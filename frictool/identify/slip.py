@@ -13,29 +13,36 @@ from numpy.typing import NDArray
 
 from frictool.identify.record import Record, Vector
 from frictool.identify.strokes import Strokes
+from frictool.kernels import kernel
 
 NOISE_COUNTS = 2.0  # a window that sees less motion than this many counts may stand still
 SPEED_SHARE = 0.02  # of the top speed: below it breakaway, Stribeck effect and stick are near
 
+Numbers = NDArray[np.int64]
+
+
+@kernel
+def mark_slip(
+    velocity: Vector, sign: Vector, advance: Vector, number: Numbers, slowest: float, gap: float, reach: int, mask: NDArray[np.bool_]
+) -> None:
+    """Fills `mask` (n,), False before: True where velocity along the stroke is above `slowest` and the advance above `gap` over
+
+    `reach` samples before and after, all of one stroke. A velocity that is nan does not slip.
+    """
+    first, n = 0, velocity.shape[0]
+    for k in range(n + 1):
+        free = k < n and velocity[k] * sign[k] > slowest and advance[k] > gap
+        if not free or number[k] != number[first]:
+            for i in range(first + reach, k - reach):
+                mask[i] = True
+            first = k if free else k + 1
+
 
 def slip_mask(record: Record, strokes: Strokes, velocity: Vector, window: int, backlash: float) -> NDArray[np.bool_]:
     """True (n,) where a sample is certain to slip; `velocity` (n,) may hold nan at the ends; `backlash` is the full width, rad | m."""
-    finite = np.isfinite(velocity)
-    if not finite.any():
-        return finite
-    along = np.where(finite, velocity, 0.0) * strokes.sign
-    slowest = max(NOISE_COUNTS * record.resolution / (window * record.period), SPEED_SHARE * float(along.max()))
-    margin = 2.0 * record.resolution if backlash > 0.0 else 0.0
-    free = finite & (along > slowest) & (strokes.advance > backlash + margin)
-    reach = (window - 1) // 2
-    return _all_around(free, strokes.number, reach)
-
-
-def _all_around(free: NDArray[np.bool_], number: NDArray[np.int64], reach: int) -> NDArray[np.bool_]:
-    """True (n,) where `free` holds from `reach` samples before to `reach` samples after, all in one stroke."""
-    n = free.size
-    blocked = np.concatenate(([0], np.cumsum(~free)))
-    first, last = np.arange(n) - reach, np.arange(n) + reach
-    inside = (first >= 0) & (last < n)
-    first, last = np.clip(first, 0, n - 1), np.clip(last, 0, n - 1)
-    return np.asarray(inside & (blocked[last + 1] == blocked[first]) & (number[first] == number[last]))
+    mask = np.zeros(velocity.size, dtype=np.bool_)
+    top = float(np.nanmax(velocity * strokes.sign, initial=0.0))
+    slowest = max(NOISE_COUNTS * record.resolution / (window * record.period), SPEED_SHARE * top)
+    gap = backlash + (2.0 * record.resolution if backlash > 0.0 else 0.0)
+    mark_slip(velocity, strokes.sign, strokes.advance, strokes.number, slowest, gap, (window - 1) // 2, mask)
+    return mask

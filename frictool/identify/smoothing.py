@@ -26,13 +26,20 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
 from scipy.signal import savgol_coeffs
 
 from frictool.identify.record import Record, Vector
+from frictool.kernels import kernel
+
+Matrix = NDArray[np.float64]
 
 DEGREE = 3
 SHORTEST = 11  # samples
 STROKE_SHARE = 1.0 / 6.0  # a window longer than this fraction of a stroke leaves too little of it
+BLOCK = 1024  # samples that are filtered at a time
+PLACES = 20_000  # at which the acceleration is looked at to choose a window
 FOURTH_DIFFERENCE_GAIN = math.sqrt(70.0)  # rms of (1, -4, 6, -4, 1)
 
 
@@ -75,8 +82,7 @@ def choose_window(record: Record, stroke_samples: float, share: float) -> int:
     longest = max(_odd(stroke_samples * STROKE_SHARE), SHORTEST)
     if record.position.size <= longest:
         return SHORTEST
-    acceleration = np.convolve(record.position - record.position[0], acceleration_filter(longest, record.period)[::-1], "valid")
-    wanted = share * float(np.sqrt(np.mean(acceleration**2)))
+    wanted = share * _rms_acceleration(record, longest)
     noise = position_noise(record)
     for window in range(SHORTEST, longest, 2):
         if noise * float(np.linalg.norm(acceleration_filter(window, record.period))) <= wanted:
@@ -84,22 +90,51 @@ def choose_window(record: Record, stroke_samples: float, share: float) -> int:
     return longest
 
 
+def _rms_acceleration(record: Record, window: int) -> float:
+    """rms of the acceleration smoothed over `window` samples, rad/s^2 | m/s^2, of some places of the record."""
+    every = max(1, record.position.size // PLACES)
+    windows = sliding_window_view(record.position, window)[::every]
+    acceleration = (windows - windows[:, :1]) @ acceleration_filter(window, record.period)
+    return float(np.sqrt(np.mean(acceleration**2)))
+
+
 def _odd(length: float) -> int:
     return 2 * int(length / 2.0) + 1
 
 
+@kernel
+def filter_blocks(position: Vector, effort: Vector, c: Vector, g: Vector, held: Vector, period: float, out: Matrix) -> None:
+    """Fills `out` (3, n) of samples half a window from either end with c * position, g * central difference and g * mean effort.
+
+    c (w,) and g (w - 2,) are symmetric; held (3,): what the samples before, at and after weigh in the mean effort. Block by block, each
+    tap over all samples of its block: as many additions in the same order for every sample.
+    """
+    n, window = position.shape[0], c.shape[0]
+    reach = (window - 1) // 2
+    x, v, u = np.empty(BLOCK + window - 1), np.empty(BLOCK + window - 3), np.empty(BLOCK + window - 3)
+    for first in range(reach, n - reach, BLOCK):
+        rows = min(BLOCK, n - reach - first)
+        origin = first - reach
+        for k in range(rows + window - 1):
+            x[k] = position[origin + k] - position[origin]
+        for k in range(rows + window - 3):
+            v[k] = (x[k + 2] - x[k]) / (2.0 * period)
+            u[k] = held[0] * effort[origin + k] + held[1] * effort[origin + k + 1] + held[2] * effort[origin + k + 2]
+        acceleration, velocity, mean = out[0, first : first + rows], out[1, first : first + rows], out[2, first : first + rows]
+        out[:, first : first + rows] = 0.0
+        for j in range(window):
+            for k in range(rows):
+                acceleration[k] += c[j] * x[k + j]
+        for j in range(window - 2):
+            for k in range(rows):
+                velocity[k] += g[j] * v[k + j]
+                mean[k] += g[j] * u[k + j]
+
+
 def smoothed(record: Record, window: int) -> tuple[Vector, Vector, Vector]:
     """Acceleration, velocity and effort, each (n,), of one record in SI; nan within half a window of either end."""
-    n, reach = record.position.size, (window - 1) // 2
-    out = tuple(np.full(n, np.nan) for _ in range(3))
-    if n <= window:
-        return out[0], out[1], out[2]
-    x, u = record.position - record.position[0], record.effort
-    g = bump(window, record.period)
-    inner = slice(reach, n - reach)
-    before, at, after = effort_weights(record.period, record.lag)
-    mean_effort = before * u[:-2] + at * u[1:-1] + after * u[2:]
-    out[0][inner] = np.convolve(x, acceleration_filter(window, record.period)[::-1], "valid")
-    out[1][inner] = np.convolve((x[2:] - x[:-2]) / (2.0 * record.period), g[::-1], "valid")
-    out[2][inner] = np.convolve(mean_effort, g[::-1], "valid")
+    out = np.full((3, record.position.size), np.nan)
+    if record.position.size > window:
+        c, g = acceleration_filter(window, record.period), bump(window, record.period)
+        filter_blocks(record.position, record.effort, c, g, np.array(effort_weights(record.period, record.lag)), record.period, out)
     return out[0], out[1], out[2]
