@@ -17,7 +17,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.kernels import inner_kernel
+from frictool.kernels import inner_kernel, kernel
 
 NUMBER, UNDECIDED, NO_NUMBER = 0, 1, 2  # status: the value is right; a number that Python has to round; no number
 
@@ -27,7 +27,7 @@ LARGEST_EXPONENT = 100_000  # beyond, the digits are not counted on: Python says
 
 TENS = np.array([10.0**power for power in range(23)])
 POINT, PLUS, MINUS, ZERO, SMALL_E, BIG_E = (ord(sign) for sign in ".+-0eE")
-_ONE = np.uint64(1)
+_ZERO, _ONE, _NINE, _TEN = np.uint64(ZERO), np.uint64(1), np.uint64(9), np.uint64(10)
 _HALF = np.uint64(32)
 _LOW = np.uint64(0xFFFFFFFF)
 _TOP = np.uint64(1 << 63)
@@ -51,14 +51,9 @@ def _fives() -> tuple[NDArray[np.uint64], NDArray[np.int64]]:
 FIVES, SHIFTS = _fives()
 
 
-@inner_kernel
-def rounded(digits: np.uint64, power: int) -> tuple[float, int]:
-    """digits * 10^power as the nearest double. Returns (value, NUMBER), or (0, UNDECIDED)."""
-    if digits == 0:
-        return 0.0, NUMBER
-    if digits <= _EXACT and -22 <= power <= 22:
-        whole = float(digits)
-        return (whole / TENS[-power] if power < 0 else whole * TENS[power]), NUMBER
+@kernel
+def _by_powers(digits: np.uint64, power: int) -> tuple[float, int]:
+    """digits * 10^power from the table of powers, digits > 0. Returns (value, NUMBER), or (0, UNDECIDED)."""
     if power < LOWEST or power > HIGHEST:
         return 0.0, UNDECIDED
     left = 0
@@ -82,6 +77,50 @@ def rounded(digits: np.uint64, power: int) -> tuple[float, int]:
 
 
 @inner_kernel
+def rounded(digits: np.uint64, power: int) -> tuple[float, int]:
+    """digits * 10^power as the nearest double. Returns (value, NUMBER), or (0, UNDECIDED)."""
+    if digits <= _EXACT and -22 <= power <= 22:
+        whole = float(digits)
+        return (whole / TENS[-power] if power < 0 else whole * TENS[power]), NUMBER
+    if digits == 0:
+        return 0.0, NUMBER
+    return _by_powers(digits, power)
+
+
+@inner_kernel
+def _over_digits(text: NDArray[np.uint8], at: int, digits: np.uint64) -> tuple[int, np.uint64]:
+    """Where the digits end that begin at `at`, and the whole number that they make behind those before, modulo 2^64."""
+    digit = np.uint64(text[at]) - _ZERO
+    while digit <= _NINE:
+        digits = digits * _TEN + digit
+        at += 1
+        digit = np.uint64(text[at]) - _ZERO
+    return at, digits
+
+
+@kernel
+def _significant(text: NDArray[np.uint8], at: int, end: int) -> int:
+    """How many digits there are from `at` to `end`, after the zeros that they begin with."""
+    count = 0
+    for k in range(at, end):
+        count += ZERO <= text[k] <= ZERO + 9 and (count > 0 or text[k] != ZERO)
+    return count
+
+
+@kernel
+def _exponent(text: NDArray[np.uint8], at: int) -> tuple[int, int]:
+    """The exponent whose sign or digits begin at `at`, and where it ends; 0 digits end where they begin."""
+    down = text[at] == MINUS
+    if down or text[at] == PLUS:
+        at += 1
+    exponent = 0
+    while ZERO <= text[at] <= ZERO + 9:
+        exponent = min(exponent * 10 + (text[at] - ZERO), LARGEST_EXPONENT)
+        at += 1
+    return (-exponent if down else exponent), at
+
+
+@inner_kernel
 def scan_number(text: NDArray[np.uint8], at: int, mark: int) -> tuple[float, int, int]:
     """The number that begins at `text[at]`, with `mark` before its decimals; the text ends in a byte that belongs to no number.
 
@@ -90,38 +129,23 @@ def scan_number(text: NDArray[np.uint8], at: int, mark: int) -> tuple[float, int
     negative = text[at] == MINUS
     if negative or text[at] == PLUS:
         at += 1
-    digits, count, power, any_digit = np.uint64(0), 0, 0, False
-    decimals = False
-    while True:
-        byte = text[at]
-        if ZERO <= byte <= ZERO + 9:
-            any_digit = True
-            if count or byte != ZERO:
-                count += 1
-                if count <= MOST_DIGITS:
-                    digits = digits * np.uint64(10) + np.uint64(byte - ZERO)
-            if decimals:
-                power -= 1
-        elif byte == mark and not decimals:
-            decimals = True
-        else:
-            break
-        at += 1
-    if not any_digit:
+    first = at
+    at, digits = _over_digits(text, at, np.uint64(0))
+    count, power = at - first, 0
+    if text[at] == mark:
+        point = at + 1
+        at, digits = _over_digits(text, point, digits)
+        power = point - at
+    count -= power
+    if count == 0:
         return 0.0, at, NO_NUMBER
+    end = at
     if text[at] == SMALL_E or text[at] == BIG_E:
-        at += 1
-        down = text[at] == MINUS
-        if down or text[at] == PLUS:
-            at += 1
-        if not ZERO <= text[at] <= ZERO + 9:
+        exponent, at = _exponent(text, at + 1)
+        if not ZERO <= text[at - 1] <= ZERO + 9:
             return 0.0, at, NO_NUMBER
-        exponent = 0
-        while ZERO <= text[at] <= ZERO + 9:
-            exponent = min(exponent * 10 + (text[at] - ZERO), LARGEST_EXPONENT)
-            at += 1
-        power += -exponent if down else exponent
-    if count > MOST_DIGITS:
+        power += exponent
+    if count > MOST_DIGITS and _significant(text, first, end) > MOST_DIGITS:
         return 0.0, at, UNDECIDED
     value, status = rounded(digits, power)
     return (-value if negative else value), at, status

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from frictool.kernels import inner_kernel, kernel
 from frictool.logs.kernels.number import NUMBER, scan_number
+from frictool.logs.kernels.pointer import pointer_to
 from frictool.logs.kernels.stamp import scan_stamp
 
 SKIP, STAMP = -1, -2  # slots
@@ -48,7 +49,7 @@ def _is_break(byte: int, delimiter: int) -> bool:
     return byte in (delimiter, FEED, RETURN) or (delimiter == BLANK and byte == TAB)
 
 
-@inner_kernel
+@kernel
 def _past_cell(text: NDArray[np.uint8], at: int, end: int, delimiter: int) -> tuple[int, int]:
     """Where the cell that begins at `at` ends, and how many line ends lie inside its quotes."""
     lines = 0
@@ -107,16 +108,16 @@ def _is_blank_line(text: NDArray[np.uint8], at: int) -> bool:
     return _ends_line(text[at])
 
 
-@inner_kernel
+@kernel
 def _list(issues: NDArray[np.int64], found: int, row: int, kind: int, line: int, what: int, start: int, stop: int) -> int:
-    issue = issues[found]
-    issue[0], issue[1], issue[2], issue[3], issue[4], issue[5] = row, kind, line, what, start, stop
+    for field, value in enumerate((row, kind, line, what, start, stop)):
+        issues[found, field] = value
     return found + 1
 
 
 @kernel
 def read_rows(
-    text: NDArray[np.uint8],
+    buffer: NDArray[np.uint8],
     end: int,
     last: bool,
     delimiter: int,
@@ -130,14 +131,14 @@ def read_rows(
     """Whole rows from the start of the text, until it, the rows or the issues are full.
 
     Args:
-        text: (end + PADDING,) bytes; those from `end` on are line feeds.
+        buffer: (end + PADDING,) bytes; those from `end` on are line feeds.
         last: whether nothing follows the text; else a row that reaches its end is left for the next time.
         delimiter, mark: the bytes between cells (BLANK: any number of blanks and tabs) and before decimals.
         slots: (columns,) where each column goes.
         values: (slots, rows), filled from `row` on; nan where a CELL is listed. stamps: (rows,), or (0,) where no column is a STAMP.
         issues: (m, ISSUE_FIELDS), m > columns + 1.
     """
-    columns, rows = slots.size, values.shape[1]
+    columns, rows, text = slots.size, values.shape[1], pointer_to(buffer)
     begin, lines, listed, last_line = 0, 0, 0, 0
     while begin < end and row < rows and listed + columns + 1 < issues.shape[0]:
         cells, surplus, inside, found = 0, False, 0, listed

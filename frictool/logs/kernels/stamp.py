@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.kernels import inner_kernel
+from frictool.kernels import kernel
 from frictool.logs.kernels.number import NO_NUMBER, NUMBER
 
 FIRST_YEAR, LAST_YEAR = 1678, 2261  # whole years that fit 63 bits of ns
@@ -21,7 +21,7 @@ DASH, COLON, BLANK, SMALL_T, BIG_T, BIG_Z, POINT, COMMA, PLUS = (ord(sign) for s
 MONTH_DAYS = np.array([31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31])
 
 
-@inner_kernel
+@kernel
 def _whole(text: NDArray[np.uint8], at: int, length: int) -> int:
     """The number of `length` digits at `at`, or -1."""
     value = 0
@@ -33,7 +33,7 @@ def _whole(text: NDArray[np.uint8], at: int, length: int) -> int:
     return value
 
 
-@inner_kernel
+@kernel
 def days_of(year: int, month: int, day: int) -> int:
     """Days from 1970-01-01 to a date, or NO_DATE where there is none such between FIRST_YEAR and LAST_YEAR."""
     if not (FIRST_YEAR <= year <= LAST_YEAR and 1 <= month <= 12 and day >= 1):
@@ -46,7 +46,7 @@ def days_of(year: int, month: int, day: int) -> int:
     return from_march * 365 + from_march // 4 - from_march // 100 + from_march // 400 + day_of_year - 719468
 
 
-@inner_kernel
+@kernel
 def scan_stamp(text: NDArray[np.uint8], at: int) -> tuple[int, int, int]:
     """The stamp that begins at `text[at]`; the text ends in a byte that belongs to none.
 
