@@ -57,8 +57,11 @@ if FOLDER is not None:
 
 
 def kernel(function: F) -> F:
-    """Compiles a function of floats and arrays on its first call: no Python objects, IEEE arithmetic in the order written."""
-    return cast(F, numba.njit(cache=FOLDER is not None)(function))
+    """Compiles a function of floats and arrays on its first call: no Python objects, IEEE arithmetic in the order written.
+
+    Other threads go on while it runs.
+    """
+    return cast(F, numba.njit(cache=FOLDER is not None, nogil=True)(function))
 
 
 def inner_kernel(function: F) -> F:
