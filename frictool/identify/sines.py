@@ -1,0 +1,157 @@
+"""The method of sines (4.34)-(4.39): friction from mean effort over mean speed, stroke by stroke, without any derivative to trust.
+
+The mean of (4.17) over the middle of a stroke, where the speed is above half of the stroke's largest (|sin| > 1/2):
+
+    <u> = inertia <a> + viscous <v> + coulomb s + offset          <a> = (v at the end - v at the beginning)/duration, nearly 0
+
+The thesis averages over whole periods: sticks at the reversals then bias viscous friction by +4 to +9 % and Coulomb friction by -16 to
+-21 %. The gate leaves them out. <v> comes from encoder counts over a duration, so that any encoder will do which passes many counts in
+a stroke. The inertia is not looked for: the bench's is taken off, and its range widens the intervals, by next to nothing where the sine
+is followed. The knees between speed regimes are found (`regimes`). Strokes at several speeds are needed; that they are sines is not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtri
+
+from frictool.documents.bench import Bench
+from frictool.documents.laws import Laws, Regime
+from frictool.documents.quantity import Estimate, si_unit
+from frictool.identify.clusters import Numbers, clusters
+from frictool.identify.methods import Settings
+from frictool.identify.outcome import Fit, Interval, NothingUsable
+from frictool.identify.record import Record, Vector
+from frictool.identify.regimes import Means, Pieces, design, fit_pieces
+from frictool.identify.regression import Singular
+from frictool.identify.samples import Samples, joined
+from frictool.identify.slip import slip_mask
+from frictool.identify.smoothing import choose_window, smoothed
+from frictool.identify.strokes import find_strokes
+
+GATE = 0.5  # of the stroke's largest speed
+NOISE_SHARE = 0.02  # of noise in the acceleration (`smoothing`): which samples are fast enough has to be told, no more
+FEWEST_STROKES = 8
+SPREAD = 1.2  # of the fastest stroke's mean speed over the slowest's: below, viscous and Coulomb friction are one number (4.37)
+
+
+@dataclass(frozen=True)
+class Rows:
+    """One row a stroke: mean acceleration, and what `regimes` takes."""
+
+    acceleration: Vector
+    means: Means
+
+
+def sines(records: list[Record], bench: Bench, settings: Settings) -> Fit:
+    """Viscous, Coulomb, offset and the knees of friction over speed; inertia is refused.
+
+    Raises NothingUsable where there are too few strokes, all of one speed, or of one direction.
+    """
+    rows = _rows(records, bench)
+    inertia = bench.mechanics.inertia
+    pieces = _fitted(rows, inertia.value)
+    value, half = pieces.solution.value, pieces.solution.half_width(settings.confidence)
+    half = np.hypot(half, _of_inertia(rows, pieces, inertia.interval, settings.confidence))
+    count, effort = len(pieces.knees), rows.means.effort
+    places = {"viscous": 0, "coulomb": count + 1, "offset": count + 2}
+    found = {name: Interval(float(value[k]), float(value[k] - half[k]), float(value[k] + half[k])) for name, k in places.items()}
+    found["viscous"] = _not_negative(found["viscous"])
+    speeds = rows.means.mean(rows.means.speed)
+    return Fit(
+        found,
+        {"inertia": "the method of sines does not look for it: the mean acceleration of a stroke's middle is nearly zero (4.36)"},
+        float(np.linalg.norm(pieces.residual) / np.linalg.norm(effort)),
+        None,
+        pieces.solution.condition,
+        rows.means.speed.size,
+        {"strokes": effort.size, "knees": count, "slowest": float(speeds.min()), "fastest": float(speeds.max())},
+        None if count == 0 else Laws(regimes=_regimes(pieces, half, bench)),
+    )
+
+
+def _rows(records: list[Record], bench: Bench) -> Rows:
+    width = bench.mechanics.backlash
+    backlash = 0.0 if width is None else max(width.interval)
+    samples = joined([_gated(record, backlash) for record in records])
+    if samples.velocity.size == 0:
+        raise NothingUsable("no stroke is long enough to see the middle of it slip")
+    starts = np.flatnonzero(np.diff(samples.stroke, prepend=-1))
+    lengths = np.diff(np.append(starts, samples.stroke.size))
+    _check(samples, starts, lengths)
+    sign = samples.sign[starts]
+    effort, acceleration = (np.add.reduceat(values, starts) / lengths for values in (samples.effort, samples.acceleration))
+    cluster = clusters(samples.stroke, samples.sign, samples.counts, samples.stroke.size)[starts]
+    columns = np.column_stack((sign, np.ones(sign.size)))
+    means = Means(columns, effort, sign, np.sqrt(lengths), cluster, np.abs(samples.velocity), starts)
+    return Rows(acceleration, means)
+
+
+def _gated(record: Record, backlash: float) -> Samples:
+    """The samples of each stroke's middle."""
+    strokes = find_strokes(record)
+    moving = strokes.number[strokes.sign != 0.0]
+    lengths = np.bincount(moving) if moving.size else np.zeros(1)
+    window = choose_window(record, float(np.median(lengths[lengths > 0])) if moving.size else 0.0, NOISE_SHARE)
+    acceleration, velocity, effort = smoothed(record, window)
+    mask = slip_mask(record, strokes, velocity, window, backlash)
+    along = np.where(np.isfinite(velocity), velocity * strokes.sign, 0.0)
+    largest = np.zeros(int(strokes.number[-1]) + 1)
+    np.maximum.at(largest, strokes.number, along)
+    mask &= along > GATE * largest[strokes.number]
+    counts = np.abs(velocity[mask]) * record.period / record.resolution
+    return Samples(acceleration[mask], velocity[mask], effort[mask], strokes.number[mask], strokes.sign[mask], counts)
+
+
+def _check(samples: Samples, starts: Numbers, lengths: Numbers) -> None:
+    """Raises NothingUsable where the strokes do not tell the friction's line."""
+    sign = samples.sign[starts]
+    if min(np.sum(sign > 0.0), np.sum(sign < 0.0)) < FEWEST_STROKES // 2:
+        raise NothingUsable(
+            f"{np.sum(sign > 0.0)} strokes forward and {np.sum(sign < 0.0)} backward are certain to slip; "
+            f"at least {FEWEST_STROKES // 2} each way are needed"
+        )
+    speed = np.abs(np.add.reduceat(samples.velocity, starts) / lengths)
+    if speed.max() < SPREAD * speed.min():
+        raise NothingUsable(
+            f"all strokes have one speed ({speed.min():.3g} to {speed.max():.3g}), which does not tell viscous from Coulomb friction "
+            "(4.37); record sines of several speeds"
+        )
+
+
+def _fitted(rows: Rows, inertia: float) -> Pieces:
+    means = rows.means
+    try:
+        return fit_pieces(Means(**{**vars(means), "effort": means.effort - inertia * rows.acceleration}))
+    except Singular as error:
+        raise NothingUsable(str(error)) from None
+
+
+def _of_inertia(rows: Rows, pieces: Pieces, ends: tuple[float, float], confidence: float) -> Vector:
+    """What the bench's range of inertia adds to the half widths: uniform within, at the knees that were found."""
+    means = rows.means
+    rows_of = design(means, pieces.knees) * means.weight[:, None]
+    moved = np.linalg.lstsq(rows_of, (ends[1] - ends[0]) * rows.acceleration * means.weight, rcond=None)[0]
+    out = np.zeros(pieces.solution.value.size)
+    out[: moved.size] = ndtri(0.5 + 0.5 * confidence) * np.abs(moved) / np.sqrt(12.0)
+    return out
+
+
+def _not_negative(found: Interval) -> Interval:
+    """Friction that is zero within its interval and came out below is zero: "almost none" of 4.4.2.2."""
+    return Interval(0.0, 0.0, found.high) if found.value < 0.0 < found.high else found
+
+
+def _regimes(pieces: Pieces, half: Vector, bench: Bench) -> tuple[Regime, ...]:
+    """The document's: the viscous friction above each knee."""
+    viscous, speed = si_unit("viscous", bench.axis), si_unit("velocity", bench.axis)
+    first = pieces.solution.value.size - len(pieces.knees)
+    out = []
+    for index, knee in enumerate(pieces.knees, start=1):
+        value, width, reach = float(pieces.solution.value[index]), float(half[index]), float(half[first + index - 1])
+        slope = _not_negative(Interval(value, max(value - width, 0.0), value + width))
+        above = Estimate(knee, max(knee - reach, 0.0), knee + reach, speed, source="identified")
+        out.append(Regime(above, Estimate(slope.value, slope.low, slope.high, viscous, source="identified")))
+    return tuple(out)
