@@ -45,6 +45,7 @@ from frictool.logs.mcap_layout import (
     TIME,
     UNITS,
     Head,
+    Records,
     message_dtype,
     message_path,
     schema_text,
@@ -53,8 +54,8 @@ from frictool.logs.table import Nanoseconds
 
 LIBRARY = "frictool"
 ZSTD_LEVEL = -3  # a fast one: level 1 is 14 % smaller and takes a third more time to write and to read
-MOST_PACKING = 4  # chunks that wait for their compression
-
+BATCH_BYTES = 1 << 20  # of values that are packed at once: chunks of a slow log are small
+MOST_PACKING = 4  # batches that wait to be written
 
 ZSTD = b"zstd"
 
@@ -66,13 +67,23 @@ _INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])
 Notes = dict[str, dict[str, str]]  # metadata records: name -> key -> text
 
 
+class _Chunk(NamedTuple):
+    """Samples on their way into the file: of which stream, how many were before them, and themselves."""
+
+    stream: int
+    before: int
+    time: Nanoseconds
+    values: Sequence[Vector]
+
+
 class _Packed(NamedTuple):
-    """A chunk on its way to the file: of which channel, the times of its messages, its plain size, and its bytes with their CRC."""
+    """A chunk and its index behind it, as they are written. span: first and last time. sizes: of the content, compressed and plain."""
 
     channel: int
-    time: Nanoseconds
-    size: int
-    content: Future[tuple[bytes, int]]
+    span: tuple[int, int]
+    record: bytes
+    behind: bytes
+    sizes: tuple[int, int]
 
 
 class CanonicalWriter:
@@ -91,14 +102,15 @@ class CanonicalWriter:
         self._offset = 0
         self._crc = 0
         self._schemas, self._channels = _declarations(heads)
-        self._dtypes = tuple(message_dtype(len(head.fields)) for head in heads)
+        self._blanks = [_blank(number, head) for number, head in enumerate(heads)]
         self._counts = [0] * len(heads)
         self._span: tuple[int, int] | None = None
         self._chunks: list[bytes] = []  # their indexes
         self._metadata: list[MetadataIndex] = []
         self._compressor = zstandard.ZstdCompressor(level=ZSTD_LEVEL)
         self._packer = ThreadPoolExecutor(1)  # compresses while the next samples are read
-        self._packing: deque[_Packed] = deque()
+        self._batch: list[_Chunk] = []
+        self._packing: deque[Future[list[_Packed]]] = deque()
         self._put(MAGIC)
         for record in (Header(PROFILE, LIBRARY), *self._schemas, *self._channels):
             self._put(_bytes(record))
@@ -109,44 +121,50 @@ class CanonicalWriter:
 
     def chunk(self, index: int, time: Nanoseconds, values: Sequence[Vector]) -> None:
         """Appends samples of stream `index`: time (n,) in ns, not negative; one vector (n,) for each of its fields."""
-        channel, dtype, n = index + 1, self._dtypes[index], time.size
-        records = np.empty(n, dtype)
-        records["opcode"] = MESSAGE_OPCODE
-        records["length"] = dtype.itemsize - RECORD_HEAD
-        records["channel"] = channel
-        records["sequence"] = np.arange(self._counts[index], self._counts[index] + n) & 0xFFFFFFFF
-        records["log_time"] = records["publish_time"] = time
-        records["cdr"] = CDR_HEAD
-        for column, vector in enumerate(values):
-            records["values"][:, column] = vector
-        self._counts[index] += n
+        self._batch.append(_Chunk(index, self._counts[index], time, values))
+        self._counts[index] += time.size
         first, last = int(time[0]), int(time[-1])
         self._span = (first, last) if self._span is None else (min(self._span[0], first), max(self._span[1], last))
-        self._packing.append(_Packed(channel, time, records.nbytes, self._packer.submit(self._pack, records.tobytes())))
+        if sum(one.time.nbytes * (1 + len(one.values)) for one in self._batch) >= BATCH_BYTES:
+            self._submit()
+
+    def _submit(self) -> None:
+        self._packing.append(self._packer.submit(self._pack, self._batch))
+        self._batch = []
         if len(self._packing) > MOST_PACKING:
-            self._put_chunk(self._packing.popleft())
+            self._put_chunks(self._packing.popleft().result())
 
-    def _pack(self, plain: bytes) -> tuple[bytes, int]:
-        return self._compressor.compress(plain), zlib.crc32(plain)
+    def _pack(self, batch: list[_Chunk]) -> list[_Packed]:
+        return [self._packed(one) for one in batch]
 
-    def _put_chunk(self, chunk: _Packed) -> None:
-        channel, time, span, size = chunk.channel, chunk.time, (int(chunk.time[0]), int(chunk.time[-1])), chunk.size
-        packed, crc = chunk.content.result()
-        start = self._offset
+    def _packed(self, chunk: _Chunk) -> _Packed:
+        channel, time, n = chunk.stream + 1, chunk.time, chunk.time.size
+        if self._blanks[chunk.stream].size < n:
+            self._blanks[chunk.stream] = np.repeat(self._blanks[chunk.stream][:1], n)
+        records = self._blanks[chunk.stream][:n].copy()
+        records["sequence"] = np.arange(chunk.before, chunk.before + n) & 0xFFFFFFFF
+        records["log_time"] = records["publish_time"] = time
+        for column, vector in enumerate(chunk.values):
+            records["values"][:, column] = vector
+        packed, plain, span = self._compressor.compress(records.data), records.nbytes, (int(time[0]), int(time[-1]))
         length = _CHUNK.size - RECORD_HEAD + len(packed)
-        self._put(_CHUNK.pack(Opcode.CHUNK, length, *span, size, crc, len(ZSTD), ZSTD, len(packed)))
-        self._put(packed)
-        end = self._offset
-        entries = np.empty(time.size, _INDEX_ENTRY)
-        entries["time"] = time
-        entries["offset"] = np.arange(time.size) * (size // time.size)
+        head = _CHUNK.pack(Opcode.CHUNK, length, *span, plain, zlib.crc32(records.data), len(ZSTD), ZSTD, len(packed))
+        entries = np.empty(n, _INDEX_ENTRY)
+        entries["time"], entries["offset"] = time, np.arange(n) * records.itemsize
         index_head = struct.pack("<BQHI", Opcode.MESSAGE_INDEX, 6 + entries.nbytes, channel, entries.nbytes)
-        self._put(index_head + entries.tobytes())
-        offsets = (_CHANNEL_OFFSET.size, channel, end)
-        sizes = (self._offset - end, len(ZSTD), ZSTD, len(packed), size)
-        self._chunks.append(
-            _CHUNK_INDEX.pack(Opcode.CHUNK_INDEX, _CHUNK_INDEX.size - RECORD_HEAD, *span, start, end - start, *offsets, *sizes)
-        )
+        return _Packed(channel, span, head + packed, index_head + entries.tobytes(), (len(packed), plain))
+
+    def _put_chunks(self, chunks: list[_Packed]) -> None:
+        for chunk in chunks:
+            start, end = self._offset, self._offset + len(chunk.record)
+            self._put(chunk.record)
+            self._put(chunk.behind)
+            packed, plain = chunk.sizes
+            offsets = (_CHANNEL_OFFSET.size, chunk.channel, end)
+            sizes = (self._offset - end, len(ZSTD), ZSTD, packed, plain)
+            self._chunks.append(
+                _CHUNK_INDEX.pack(Opcode.CHUNK_INDEX, _CHUNK_INDEX.size - RECORD_HEAD, *chunk.span, start, end - start, *offsets, *sizes)
+            )
 
     def finish(self) -> None:
         """Writes the end of the data, the summary and the footer. The stream stays open."""
@@ -171,8 +189,10 @@ class CanonicalWriter:
         self._put(summary + offsets + footer[:-4] + crc.to_bytes(4, "little") + MAGIC)
 
     def _drain(self) -> None:
+        if self._batch:
+            self._submit()
         while self._packing:
-            self._put_chunk(self._packing.popleft())
+            self._put_chunks(self._packing.popleft().result())
 
     def _statistics(self) -> Statistics:
         first, last = self._span or (0, 0)
@@ -247,6 +267,14 @@ def _nanoseconds(source: str, stream: Stream) -> Nanoseconds:
         sample = int(np.flatnonzero(np.diff(time) <= 0)[0]) + 1
         raise LogError(source, f"stream {stream.topic}: time does not increase by 1 ns or more at sample {sample + 1}")
     return time
+
+
+def _blank(stream: int, head: Head) -> Records:
+    """A message of a stream, (1,), with what is the same in all of them."""
+    record = np.zeros(1, message_dtype(len(head.fields)))
+    record["opcode"], record["length"], record["channel"] = MESSAGE_OPCODE, record.itemsize - RECORD_HEAD, stream + 1
+    record["cdr"] = CDR_HEAD
+    return record
 
 
 def _declarations(heads: tuple[Head, ...]) -> tuple[list[Schema], list[Channel]]:
