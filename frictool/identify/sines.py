@@ -12,7 +12,7 @@ is followed. The knees between speed regimes are found (`regimes`). Strokes at s
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import ndtri
@@ -39,9 +39,10 @@ SPREAD = 1.2  # of the fastest stroke's mean speed over the slowest's: below, vi
 
 @dataclass(frozen=True)
 class Rows:
-    """One row a stroke: mean acceleration, and what `regimes` takes."""
+    """One row a stroke: mean acceleration (m,), `position` (n,) of all samples in rad | m, and what `regimes` takes."""
 
     acceleration: Vector
+    position: Vector
     means: Means
 
 
@@ -50,15 +51,13 @@ def sines(records: list[Record], bench: Bench, settings: Settings) -> Fit:
 
     Raises NothingUsable where there are too few strokes, all of one speed, or of one direction.
     """
-    rows = _rows(records, bench)
-    inertia = bench.mechanics.inertia
-    pieces = _fitted(rows, inertia.value)
-    value, half = pieces.solution.value, pieces.solution.half_width(settings.confidence)
-    half = np.hypot(half, _of_inertia(rows, pieces, inertia.interval, settings.confidence))
+    rows = gated_rows(records, bench)
+    pieces, half = fit_rows(rows, bench, settings.confidence)
+    value = pieces.solution.value
     count, effort = len(pieces.knees), rows.means.effort
     places = {"viscous": 0, "coulomb": count + 1, "offset": count + 2}
     found = {name: Interval(float(value[k]), float(value[k] - half[k]), float(value[k] + half[k])) for name, k in places.items()}
-    found["viscous"] = _not_negative(found["viscous"])
+    found["viscous"] = not_negative(found["viscous"])
     speeds = rows.means.mean(rows.means.speed)
     return Fit(
         found,
@@ -68,14 +67,16 @@ def sines(records: list[Record], bench: Bench, settings: Settings) -> Fit:
         pieces.solution.condition,
         rows.means.speed.size,
         {"strokes": effort.size, "knees": count, "slowest": float(speeds.min()), "fastest": float(speeds.max())},
-        None if count == 0 else Laws(regimes=_regimes(pieces, half, bench)),
+        None if count == 0 else Laws(regimes=regimes_of(pieces, half, bench)),
     )
 
 
-def _rows(records: list[Record], bench: Bench) -> Rows:
+def gated_rows(records: list[Record], bench: Bench) -> Rows:
+    """The means over the middles of all strokes, with the columns of Coulomb friction and offset; raises as `sines`."""
     width = bench.mechanics.backlash
     backlash = 0.0 if width is None else max(width.interval)
-    samples = joined([_gated(record, backlash) for record in records])
+    parts = [_gated(record, backlash) for record in records]
+    samples, position = joined([part for part, _ in parts]), np.concatenate([place for _, place in parts])
     if samples.velocity.size == 0:
         raise NothingUsable("no stroke is long enough to see the middle of it slip")
     starts = np.flatnonzero(np.diff(samples.stroke, prepend=-1))
@@ -86,11 +87,11 @@ def _rows(records: list[Record], bench: Bench) -> Rows:
     cluster = clusters(samples.stroke, samples.sign, samples.counts, samples.stroke.size)[starts]
     columns = np.column_stack((sign, np.ones(sign.size)))
     means = Means(columns, effort, sign, np.sqrt(lengths), cluster, np.abs(samples.velocity), starts)
-    return Rows(acceleration, means)
+    return Rows(acceleration, position, means)
 
 
-def _gated(record: Record, backlash: float) -> Samples:
-    """The samples of each stroke's middle."""
+def _gated(record: Record, backlash: float) -> tuple[Samples, Vector]:
+    """The samples of each stroke's middle, and their positions."""
     strokes = find_strokes(record)
     moving = strokes.number[strokes.sign != 0.0]
     lengths = np.bincount(moving) if moving.size else np.zeros(1)
@@ -102,7 +103,8 @@ def _gated(record: Record, backlash: float) -> Samples:
     np.maximum.at(largest, strokes.number, along)
     mask &= along > GATE * largest[strokes.number]
     counts = np.abs(velocity[mask]) * record.period / record.resolution
-    return Samples(acceleration[mask], velocity[mask], effort[mask], strokes.number[mask], strokes.sign[mask], counts)
+    kept = Samples(acceleration[mask], velocity[mask], effort[mask], strokes.number[mask], strokes.sign[mask], counts)
+    return kept, record.position[mask] + 0.5 * record.resolution
 
 
 def _check(samples: Samples, starts: Numbers, lengths: Numbers) -> None:
@@ -121,12 +123,15 @@ def _check(samples: Samples, starts: Numbers, lengths: Numbers) -> None:
         )
 
 
-def _fitted(rows: Rows, inertia: float) -> Pieces:
-    means = rows.means
+def fit_rows(rows: Rows, bench: Bench, confidence: float) -> tuple[Pieces, Vector]:
+    """The pieces of friction over speed beside the rows' columns, and the half widths (p,) of what they found, inertia's share included."""
+    means, inertia = rows.means, bench.mechanics.inertia
     try:
-        return fit_pieces(Means(**{**vars(means), "effort": means.effort - inertia * rows.acceleration}))
+        pieces = fit_pieces(replace(means, effort=means.effort - inertia.value * rows.acceleration))
     except Singular as error:
         raise NothingUsable(str(error)) from None
+    half = pieces.solution.half_width(confidence)
+    return pieces, np.hypot(half, _of_inertia(rows, pieces, inertia.interval, confidence))
 
 
 def _of_inertia(rows: Rows, pieces: Pieces, ends: tuple[float, float], confidence: float) -> Vector:
@@ -139,19 +144,19 @@ def _of_inertia(rows: Rows, pieces: Pieces, ends: tuple[float, float], confidenc
     return out
 
 
-def _not_negative(found: Interval) -> Interval:
+def not_negative(found: Interval) -> Interval:
     """Friction that is zero within its interval and came out below is zero: "almost none" of 4.4.2.2."""
     return Interval(0.0, 0.0, found.high) if found.value < 0.0 < found.high else found
 
 
-def _regimes(pieces: Pieces, half: Vector, bench: Bench) -> tuple[Regime, ...]:
+def regimes_of(pieces: Pieces, half: Vector, bench: Bench) -> tuple[Regime, ...]:
     """The document's: the viscous friction above each knee."""
     viscous, speed = si_unit("viscous", bench.axis), si_unit("velocity", bench.axis)
     first = pieces.solution.value.size - len(pieces.knees)
     out = []
     for index, knee in enumerate(pieces.knees, start=1):
         value, width, reach = float(pieces.solution.value[index]), float(half[index]), float(half[first + index - 1])
-        slope = _not_negative(Interval(value, max(value - width, 0.0), value + width))
+        slope = not_negative(Interval(value, max(value - width, 0.0), value + width))
         above = Estimate(knee, max(knee - reach, 0.0), knee + reach, speed, source="identified")
         out.append(Regime(above, Estimate(slope.value, slope.low, slope.high, viscous, source="identified")))
     return tuple(out)
