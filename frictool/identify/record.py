@@ -26,6 +26,7 @@ class Record:
     """One log: `position` (n,) in rad | m, `effort` (n,) in N m | N, `piece` (n,) numbers the unbroken pieces from 0.
 
     period: s. resolution: rad | m of one encoder count. lag: s, of the drive; 0 where the effort of a sample is held until the next.
+    reference (n,): what the bench's controller was asked for, rad | m, where the log holds it.
     """
 
     name: str
@@ -36,12 +37,16 @@ class Record:
     period: float
     resolution: float
     lag: float
+    reference: Vector | None = None
 
 
-def make_record(name: str, time: Vector, position: Vector, effort: Vector, resolution: float, lag: float) -> Record:
+def make_record(
+    name: str, time: Vector, position: Vector, effort: Vector, resolution: float, lag: float, reference: Vector | None = None
+) -> Record:
     """A record of arrays (n,) in SI. Raises LogError where the clock is not uniform or nothing finite is left."""
     good = np.isfinite(time) & np.isfinite(position) & np.isfinite(effort)
     time, position, effort = time[good], position[good], effort[good]
+    reference = None if reference is None else reference[good]
     if time.size < 3:
         raise LogError(name, f"has {time.size} samples with a finite position and effort; at least 3 are needed")
     steps = np.diff(time)
@@ -52,7 +57,7 @@ def make_record(name: str, time: Vector, position: Vector, effort: Vector, resol
             name, f"{100 * np.mean(broken):.0f} % of the intervals are off the median period {period:g} s; resample the log first"
         )
     piece = np.concatenate(([0], np.cumsum(broken))).astype(np.int64)
-    return Record(name, time, position, effort, piece, period, resolution, lag)
+    return Record(name, time, position, effort, piece, period, resolution, lag, reference)
 
 
 def record_of(log: Log, bench: Bench) -> Record:
@@ -64,4 +69,5 @@ def record_of(log: Log, bench: Bench) -> Record:
     (position,) = log.require(stream, "position")
     measured = "effort" in stream.signals
     effort = stream.signals["effort"] if measured else log.require(stream, actuator.drive)[0] * actuator.constant.value
-    return make_record(log.source, stream.time, position, effort, bench.encoder.resolution, actuator.loop_time_constant_s)
+    reference = stream.signals.get("reference")
+    return make_record(log.source, stream.time, position, effort, bench.encoder.resolution, actuator.loop_time_constant_s, reference)
