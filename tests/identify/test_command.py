@@ -141,7 +141,7 @@ def test_the_same_log_twice_is_refused(tmp_path: Path) -> None:
 def test_one_absurd_position_is_named(tmp_path: Path) -> None:
     rows, log = SINES.read_text().splitlines(), tmp_path / "log.csv"
     time, _, current = rows[1000].split(",")
-    rows[1000] = f"{time},1e300,{current}"
+    rows[1000] = f"{time},1e30,{current}"
     log.write_text("\n".join(rows) + "\n")
     refused(run("identify", log, "--bench", CLUTCH), 3, "log.csv:1001:", "2^53 counts")
 
