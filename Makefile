@@ -10,7 +10,7 @@ demo: $(VENV)/.run
 	$(MAKE) -C configs/clutch demo
 
 test: lint
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --dist loadfile
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
