@@ -110,7 +110,8 @@ class CanonicalWriter:
         self._compressor = zstandard.ZstdCompressor(level=ZSTD_LEVEL)
         self._packer = ThreadPoolExecutor(1)  # compresses while the next samples are read
         self._batch: list[_Chunk] = []
-        self._packing: deque[Future[list[_Packed]]] = deque()
+        self._held = 0  # bytes in the batch
+        self._packing: deque[Future[tuple[list[_Packed], bytes]]] = deque()
         self._put(MAGIC)
         for record in (Header(PROFILE, LIBRARY), *self._schemas, *self._channels):
             self._put(_bytes(record))
@@ -125,17 +126,19 @@ class CanonicalWriter:
         self._counts[index] += time.size
         first, last = int(time[0]), int(time[-1])
         self._span = (first, last) if self._span is None else (min(self._span[0], first), max(self._span[1], last))
-        if sum(one.time.nbytes * (1 + len(one.values)) for one in self._batch) >= BATCH_BYTES:
+        self._held += time.nbytes * (1 + len(values))
+        if self._held >= BATCH_BYTES:
             self._submit()
 
     def _submit(self) -> None:
         self._packing.append(self._packer.submit(self._pack, self._batch))
-        self._batch = []
+        self._batch, self._held = [], 0
         if len(self._packing) > MOST_PACKING:
-            self._put_chunks(self._packing.popleft().result())
+            self._put_chunks(*self._packing.popleft().result())
 
-    def _pack(self, batch: list[_Chunk]) -> list[_Packed]:
-        return [self._packed(one) for one in batch]
+    def _pack(self, batch: list[_Chunk]) -> tuple[list[_Packed], bytes]:
+        chunks = [self._packed(one) for one in batch]
+        return chunks, b"".join(part for one in chunks for part in (one.record, one.behind))
 
     def _packed(self, chunk: _Chunk) -> _Packed:
         channel, time, n = chunk.stream + 1, chunk.time, chunk.time.size
@@ -154,17 +157,15 @@ class CanonicalWriter:
         index_head = struct.pack("<BQHI", Opcode.MESSAGE_INDEX, 6 + entries.nbytes, channel, entries.nbytes)
         return _Packed(channel, span, head + packed, index_head + entries.tobytes(), (len(packed), plain))
 
-    def _put_chunks(self, chunks: list[_Packed]) -> None:
-        for chunk in chunks:
-            start, end = self._offset, self._offset + len(chunk.record)
-            self._put(chunk.record)
-            self._put(chunk.behind)
-            packed, plain = chunk.sizes
-            offsets = (_CHANNEL_OFFSET.size, chunk.channel, end)
-            sizes = (self._offset - end, len(ZSTD), ZSTD, packed, plain)
-            self._chunks.append(
-                _CHUNK_INDEX.pack(Opcode.CHUNK_INDEX, _CHUNK_INDEX.size - RECORD_HEAD, *chunk.span, start, end - start, *offsets, *sizes)
-            )
+    def _put_chunks(self, chunks: list[_Packed], together: bytes) -> None:
+        start = self._offset
+        self._put(together)
+        for one in chunks:
+            length, behind = len(one.record), len(one.behind)
+            offsets = (_CHANNEL_OFFSET.size, one.channel, start + length)
+            index = (*one.span, start, length, *offsets, behind, len(ZSTD), ZSTD, *one.sizes)
+            self._chunks.append(_CHUNK_INDEX.pack(Opcode.CHUNK_INDEX, _CHUNK_INDEX.size - RECORD_HEAD, *index))
+            start += length + behind
 
     def finish(self) -> None:
         """Writes the end of the data, the summary and the footer. The stream stays open."""
@@ -192,7 +193,7 @@ class CanonicalWriter:
         if self._batch:
             self._submit()
         while self._packing:
-            self._put_chunks(self._packing.popleft().result())
+            self._put_chunks(*self._packing.popleft().result())
 
     def _statistics(self) -> Statistics:
         first, last = self._span or (0, 0)
