@@ -1,0 +1,118 @@
+"""What a bench can do: where it may go, how fast, and how hard it can be driven, taken at the worst of what is known a priori.
+
+The effort is that of the weakest actuator on the heaviest axis, so that a reference within these limits can be followed on every
+axis that the bench may be (4.2.3):
+
+    inertia_high |a| + viscous_high |v| + coulomb_high + |offset| <= constant_low limit
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.documents.quantity import si_unit
+from frictool.errors import NoSolutionError
+from frictool.identify.excite.information import Friction, Sensing, Vector
+
+MARGIN = 0.05  # of the travel, kept at either end
+ROUNDING = 1e-9
+NOISE_SHARE = 0.002  # of the drive's limit: standard deviation of its measurement, where nobody says
+
+
+@dataclass(frozen=True)
+class Limits:
+    """SI. low, high: of the travel less its margins, infinite where the bench names none. speed: the top speed.
+
+    effort: least that the limit of the drive gives. inertia, viscous, coulomb, offset: the largest a priori.
+    """
+
+    axis: str
+    low: float
+    high: float
+    speed: float
+    effort: float
+    inertia: float
+    viscous: float
+    coulomb: float
+    offset: float
+    drive: str
+    drive_limit: float
+
+    @property
+    def travel(self) -> float:
+        return self.high - self.low
+
+    @property
+    def unit(self) -> str:
+        """Of the position."""
+        return "rad" if self.axis == "rotary" else "m"
+
+    def acceleration(self, speed: float) -> float:
+        """What is left for acceleration at a speed, rad/s^2 | m/s^2; 0 or less where friction takes it all."""
+        return (self.effort - self.viscous * speed - self.coulomb - self.offset) / self.inertia
+
+
+def limits_of(bench: Bench) -> Limits:
+    """The limits of a bench. Raises NoSolutionError where the drive does not overcome the friction, or nothing limits the speed."""
+    known, actuator = bench.mechanics, bench.actuator
+    effort = actuator.constant.interval[0] * actuator.limit.value
+    coulomb, viscous = known.coulomb.interval[1], known.viscous.interval[1]
+    offset = max(map(abs, known.offset.interval)) if known.offset else 0.0
+    left = effort - coulomb - offset
+    if left <= 0.0:
+        raise NoSolutionError(
+            f"{bench.name}: the drive's limit gives {effort:.3g} {si_unit('effort', bench.axis)} at least, friction takes up to "
+            f"{coulomb + offset:.3g}: nothing moves for certain; raise actuator.limit or narrow mechanics.coulomb"
+        )
+    if known.top_speed is None and viscous <= 0.0:
+        raise NoSolutionError(f"{bench.name}: nothing limits the speed; give mechanics.top_speed")
+    speed = known.top_speed.value if known.top_speed else left / viscous
+    low, high = (known.travel.low, known.travel.high) if known.travel else (-math.inf, math.inf)
+    margin = MARGIN * (high - low) if known.travel else 0.0
+    inertia = known.inertia.interval[1]
+    return Limits(
+        bench.axis, low + margin, high - margin, speed, effort, inertia, viscous, coulomb, offset, actuator.drive, actuator.limit.value
+    )
+
+
+def axis_known(bench: Bench) -> Friction:
+    """The a-priori axis, its backlash the widest that it may be."""
+    known = bench.mechanics
+    backlash = max(known.backlash.interval) if known.backlash else 0.0
+    return Friction(known.inertia.value, known.viscous.value, known.coulomb.value, backlash)
+
+
+def sensing_of(bench: Bench, noise: float | None = None) -> Sensing:
+    """What the bench measures; noise: standard deviation of the measured drive [A | V]."""
+    drive = bench.actuator
+    measured = NOISE_SHARE * drive.limit.value if noise is None else noise
+    return Sensing(bench.sample_period_s, bench.encoder.resolution, measured * drive.constant.value)
+
+
+def check_reference(limits: Limits, position: Vector, velocity: Vector, acceleration: Vector) -> None:
+    """Raises NoSolutionError that names the limit which a reference, each (n,) in SI, breaks, and by how much."""
+    unit, drive = limits.unit, "A" if limits.drive == "current" else "V"
+    rounding = ROUNDING * (abs(limits.low) + abs(limits.high))
+    if position.min() < limits.low - rounding or position.max() > limits.high + rounding:
+        raise NoSolutionError(
+            f"travel: the test goes from {position.min():.4g} to {position.max():.4g} {unit}; allowed (travel less {100 * MARGIN:g} % at "
+            f"either end): {limits.low:.4g} to {limits.high:.4g}; lower the amplitude or raise the frequency"
+        )
+    fastest = float(np.abs(velocity).max())
+    if fastest > limits.speed * (1.0 + ROUNDING):
+        raise NoSolutionError(
+            f"speed: the test reaches {fastest:.4g} {unit}/s; allowed (mechanics.top_speed): {limits.speed:.4g}; "
+            "lower the speed, the amplitude or the frequency"
+        )
+    inertial = limits.inertia * acceleration + limits.viscous * velocity
+    needed = float(np.abs(inertial + np.sign(velocity) * (limits.coulomb + limits.offset)).max())
+    if needed > limits.effort * (1.0 + ROUNDING):
+        hardest = float(np.abs(acceleration).max())
+        raise NoSolutionError(
+            f"acceleration: up to {hardest:.4g} {unit}/s^2 needs {limits.drive_limit * needed / limits.effort:.3g} {drive} on the heaviest "
+            f"axis; allowed (actuator.limit): {limits.drive_limit:.3g}; lower the frequency or the speed"
+        )
