@@ -20,6 +20,8 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "ingest": ("frictool.cli.ingest", "Bench files to the canonical log (MCAP)."),
     "info": ("frictool.cli.info", "What a log holds, its quality, and what it is good for."),
     "convert": ("frictool.cli.convert", "A log to CSV, MATLAB, MDF, NumPy or Parquet."),
+    "assess": ("frictool.cli.assess", "What this bench can identify, by which test, how precisely, and why."),
+    "excite": ("frictool.cli.excite", "The test to play on the bench: sines, ramps, steps, multisines."),
     "identify": ("frictool.cli.identify", "Logs to parameters with intervals (model.yaml)."),
     "synth": ("frictool.cli.synth", "Model and specification to a verified controller (controller.yaml)."),
     "simulate": ("frictool.cli.simulate", "Step tests of model and controller, as a log."),

@@ -1,0 +1,184 @@
+"""`frictool assess`: what a bench can identify, before anything is measured on it."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from frictool.cli.output import FiniteRange, existing, json_option, print_json, save_text, say
+
+if TYPE_CHECKING:
+    from frictool.documents.bench import Bench
+    from frictool.identify.assess.assessment import Assessment, Row
+
+PARAMETERS = ("inertia", "viscous", "coulomb", "breakaway", "presliding")
+COUNTED = {"inertia", "viscous", "coulomb", "breakaway"}  # for the exit code; presliding where it is wanted by name
+HELP = """\b
+Example:
+  frictool assess --bench bench.yaml --wanted 5% --wanted inertia=10%
+
+Tell which parameters this bench can give, by which method and test, how precisely, and why: quantisation bounds (4.3)-(4.4), the filter
+that they need (4.7)-(4.9), the decision of figure 4.4, the Cramér-Rao bounds of the proposed test, and what a finer encoder would buy.
+
+A precision is half of a 95 % interval over the a-priori value. A parameter whose a-priori interval in bench.yaml is narrower than what is
+wanted has to be identified more precisely than that. Not counted: an error of the effort constant, which scales every parameter alike, and
+a friction that is not the model's.
+
+Exit code 1 where a wanted precision cannot be reached; the message says with which encoder it could.
+"""
+positive = FiniteRange(0.0, min_open=True)
+
+
+class Precision(click.ParamType[Any]):
+    """`5%`, `0.05`, `inertia=5%`."""
+
+    name = "precision"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str | None, float]:
+        name, _, number = str(value).rpartition("=")
+        if name and name not in PARAMETERS:
+            self.fail(f"{name!r} is no parameter; allowed: {', '.join(PARAMETERS)}.", param, ctx)
+        try:
+            part = float(number.removesuffix("%")) / (100.0 if number.endswith("%") else 1.0)
+        except ValueError:
+            part = math.nan
+        if not 0.0 < part < 1.0:
+            self.fail(f"{number!r} is no precision; allowed: above 0 and below 100%, as 5% or 0.05.", param, ctx)
+        return name or None, part
+
+
+@click.command("assess", help=HELP)
+@click.option("--bench", type=existing, required=True, help="The rig (bench.yaml).")
+@click.option("--wanted", type=Precision(), multiple=True, metavar="[NAME=]5%", help="Of all or of one parameter.  [default: 5%]")
+@click.option("--duration", type=positive, default=30.0, show_default=True, help="Of the sines, s.")
+@click.option("--noise", type=positive, help="Standard deviation of the measured drive, A | V.  [default: 0.2 % of its limit]")
+@click.option("--effort", type=positive, help="Largest effort for (4.3), N m | N.  [default: of the drive's limit]")
+@click.option("--presliding", type=positive, help="Distance expected, rad | m.  [default: 1e-3 rad, 1e-5 m]")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="The text, as a file too.")
+@json_option
+def command(
+    bench: Path,
+    wanted: tuple[tuple[str | None, float], ...],
+    duration: float,
+    noise: float | None,
+    effort: float | None,
+    presliding: float | None,
+    output: Path | None,
+    as_json: bool,
+) -> None:
+    from frictool.documents.bench import Bench
+    from frictool.documents.registry import load
+    from frictool.identify.assess.assessment import assess, refused
+
+    document = load(bench, Bench)
+    named = {name: part for name, part in wanted if name is not None}
+    everywhere = [part for name, part in wanted if name is None]
+    asked = {**(dict.fromkeys(PARAMETERS, everywhere[-1]) if everywhere else {}), **named}
+    found = assess(document, asked, duration, noise, effort, presliding)
+    if output is not None:
+        save_text(output, text(found, document) + "\n", [bench])
+    if as_json:
+        print_json(summary(found, document), output)
+    else:
+        say(text(found, document), output)
+    missing = refused(found, COUNTED | set(named))
+    if missing:
+        from frictool.identify.assess.assessment import NotIdentifiable
+
+        raise NotIdentifiable("; ".join(_short(row, document) for row in missing))
+
+
+def _short(row: Row, bench: Bench) -> str:
+    """What is missing, and what would do."""
+    wanted = f"{row.parameter}: {100.0 * row.target:.3g} % cannot be reached"
+    if row.step is not None:
+        return f"{wanted} with this encoder; {_encoder(row.step, bench)} could"
+    precision = row.verdict.precision
+    if precision is None or not math.isfinite(precision):
+        return f"{wanted}: {row.verdict.why}"
+    return (
+        f"{wanted} by a finer encoder, but by {(precision / row.target) ** 2:.3g} times as long a test, or less noise of the measured drive"
+    )
+
+
+def _encoder(step: float, bench: Bench) -> str:
+    if bench.axis == "rotary":
+        return f"{math.ceil(2.0 * math.pi / step)} counts a revolution (a step of {step:.3g} rad)"
+    return f"a step of {step:.3g} m"
+
+
+def summary(found: Assessment, bench: Bench) -> dict[str, Any]:
+    """The machine's view of an assessment."""
+    from frictool.identify.assess.scheme import scheme
+
+    facts, entropy = found.facts, found.entropy
+    return {
+        "bench": bench.name,
+        "step": facts.sensing.step,
+        "period_s": facts.sensing.period,
+        "top_speed": facts.speed,
+        "effort": facts.effort,
+        "effort_noise": facts.sensing.noise,
+        "effort_constant_error": found.constant,
+        "entropy": {"counts": entropy.counts, "nats": entropy.nats, "bits": entropy.bits, "gain_of_doubling": entropy.gain}
+        if entropy
+        else None,
+        "parameters": [_row(row, bench) for row in found.rows],
+        "scheme": scheme(found),
+    }
+
+
+def _row(row: Row, bench: Bench) -> dict[str, Any]:
+    verdict = row.verdict
+    return {
+        "parameter": row.parameter,
+        "identifiable": verdict.identifiable,
+        "method": verdict.method,
+        "test": verdict.test,
+        "precision": verdict.precision,
+        "bound": verdict.bound,
+        "cramer_rao": row.least,
+        "wanted": row.wanted,
+        "known": row.known,
+        "filter_s": verdict.filter,
+        "precision_at_half_the_step": row.doubled,
+        "step_needed": row.step,
+        "counts_needed": 2.0 * math.pi / row.step if row.step is not None and bench.axis == "rotary" else None,
+        "why": verdict.why,
+    }
+
+
+def text(found: Assessment, bench: Bench) -> str:
+    """The same for people."""
+    from frictool.identify.assess.scheme import scheme
+
+    facts, unit = found.facts, "rad" if bench.axis == "rotary" else "m"
+    lines = [
+        f"{bench.name}: step {facts.sensing.step:.4g} {unit}, period {facts.sensing.period:g} s, top speed {facts.speed:.4g} {unit}/s, "
+        f"effort {facts.effort:.4g} {'N m' if unit == 'rad' else 'N'}",
+        *scheme(found),
+        f"{'parameter':<11}{'method':<15}{'precision':>11}{'half step':>11}{'least (CR)':>12}{'worst case':>12}{'known':>9}  test",
+    ]
+    for row in found.rows:
+        verdict = row.verdict
+        figures = (verdict.precision, row.doubled, row.least, verdict.bound, row.known)
+        shown = "".join(f"{_percent(figure):>{width}}" for figure, width in zip(figures, (11, 11, 12, 12, 9), strict=True))
+        lines.append(f"{row.parameter:<11}{verdict.method or '-':<15}{shown}  {verdict.test or '-'}")
+    lines += [f"{row.parameter}: {row.verdict.why}" for row in found.rows]
+    if found.entropy is not None:
+        lines.append(
+            f"the sensor tells {found.entropy.bits:.3g} bits over the travel (metric entropy {found.entropy.nats:.3g} nats, "
+            f"{found.entropy.counts:.0f} counts); twice the resolution adds 1 bit, {100.0 * found.entropy.gain:.3g} %"
+        )
+    if found.constant > 0.0:
+        lines.append(
+            f"the effort constant is known to +-{100.0 * found.constant:.3g} %, which scales every parameter alike and comes on top"
+        )
+    return "\n".join(lines)
+
+
+def _percent(part: float | None) -> str:
+    return "-" if part is None or not math.isfinite(part) else f"{100.0 * part:.3g} %"

@@ -1,0 +1,70 @@
+"""Figure 4.4 in plain text: the path that this bench takes through the decision, with its numbers."""
+
+from __future__ import annotations
+
+import math
+
+from frictool.identify.assess.assessment import Assessment, Row
+from frictool.identify.assess.noise_filter import noise_ratio
+from frictool.identify.assess.verdicts import Verdict, percent, raw_bound
+
+ENDS = {  # method -> where the path of a sliding parameter ends
+    "least-squares": "least squares weighted by the speed (4.23), conditioned (4.31)",
+    "weak-form": "weak form over windows of a stroke",
+    "sines": "sines on a position loop (4.38)",
+    None: "keep the a-priori value",
+}
+
+
+def scheme(found: Assessment) -> list[str]:
+    """Lines: a question each, the answer behind it."""
+    rows = {row.parameter: row for row in found.rows}
+    inertia, viscous = rows["inertia"], rows["viscous"]
+    lines = [
+        *_differentiated(found, inertia, "inertia by differentiation, (4.3)"),
+        *_weak(inertia),
+        f"   inertia: {ENDS[inertia.verdict.method]}{_reached(inertia.verdict)}",
+        *_differentiated(found, viscous, "velocity by differentiation, (4.4)"),
+    ]
+    lines += [f"   {name}: {ENDS[rows[name].verdict.method]}{_reached(rows[name].verdict)}" for name in ("viscous", "coulomb")]
+    ramps, presliding = rows["breakaway"].verdict, rows["presliding"].verdict
+    lines += [
+        _question(
+            "onset of motion under a ramp", percent(ramps.bound or 0.0) + " late, corrected", rows["breakaway"].target, ramps.identifiable
+        ),
+        f"   breakaway: {'ramps both ways over the travel (figure 4.6)' if ramps.identifiable else ENDS[None]}{_reached(ramps)}",
+        _question(
+            "one count of the presliding distance", percent(presliding.bound or 0.0), rows["presliding"].target, presliding.identifiable
+        ),
+        f"   presliding: {'closed loops below the breakaway' if presliding.identifiable else 'not to be seen with this encoder'}",
+    ]
+    return lines
+
+
+def _differentiated(found: Assessment, row: Row, what: str) -> list[str]:
+    facts, raw = found.facts, raw_bound(row.parameter, found.facts)
+    lines = [_question(what, percent(raw), row.target, raw <= row.target)]
+    if raw <= row.target:
+        return lines
+    if not facts.dynamics_known:
+        return [*lines, f" > a-priori time constant {facts.fastest:.3g} to {facts.slowest:.3g} s: does it tune a filter?  no"]
+    best = raw * math.sqrt(noise_ratio(facts.fastest, facts.sensing.period))
+    return [*lines, _question(f"filtered with {facts.fastest:.3g} s, (4.8)-(4.9)", percent(best), row.target, best <= row.target)]
+
+
+def _weak(row: Row) -> list[str]:
+    verdict = row.verdict
+    if verdict.method == "least-squares" or verdict.precision is None or not math.isfinite(verdict.precision):
+        return []
+    return [_question("averaged over windows", percent(verdict.precision), row.target, verdict.identifiable)]
+
+
+def _question(what: str, found: str, target: float, yes: bool) -> str:
+    return f" > {what}: {found}; wanted {percent(target)}?  {'yes' if yes else 'no'}"
+
+
+def _reached(verdict: Verdict) -> str:
+    if not verdict.identifiable or verdict.precision is None:
+        return ""
+    behind = f", filter of {verdict.filter:.3g} s" if verdict.filter else ""
+    return f"{behind}, to {percent(verdict.precision)}"

@@ -1,0 +1,181 @@
+"""The decision of figure 4.4, parameter by parameter: which method gives it to the precision wanted with this encoder, and why.
+
+    differentiation   the worst case of (4.3) | (4.4) is within what is wanted                                  least squares
+    filtered          (4.8) | (4.9) is, with the slowest filter that the a-priori time constant of the axis bears    least squares
+    otherwise         inertia: the weak form, where its standard deviation allows
+                      viscous, Coulomb: sines on a position loop (4.38), which need no measured velocity
+
+Going on from the thesis: where (4.8) refuses the inertia, the thesis takes the a-priori value. A bound adds every count's error up with the
+worst sign; over windows of a stroke they average, and the weak form is judged by what is left.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy.special import ndtri
+
+from frictool.identify.assess.bench_facts import Facts
+from frictool.identify.assess.noise_filter import LARGEST_RATIO, filter_for, noise_ratio
+from frictool.identify.assess.quantisation import inertia_error, viscous_error
+from frictool.identify.assess.ramps import ramp_precision
+from frictool.identify.assess.weak import weak_deviation
+from frictool.identify.excite.information import SLIDING, Friction, Sensing, Stroke, Vector
+
+CONFIDENCE = 0.95
+QUANTILE = float(ndtri(0.5 + 0.5 * CONFIDENCE))
+GATE = math.radians(30.0)  # sines count from 30 to 150 degrees: abs(sin) > 0.5
+GATED_MEAN = math.cos(GATE) / (0.5 * math.pi - GATE)  # of the sine over the gate
+SINES_COUNTS = 20.0  # that a stroke has to have beyond the backlash for its reversals to be seen
+SINES, RAMPS, LOOPS = "excite --kind sines", "excite --kind breakaway", "slow effort up and down below the breakaway"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """All relative to the a-priori value. precision: half width of the interval expected at 95 %, None where nothing is to be expected.
+
+    bound: the worst case of quantisation by differentiation (behind the filter, where there is one: its time constant in s); of the ramps,
+    by how much an onset is late; of presliding, a count. None where quantisation does not enter.
+    """
+
+    identifiable: bool
+    method: str | None
+    test: str | None
+    precision: float | None
+    bound: float | None
+    why: str
+    filter: float | None = None
+
+
+def verdict(parameter: str, facts: Facts, wanted: float) -> Verdict:
+    """Of inertia, viscous, coulomb, breakaway or presliding; wanted: relative half width."""
+    if facts.value(parameter) <= 0.0:
+        return Verdict(False, None, None, None, None, "its a-priori value is 0, so that no relative precision can be wanted")
+    return _JUDGES[parameter](facts, wanted)
+
+
+def differentiation(parameter: str, facts: Facts, wanted: float) -> Verdict | None:
+    """Least squares where the worst case of differentiation, filtered where it has to be, is within what is wanted; else None."""
+    raw = raw_bound(parameter, facts)
+    precision = statistical(facts)[parameter]
+    if max(raw, precision) <= wanted:
+        return Verdict(True, "least-squares", SINES, precision, raw, f"{_equation(parameter)} leaves {percent(raw)} without a filter")
+    if not facts.dynamics_known or math.isinf(facts.fastest):
+        return None
+    slowest = noise_ratio(facts.fastest, facts.sensing.period)
+    if max(raw * math.sqrt(slowest), precision) > wanted:
+        return None
+    tau = filter_for(min(max((wanted / raw) ** 2, slowest), LARGEST_RATIO), facts.sensing.period)
+    bound = raw * math.sqrt(noise_ratio(tau, facts.sensing.period))
+    why = f"{_equation(parameter)} leaves {percent(raw)}, (4.8)-(4.9) {percent(bound)} behind a filter of {tau:.3g} s"
+    return Verdict(True, "least-squares", SINES, precision, bound, why, tau)
+
+
+def refusal_of_differentiation(parameter: str, facts: Facts) -> str:
+    """Why differentiation does not give it."""
+    raw = raw_bound(parameter, facts)
+    if not facts.dynamics_known:
+        return (
+            f"{_equation(parameter)} leaves {percent(raw)}, and no filter can be tuned: the a-priori time constant inertia/viscous is "
+            f"{facts.fastest:.3g} to {facts.slowest:.3g} s"
+        )
+    best = raw * math.sqrt(noise_ratio(facts.fastest, facts.sensing.period))
+    return f"{_equation(parameter)} leaves {percent(raw)}, and {percent(best)} behind the slowest filter, {facts.fastest:.3g} s"
+
+
+def raw_bound(parameter: str, facts: Facts) -> float:
+    """(4.3) of the inertia, (4.4) of what the velocity carries."""
+    if parameter == "inertia":
+        return inertia_error(facts.axis.inertia, facts.sensing.step, facts.sensing.period, facts.effort)
+    return viscous_error(facts.sensing.step, facts.sensing.period, facts.speed)
+
+
+def statistical(facts: Facts) -> dict[str, float]:
+    """Relative half widths at 95 % of the sliding parameters by windowed least squares over the proposed sines."""
+    return _statistical(facts.strokes, facts.axis, facts.sensing)[0]
+
+
+def best_window(facts: Facts) -> int:
+    """Samples."""
+    return _statistical(facts.strokes, facts.axis, facts.sensing)[1]
+
+
+@lru_cache(maxsize=256)
+def _statistical(strokes: tuple[Stroke, ...], axis: Friction, sensing: Sensing) -> tuple[dict[str, float], int]:
+    deviation, window = weak_deviation(list(strokes), axis, sensing)
+    values = (axis.inertia, axis.viscous, axis.coulomb)
+    found = {name: QUANTILE * float(d) / v if v > 0.0 else math.inf for name, d, v in zip(SLIDING, deviation, values, strict=False)}
+    return found, window
+
+
+def _inertia(facts: Facts, wanted: float) -> Verdict:
+    found = differentiation("inertia", facts, wanted)
+    if found is not None:
+        return found
+    precision, refusal = statistical(facts)["inertia"], refusal_of_differentiation("inertia", facts)
+    if precision <= wanted:
+        why = f"by differentiation it is refused: {refusal}; the weak form over {best_window(facts)} samples averages the counts' errors"
+        return Verdict(True, "weak-form", SINES, precision, raw_bound("inertia", facts), why)
+    told = f"reaches {percent(precision)}" if math.isfinite(precision) else "sees no stroke longer than its window"
+    return Verdict(False, None, None, precision, raw_bound("inertia", facts), f"{refusal}; the weak form {told}")
+
+
+def _friction(parameter: str, facts: Facts, wanted: float) -> Verdict:
+    found = differentiation("viscous", facts, wanted)
+    precision = statistical(facts)[parameter]
+    if found is not None and precision <= wanted:
+        bound = found.bound if parameter == "viscous" else None  # the mean error of sign(v) is nil (4.2.1.1)
+        return Verdict(True, "least-squares", SINES, precision, bound, found.why, found.filter)
+    bound = raw_bound("viscous", facts) if parameter == "viscous" else None
+    refusal = refusal_of_differentiation("viscous", facts) if found is None else f"least squares reaches {percent(precision)}"
+    way, need = facts.strokes[0].distance, facts.axis.backlash + SINES_COUNTS * facts.sensing.step
+    if way < need:
+        return Verdict(False, None, None, None, bound, f"{refusal}; sines need strokes of {need:.3g}, the travel has {way:.3g}")
+    by_sines = float(sines_deviation(facts)[("viscous", "coulomb").index(parameter)]) * QUANTILE / facts.value(parameter)
+    why = f"{refusal}; the means (4.36) over whole strokes need the command and the reference only"
+    fine = by_sines <= wanted
+    return Verdict(fine, "sines" if fine else None, SINES, by_sines, bound, why)
+
+
+def sines_deviation(facts: Facts) -> Vector:
+    """Standard deviations (2,) of viscous and coulomb by (4.38) from gated means: each has the noise of its samples only."""
+    rows = np.array([[GATED_MEAN * stroke.speed, 1.0] for stroke in facts.strokes])
+    gated = 1.0 - 2.0 * GATE / math.pi
+    counts = np.array([2.0 * stroke.times * stroke.duration * gated / facts.sensing.period for stroke in facts.strokes])
+    return np.asarray(facts.sensing.noise * np.sqrt(np.diag(np.linalg.inv(rows.T @ (rows * counts[:, None])))))
+
+
+def _breakaway(facts: Facts, wanted: float) -> Verdict:
+    found = ramp_precision(facts.rate, facts.sensing.step, facts.sensing.period, facts.inertia, facts.onsets)
+    late, precision = found.latest / facts.breakaway, QUANTILE * found.deviation / facts.breakaway
+    why = f"a ramp of {facts.rate:.3g} a second is seen up to {percent(late)} late; corrected over {facts.onsets:g} onsets"
+    fine = precision <= wanted
+    return Verdict(fine, "ramps" if fine else None, RAMPS, precision, late, why)
+
+
+def _presliding(facts: Facts, wanted: float) -> Verdict:
+    counts = facts.presliding / facts.sensing.step
+    fine = 1.0 / counts <= wanted
+    why = f"an expected presliding distance of {facts.presliding:.3g} is {counts:.3g} counts"
+    return Verdict(fine, "loops" if fine else None, LOOPS if fine else None, 1.0 / counts, 1.0 / counts, why)
+
+
+def percent(part: float) -> str:
+    return f"+-{100.0 * part:.3g} %"
+
+
+def _equation(parameter: str) -> str:
+    return "(4.3)" if parameter == "inertia" else "(4.4)"
+
+
+_JUDGES = {
+    "inertia": _inertia,
+    "viscous": lambda facts, wanted: _friction("viscous", facts, wanted),
+    "coulomb": lambda facts, wanted: _friction("coulomb", facts, wanted),
+    "breakaway": _breakaway,
+    "presliding": _presliding,
+}
+PARAMETERS = tuple(_JUDGES)
