@@ -45,7 +45,6 @@ from frictool.logs.mcap_layout import (
     TIME,
     UNITS,
     Head,
-    Records,
     message_dtype,
     message_path,
     schema_text,
@@ -142,9 +141,11 @@ class CanonicalWriter:
 
     def _packed(self, chunk: _Chunk) -> _Packed:
         channel, time, n = chunk.stream + 1, chunk.time, chunk.time.size
-        if self._blanks[chunk.stream].size < n:
-            self._blanks[chunk.stream] = np.repeat(self._blanks[chunk.stream][:1], n)
-        records = self._blanks[chunk.stream][:n].copy()
+        dtype, blank = self._blanks[chunk.stream]
+        if len(blank) < n * dtype.itemsize:
+            blank = blank[: dtype.itemsize] * n
+            self._blanks[chunk.stream] = dtype, blank
+        records = np.frombuffer(bytearray(memoryview(blank)[: n * dtype.itemsize]), dtype)
         records["sequence"] = np.arange(chunk.before, chunk.before + n) & 0xFFFFFFFF
         records["log_time"] = records["publish_time"] = time
         for column, vector in enumerate(chunk.values):
@@ -270,12 +271,13 @@ def _nanoseconds(source: str, stream: Stream) -> Nanoseconds:
     return time
 
 
-def _blank(stream: int, head: Head) -> Records:
-    """A message of a stream, (1,), with what is the same in all of them."""
-    record = np.zeros(1, message_dtype(len(head.fields)))
-    record["opcode"], record["length"], record["channel"] = MESSAGE_OPCODE, record.itemsize - RECORD_HEAD, stream + 1
+def _blank(stream: int, head: Head) -> tuple[np.dtype[np.void], bytes]:
+    """The layout of a stream's messages, and the bytes of one with what is the same in all of them."""
+    dtype = message_dtype(len(head.fields))
+    record = np.zeros(1, dtype)
+    record["opcode"], record["length"], record["channel"] = MESSAGE_OPCODE, dtype.itemsize - RECORD_HEAD, stream + 1
     record["cdr"] = CDR_HEAD
-    return record
+    return dtype, record.tobytes()
 
 
 def _declarations(heads: tuple[Head, ...]) -> tuple[list[Schema], list[Channel]]:
