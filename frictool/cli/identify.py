@@ -43,7 +43,12 @@ Exit code 1, and no model, where the logs are in order and give nothing at all.
 @click.option("--ramp", type=existing, multiple=True, help="A log of breakaway ramps, whatever it looks like; may be given again.")
 @click.option("--method", type=click.Choice(list(METHODS)), default=DEFAULT, show_default=True, help="For the sliding parameters.")
 @click.option("--confidence", type=FiniteRange(0.5, 0.9999), default=0.95, show_default=True, help="Of every interval.")
-@click.option("--window", type=click.IntRange(5, 100_001), help="least-squares: samples of the smoothing window, odd. [default: chosen]")
+@click.option("--window", type=click.IntRange(5, 100_001), help="Samples of the smoothing window, odd. [default: chosen]")
+@click.option("--time-constant", type=FiniteRange(0.0), help="power-balance, ordinary, threshold: s, of the filter on differences.")
+@click.option("--threshold", type=FiniteRange(0.0), help="threshold: rad/s | m/s. [default: a tenth of the top speed]")
+@click.option(
+    "--forgetting", type=FiniteRange(0.0, 1.0, min_open=True), help="recursive: weight of a square a stroke back. [default: 0.99]"
+)
 @click.option("--cutoff-hz", type=FiniteRange(0.0, min_open=True), help="inverse-dynamic: of the Butterworth filter. [default: 100]")
 @click.option("--filter-order", type=click.IntRange(1, 12), help="inverse-dynamic: of the Butterworth filter. [default: 4]")
 @click.option("--padding", type=click.IntRange(0), help="inverse-dynamic: samples that pad either end. [default: 12]")
@@ -58,13 +63,17 @@ def command(
     method: str,
     confidence: float,
     window: int | None,
+    time_constant: float | None,
+    threshold: float | None,
+    forgetting: float | None,
     output: Path | None,
     as_json: bool,
     **filters: Any,
 ) -> None:
     if not logs and not ramp:
         raise click.UsageError("Missing argument 'LOG...'.")
-    _check_options(method, window, filters)
+    own = {"window": window, "time_constant": time_constant, "threshold": threshold, "forgetting": forgetting}
+    _check_options(method, own, filters)
     from frictool.documents.bench import Bench
     from frictool.documents.provenance import record
     from frictool.documents.registry import load
@@ -75,15 +84,15 @@ def command(
     from frictool.identify.methods import Settings
     from frictool.identify.model import model_of
 
-    settings = Settings(confidence, window, _pipeline(filters) if method == "inverse-dynamic" else None)
+    settings = Settings(confidence, pipeline=_pipeline(filters), **own)
     try:
         result = identify(_records(logs, document), _records(ramp, document), document, method, settings)
     except NothingIdentified as error:
         _tell(error.result, document, as_json, output)
         raise
     inputs = [*logs, *ramp, bench]
-    given = {f"--{name.replace('_', '-')}": value for name, value in filters.items()}
-    shown = {"logs": logs, "--bench": bench, "--ramp": ramp, "--method": method, "--confidence": confidence, "--window": window, **given}
+    given = {f"--{name.replace('_', '-')}": value for name, value in {**own, **filters}.items()}
+    shown = {"logs": logs, "--bench": bench, "--ramp": ramp, "--method": method, "--confidence": confidence, **given}
     model = model_of(result, document, record(command_line("identify", shown), inputs))
     if output is not None:
         save_text(output, to_yaml(model), inputs)
@@ -114,15 +123,16 @@ def _tell(result: Identification, bench: Bench, as_json: bool, output: Path | No
         print_json(summary(result, bench), output)
 
 
-def _check_options(method: str, window: int | None, filters: dict[str, Any]) -> None:
-    """Raises UsageError where an option belongs to the other method."""
-    if window is not None and method != "least-squares":
-        raise click.UsageError(f"--window belongs to --method least-squares, not to {method}.")
+def _check_options(method: str, own: dict[str, Any], filters: dict[str, Any]) -> None:
+    """Raises UsageError where an option belongs to another method."""
+    for name, value in {**own, **filters}.items():
+        needed = "pipeline" if name in filters else name
+        if value is not None and needed not in METHODS[method].options:
+            owners = ", ".join(other for other, row in METHODS.items() if needed in row.options)
+            raise click.UsageError(f"--{name.replace('_', '-')} belongs to --method {owners}, not to {method}.")
+    window = own["window"]
     if window is not None and window % 2 == 0:
         raise click.BadParameter(f"{window} is even; allowed: an odd number of samples.", param_hint="'--window'")
-    for name, value in filters.items():
-        if value is not None and method != "inverse-dynamic":
-            raise click.UsageError(f"--{name.replace('_', '-')} belongs to --method inverse-dynamic, not to {method}.")
 
 
 def _pipeline(filters: dict[str, Any]) -> Pipeline:
@@ -151,6 +161,8 @@ def summary(result: Identification, bench: Bench) -> dict[str, Any]:
         "condition": fit.condition if fit else None,
         "samples": fit.samples if fit else None,
         "details": fit.details if fit else {},
+        "chosen_because": fit.why if fit else None,
+        "dropped": list(fit.dropped) if fit else [],
         "not_identified": result.refused,
         "warnings": list(result.warnings),
         "ramp": {"forward": ramp.forward, "backward": ramp.backward, "onsets": ramp.onsets, "delay_corrected": ramp.delay}
@@ -165,7 +177,8 @@ def table(result: Identification, model: Model) -> str:
 
     lines = [f"{Path(name).name}: {kind}" for name, kind in result.kinds.items()]
     lines.append(f"{result.method}: {METHODS[result.method].what}")
-    lines.append(f"  right for {METHODS[result.method].when}")
+    chosen = result.fit is not None and result.fit.why
+    lines.append(f"  chosen: {chosen}" if chosen else f"  right for {METHODS[result.method].when}")
     lines.append(f"{'parameter':<11}{'value':>12}  {f'interval at {100 * result.confidence:g} %':<28}{'unit':<12}source")
     for name in PARAMETERS:
         estimate = getattr(model.parameters, name)
@@ -181,5 +194,7 @@ def table(result: Identification, model: Model) -> str:
     if result.ramp is not None:
         unit = model.parameters.breakaway.unit
         lines.append(f"breakaway from {result.ramp.onsets} onsets, each seen {result.ramp.delay:.3g} {unit} late (corrected)")
+    if result.fit is not None and result.fit.dropped:
+        lines.append(f"taken to be 0, unseen strokes are predicted no worse without: {', '.join(result.fit.dropped)}")
     lines += [f"not identified: {name}: {result.refused[name]}" for name in PARAMETERS if name in result.refused]
     return "\n".join(lines)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from frictool.documents.bench import Bench
+from frictool.documents.laws import Laws
 from frictool.documents.quantity import Quantity
 from frictool.errors import LogError
 from frictool.identify import methods
@@ -26,7 +27,7 @@ SAME_EFFORT = 1e-9  # relative to the largest: two files of one log may round di
 class Identification:
     """kinds: log -> `sliding` or `ramp`. identified: name -> interval in SI. refused: name -> reason, for every other parameter.
 
-    warnings: what is odd about the logs or about what they give, and let pass.
+    warnings: what is odd about the logs or about what they give, and let pass. laws: friction beyond the parameters.
     """
 
     method: str
@@ -37,6 +38,7 @@ class Identification:
     fit: Fit | None
     ramp: Breakaway | None
     warnings: tuple[str, ...] = ()
+    laws: Laws | None = None
 
 
 class NothingIdentified(NothingUsable):
@@ -71,10 +73,13 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
         _accept({"breakaway": onsets.interval}, {}, bench, found, refused)
     except NothingUsable as error:
         refused["breakaway"] = str(error)
+    laws = None if fit is None else fit.laws
+    if onsets is not None and onsets.by_position is not None:
+        fit, onsets, laws = _by_position(sliding, ramps, fit, onsets, bench, settings, found, refused)
     kinds = {**{r.name: SLIDING_LOG for r in sliding}, **{r.name: RAMP_LOG for r in ramps}}
     ordered = {name: found[name] for name in PARAMETERS if name in found}
     warnings = (*odd, *_surprises(ordered, bench))
-    result = Identification(method, settings.confidence, kinds, ordered, refused, fit, onsets, warnings)
+    result = Identification((fit and fit.method) or method, settings.confidence, kinds, ordered, refused, fit, onsets, warnings, laws)
     if not found:
         raise NothingIdentified(result)
     return result
@@ -127,6 +132,35 @@ def _break_away(ramps: list[Record], bench: Bench, found: Mapping[str, Interval]
     if not (onsets.forward > 0.0 and onsets.backward > 0.0) and "offset" not in found and bench.mechanics.offset is None:
         raise NothingUsable("breakaways in one direction only, which an offset shifts, and neither a log nor the bench gives the offset")
     return onsets
+
+
+def _by_position(
+    sliding: list[Record],
+    ramps: list[Record],
+    fit: Fit | None,
+    onsets: Breakaway,
+    bench: Bench,
+    settings: methods.Settings,
+    found: dict[str, Interval],
+    refused: dict[str, str],
+) -> tuple[Fit | None, Breakaway, Laws]:
+    """Breakaway varies with position: what friction in slip is of the friction map replaces what a constant friction was fitted to.
+
+    Returns the fit, the breakaway that agrees with it, and the laws; without strokes that tell it, the breakaway alone has laws.
+    """
+    from frictool.identify.friction_map import breakaway_laws, friction_map
+
+    axis = {name: found.get(name) or prior(bench, name) for name in SLIDING} | {"offset": prior(bench, "offset")}
+    try:
+        mapped = friction_map(sliding, ramps, onsets, axis, bench, settings)
+    except NothingUsable:
+        return fit, onsets, breakaway_laws(onsets, bench, found)
+    for name in ("viscous", "coulomb", "offset"):
+        found.pop(name, None)
+        refused.pop(name, None)
+    _accept(mapped.fit.parameters, mapped.fit.refused, bench, found, refused)
+    assert mapped.fit.laws is not None
+    return mapped.fit, mapped.ramp, breakaway_laws(mapped.ramp, bench, found, mapped.fit.laws)
 
 
 def prior(bench: Bench, name: str) -> Interval:

@@ -10,7 +10,7 @@ The effort is not put through the Butterworth filter: the decimation filter, wel
 
 The values are those of the pipeline as it was published. Its intervals are not: it has errors that do not average out, and that its
 residuals do not show. It takes a held effort for one measured at its sample, half a period early, and it takes the samples at rest
-and the reversals, smeared by the decimation filter, for slip. On the same log the power balance (`least_squares`) has neither, so
+and the reversals, smeared by the decimation filter, for slip. On the same log the power balance (`power_balance`) has neither, so
 that the interval spans both: the pipeline's own, and the power balance's.
 
 Where its conditions do not hold there is no value either: within a backlash only the motor moves, and an encoder whose noise is
@@ -26,8 +26,9 @@ from numpy.typing import NDArray
 from scipy.signal import butter, cheby1, filtfilt
 
 from frictool.documents.bench import Bench
-from frictool.identify.least_squares import least_squares
+from frictool.identify.methods import Settings
 from frictool.identify.outcome import Fit, Interval, NothingUsable
+from frictool.identify.power_balance import power_balance
 from frictool.identify.record import Record, Vector
 from frictool.identify.resolution import unresolved_inertia
 from frictool.identify.samples import Samples, fit, joined
@@ -55,12 +56,13 @@ class Pipeline:
 PUBLISHED = Pipeline()
 
 
-def inverse_dynamic(records: list[Record], bench: Bench, confidence: float, pipeline: Pipeline = PUBLISHED) -> Fit:
+def inverse_dynamic(records: list[Record], bench: Bench, settings: Settings) -> Fit:
     """Inertia, viscous, Coulomb and offset by the published pipeline, with intervals that hold its systematic errors.
 
     Raises NothingUsable where a record is too short for its filters, where much of the motion is within the backlash, and where the
     power balance, which tells the systematic errors, finds no slip.
     """
+    pipeline, confidence = settings.pipeline or PUBLISHED, settings.confidence
     _refuse_backlash(records, bench)
     samples = joined([_decimated(record, pipeline) for record in records])
     details: dict[str, float | int] = {
@@ -70,7 +72,7 @@ def inverse_dynamic(records: list[Record], bench: Bench, confidence: float, pipe
     }
     window = max(1, round(1.0 / (pipeline.cutoff_hz * records[0].period * pipeline.decimate)))
     found = fit(samples, np.ones(samples.velocity.size), window, confidence, details)
-    balance = least_squares(records, bench, confidence)
+    balance = power_balance(records, bench, Settings(confidence))
     refused = {**found.refused, **balance.refused, **_unresolved(records[0], bench, samples, pipeline)}
     spanned = {name: _span(own, balance.parameters[name]) for name, own in found.parameters.items() if name not in refused}
     return replace(found, parameters=spanned, refused=refused)

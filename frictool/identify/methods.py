@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from importlib import import_module
+from typing import TYPE_CHECKING, cast
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
@@ -11,44 +12,106 @@ if TYPE_CHECKING:
     from frictool.identify.outcome import Fit
     from frictool.identify.record import Record
 
-DEFAULT = "least-squares"
+DEFAULT = "auto"
 
 
 @dataclass(frozen=True)
 class Method:
-    """`what` it does and `when` it is right, for people."""
+    """`what` it does and `when` it is right, for people. It is the function of its name in the module of its name, with _ for -.
+
+    options: which of `Settings` it looks at beside the confidence.
+    """
 
     what: str
     when: str
+    options: tuple[str, ...] = ()
 
 
 METHODS: dict[str, Method] = {
+    "auto": Method(
+        "least squares, the power balance or sines: chosen by what encoder and motion allow (figure 4.4), and says why",
+        "any log; drops a term that does not help to predict strokes that the fit has not seen",
+        ("window",),
+    ),
     "least-squares": Method(
-        "power balance (4.23): velocity-weighted, zero-phase Savitzky-Golay, only samples certain to slip, QR",
+        "least squares (4.11): zero-phase Savitzky-Golay, only samples certain to slip, QR",
         "any encoder, sticks and backlash; refuses the inertia that quantisation hides",
+        ("window",),
+    ),
+    "power-balance": Method(
+        "the power balance (4.23): the same, weighted by velocity; with --time-constant on filtered differences, all samples",
+        "friction that falls over speed beyond the slowest samples (Stribeck)",
+        ("window", "time_constant"),
+    ),
+    "weighted": Method(
+        "the same, weighted by the inverse variance of the measurement errors, found over speed (4.2.5.1)",
+        "an encoder or a friction that is worse at some speeds than at others",
+        ("window",),
+    ),
+    "conditioned": Method(
+        "the power balance scaled by sqrt(2)/V (4.31), with the condition of (4.29) before and after",
+        "very high or low speeds in SI units",
+        ("window",),
+    ),
+    "weak": Method(
+        "the weak (integral) form: windows of (1 - s^2)^3, nothing differentiated",
+        "a coarse encoder; closest to what it can give of the inertia",
+        ("window",),
+    ),
+    "instrumental": Method(
+        "instrumental variables from the logged reference",
+        "a noisy position and a reference that the axis followed",
+        ("window",),
+    ),
+    "total-least-squares": Method(
+        "total least squares: the encoder's noise in the regressors is accounted for",
+        "short windows, an encoder much noisier than the effort",
+        ("window",),
+    ),
+    "recursive": Method(
+        "recursive least squares (4.16) in square-root form: the last of the log counts most",
+        "parameters that drift along the log (warming up, wear)",
+        ("window", "forgetting"),
+    ),
+    "ordinary": Method(
+        "plain least squares on differences (4.2), every sample alike",
+        "comparison with tables 4.2 and 4.3",
+        ("time_constant",),
+    ),
+    "threshold": Method(
+        "least squares on differences, only samples faster than a threshold (4.18)",
+        "comparison; a fine encoder and a known Stribeck velocity",
+        ("time_constant", "threshold"),
+    ),
+    "sines": Method(
+        "sines (4.34)-(4.39): mean effort over mean speed of each stroke's middle; finds the knees of friction over speed",
+        "any encoder, strokes at several speeds; friction only, the inertia is the bench's",
     ),
     "inverse-dynamic": Method(
         "the published EMPS pipeline: Butterworth, central differences, decimation, ordinary least squares",
         "a fine encoder, no backlash, long strokes; to compare with published values",
+        ("pipeline",),
     ),
 }
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What a user may set: `window` [samples] of least-squares, `pipeline` of inverse-dynamic; None is the method's own choice."""
+    """What a user may set; None is the method's own choice.
+
+    window [samples, odd] of the smoothing; time_constant [s] of the filter on differences; threshold [rad/s | m/s] of (4.18);
+    forgetting, the weight of a square one stroke back, in ]0, 1]; pipeline of inverse-dynamic.
+    """
 
     confidence: float = 0.95
     window: int | None = None
+    time_constant: float | None = None
+    threshold: float | None = None
+    forgetting: float | None = None
     pipeline: Pipeline | None = None
 
 
 def run(method: str, records: list[Record], bench: Bench, settings: Settings) -> Fit:
     """The sliding parameters by the method called `method`. Raises NothingUsable where the records do not give any."""
-    if method == "inverse-dynamic":
-        from frictool.identify.inverse_dynamic import PUBLISHED, inverse_dynamic
-
-        return inverse_dynamic(records, bench, settings.confidence, settings.pipeline or PUBLISHED)
-    from frictool.identify.least_squares import least_squares
-
-    return least_squares(records, bench, settings.confidence, settings.window)
+    name = method.replace("-", "_")
+    return cast("Fit", getattr(import_module(f"frictool.identify.{name}"), name)(records, bench, settings))

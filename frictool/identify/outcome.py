@@ -37,7 +37,8 @@ class Fit:
 
     parameters: name -> interval. refused: name -> reason, with figures. force_error, held_out_force_error: rms of the effort's
     residual over rms of the effort, on the samples used, and on strokes that the fit did not see. details: figures of the method.
-    laws: what the method found of friction beyond the parameters.
+    laws: what the method found of friction beyond the parameters. method, why: which method it is and why, where it was chosen.
+    dropped: parameters taken to be 0, since strokes that the fit did not see are predicted no worse without them.
     """
 
     parameters: dict[str, Interval]
@@ -48,3 +49,6 @@ class Fit:
     samples: int
     details: dict[str, float | int] = field(default_factory=dict)
     laws: Laws | None = None
+    method: str | None = None
+    why: str | None = None
+    dropped: tuple[str, ...] = ()

@@ -7,9 +7,12 @@ is known without it (4.2.1), the half width of the bench's own interval.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from frictool.documents.bench import Bench
+from frictool.identify.outcome import Fit
 from frictool.identify.record import Record, Vector
 
 
@@ -32,6 +35,15 @@ def unresolved_inertia(record: Record, bench: Bench, response: Vector, accelerat
             f"({_percent(raw, prior.value)} by (4.3) without), and the bench knows it to {_percent(known, prior.value)}"
         )
     return None
+
+
+def refuse_hidden_inertia(fit: Fit, record: Record, bench: Bench, response: Vector, acceleration: Vector, smoothing: str) -> Fit:
+    """The fit, its inertia moved to what is refused where `unresolved_inertia` says why."""
+    reason = unresolved_inertia(record, bench, response, acceleration, smoothing)
+    if reason is None or "inertia" not in fit.parameters:
+        return fit
+    kept = {name: interval for name, interval in fit.parameters.items() if name != "inertia"}
+    return replace(fit, parameters=kept, refused={**fit.refused, "inertia": reason})
 
 
 def _percent(part: float, whole: float) -> str:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.special import stdtrit
 
+from frictool.identify.alternatives import held_out_norm, needless
 from frictool.identify.clusters import clusters
 from frictool.identify.outcome import SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.record import Vector
@@ -34,6 +38,11 @@ class Samples:
         """The regressors, each (n,), in the order of SLIDING."""
         return self.acceleration, self.velocity, self.sign, np.ones(self.sign.size)
 
+    def rows(self, chosen: NDArray[np.bool_]) -> Samples:
+        """The rows where `chosen` (n,) is True."""
+        names = ("acceleration", "velocity", "effort", "stroke", "sign", "counts")
+        return Samples(*(getattr(self, name)[chosen] for name in names))
+
 
 def joined(parts: list[Samples]) -> Samples:
     """All rows, their strokes numbered through."""
@@ -47,39 +56,96 @@ def joined(parts: list[Samples]) -> Samples:
     return Samples(stack[0], stack[1], stack[2], np.concatenate(strokes), stack[3], stack[4])
 
 
-def fit(samples: Samples, weight: Vector, window: int, confidence: float, details: dict[str, float | int]) -> Fit:
+def fit(
+    samples: Samples, weight: Vector, window: int, confidence: float, details: dict[str, float | int], droppable: tuple[str, ...] = ()
+) -> Fit:
     """Weighted least squares on `samples`, weight (n,); a residual is correlated over `window` rows.
 
-    Raises NothingUsable where there are too few rows. Where the axis moves in one direction only, Coulomb friction and offset are
-    one number and both are refused.
+    Of the `droppable` parameters those that are needless (`alternatives`) are 0, and the others fitted without them. Raises NothingUsable
+    where there are too few rows. Where the axis moves in one direction only, Coulomb friction and offset are one number and both are
+    refused.
     """
     names, refused = parameters_of(samples)
-    columns = (*samples.columns[: len(names)], samples.effort)
-    cluster = clusters(samples.stroke, samples.sign, samples.counts, 3 * window)
-    starts = np.flatnonzero(np.diff(cluster, prepend=-1) | np.diff(samples.stroke, prepend=-1))
-    plain, weighted = triangles(columns, np.ones(weight.size), starts), triangles(columns, weight, starts)
+    plain, weighted, cluster, order = _reduced(samples, weight, len(names), window)
     try:
-        solution = solve_triangles(weighted, cluster[starts])
+        solution = solve_triangles(weighted, cluster)
+        width = solution.half_width(confidence)
+        low, high = solution.value - width, solution.value + width
+        half = (order // 2) % 2  # pairs of strokes, so that both halves hold both directions
+        dropped = needless(plain, weighted, half, low, high, [names.index(name) for name in droppable if name in names])
+        columns = [k for k in range(len(names)) if k not in dropped]
+        if dropped:
+            chosen = [*columns, -1]
+            plain, weighted = plain[:, :, chosen], weighted[:, :, chosen]
+            solution = solve_triangles(weighted, cluster)
+            width = solution.half_width(confidence)
     except Singular as error:
         raise NothingUsable(str(error)) from None
-    width = solution.half_width(confidence)
-    found = {
-        name: Interval(float(v), float(v - w), float(v + w))
-        for name, v, w in zip(names, solution.value, width, strict=True)
-        if name not in refused
-    }
+    found = {names[k]: Interval(0.0, float(low[k]), float(high[k])) for k in dropped}
+    for k, v, w in zip(columns, solution.value, width, strict=True):
+        found[names[k]] = Interval(float(v), float(v - w), float(v + w))
     size = float(np.linalg.norm(samples.effort))
-    order = np.unique(samples.stroke[starts], return_inverse=True)[1]
-    held_out = _held_out(plain, weighted, (order // 2) % 2)
+    held_out = held_out_norm(plain, weighted, half, list(range(len(columns))))
     return Fit(
-        found,
+        {name: found[name] for name in names if name not in refused},
         refused,
         residual_norm(plain, solution.value) / size,
         None if held_out is None else held_out / size,
         solution.condition,
         samples.velocity.size,
         {**details, "strokes": int(order.max()) + 1, "clusters": int(cluster.max()) + 1},
+        dropped=tuple(names[k] for k in dropped),
     )
+
+
+def _reduced(samples: Samples, weight: Vector, parameters: int, window: int) -> tuple[Tensor, Tensor, Numbers, Numbers]:
+    """Of each run of rows in one stroke and cluster (g,): its triangle, that of the weighted rows, its cluster, its stroke from 0."""
+    columns = (*samples.columns[:parameters], samples.effort)
+    cluster = clusters(samples.stroke, samples.sign, samples.counts, 3 * window)
+    starts = np.flatnonzero(np.diff(cluster, prepend=-1) | np.diff(samples.stroke, prepend=-1))
+    order = np.unique(samples.stroke[starts], return_inverse=True)[1]
+    plain = triangles(columns, np.ones(weight.size), starts)
+    even = bool(np.all(weight == weight[0])) and weight[0] == 1.0
+    return plain, plain if even else triangles(columns, weight, starts), cluster[starts], order
+
+
+def residuals(samples: Samples, weight: Vector) -> Vector:
+    """The effort's residuals (n,) of a weighted fit. Raises NothingUsable where the parameters do not follow."""
+    names, _ = parameters_of(samples)
+    columns = samples.columns[: len(names)]
+    starts = np.flatnonzero(np.diff(samples.stroke, prepend=-1))
+    try:
+        value = least(triangles((*columns, samples.effort), weight, starts))[0]
+    except Singular as error:
+        raise NothingUsable(str(error)) from None
+    return samples.effort - sum((v * column for v, column in zip(value, columns, strict=True)), np.zeros(weight.size))
+
+
+def cluster_products(samples: Samples, columns: tuple[Vector, ...], window: int) -> tuple[Tensor, Vector, Numbers]:
+    """Of each run of rows in one cluster: the products (g, q, q) of q `columns` (n,), its number of rows (g,), its cluster (g,)."""
+    cluster = clusters(samples.stroke, samples.sign, samples.counts, 3 * window)
+    starts = np.flatnonzero(np.diff(cluster, prepend=-1) | np.diff(samples.stroke, prepend=-1))
+    parts = triangles(columns, np.ones(samples.velocity.size), starts)
+    rows = np.diff(np.append(starts, samples.velocity.size)).astype(np.float64)
+    return np.swapaxes(parts, 1, 2) @ parts, rows, cluster[starts]
+
+
+def intervals(
+    products: Tensor, rows: Vector, cluster: Numbers, estimate: Callable[[Tensor, float], Vector], names: tuple[str, ...], confidence: float
+) -> dict[str, Interval]:
+    """Each parameter that estimate(summed products, rows) gives, with the interval of the delete-one-cluster jackknife."""
+    place = np.unique(cluster, return_inverse=True)[1]
+    count = int(place.max()) + 1
+    summed, number = np.zeros((count, *products.shape[1:])), np.bincount(place, rows)
+    np.add.at(summed, place, products)
+    whole, total = summed.sum(axis=0), float(number.sum())
+    value = estimate(whole, total)
+    if count < 2:
+        return {name: Interval(float(v), -np.inf, np.inf) for name, v in zip(names, value, strict=True)}
+    left_out = np.array([estimate(whole - part, total - n) for part, n in zip(summed, number, strict=True)])
+    deviation = np.sqrt((count - 1) / count * np.sum((left_out - left_out.mean(axis=0)) ** 2, axis=0))
+    width = deviation * stdtrit(count - 1, 0.5 + 0.5 * confidence)
+    return {name: Interval(float(v), float(v - w), float(v + w)) for name, v, w in zip(names, value, width, strict=True)}
 
 
 def parameters_of(samples: Samples) -> tuple[tuple[str, ...], dict[str, str]]:
@@ -89,19 +155,3 @@ def parameters_of(samples: Samples) -> tuple[tuple[str, ...], dict[str, str]]:
     if np.all(samples.sign > 0.0) or np.all(samples.sign < 0.0):
         return SLIDING[:3], {"coulomb": ONE_DIRECTION, "offset": ONE_DIRECTION}
     return SLIDING, {}
-
-
-def _held_out(plain: Tensor, weighted: Tensor, half: Numbers) -> float | None:
-    """Norm of the effort's residuals, each predicted by a fit to the other half of the strokes; None where a half does not suffice.
-
-    plain, weighted (g, q, q): the triangles of runs of rows, half (g,) 0 or 1. The halves alternate in pairs of strokes, so that both
-    hold both directions.
-    """
-    total = 0.0
-    for side in (0, 1):
-        seen = half != side
-        try:
-            total += residual_norm(plain[~seen], least(weighted[seen])[0]) ** 2
-        except Singular:
-            return None
-    return float(np.sqrt(total))

@@ -46,3 +46,13 @@ def slip_mask(record: Record, strokes: Strokes, velocity: Vector, window: int, b
     gap = backlash + (2.0 * record.resolution if backlash > 0.0 else 0.0)
     mark_slip(velocity, strokes.sign, strokes.advance, strokes.number, slowest, gap, (window - 1) // 2, mask)
     return mask
+
+
+@kernel
+def keep_rows(mask: NDArray[np.bool_], values: Vector | Numbers) -> None:
+    """Moves the `values` (n,) where `mask` (n,) is True to the front, in order and in place."""
+    kept = 0
+    for k in range(mask.shape[0]):
+        if mask[k]:
+            values[kept] = values[k]
+            kept += 1

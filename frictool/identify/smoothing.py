@@ -70,10 +70,22 @@ def effort_weights(period: float, lag: float) -> tuple[float, float, float]:
     return 0.5 - rising, rising + 0.5 - (mean - rising), mean - rising
 
 
+@kernel
+def fourth_difference_power(position: Vector) -> float:
+    """Mean square of the fourth differences of a position (n,), 0 where there is none."""
+    total, count = 0.0, position.shape[0] - 4
+    for k in range(count):
+        middle = position[k + 2]
+        difference = (
+            (position[k] - middle) - 4.0 * (position[k + 1] - middle) - 4.0 * (position[k + 3] - middle) + (position[k + 4] - middle)
+        )
+        total += difference * difference
+    return total / count if count > 0 else 0.0
+
+
 def position_noise(record: Record) -> float:
     """Standard deviation of the position's noise, rad | m: of its quantisation, or of its fourth differences."""
-    differences = np.diff(record.position, 4)
-    measured = float(np.sqrt(np.mean(differences**2))) / FOURTH_DIFFERENCE_GAIN if differences.size else 0.0
+    measured = math.sqrt(fourth_difference_power(record.position)) / FOURTH_DIFFERENCE_GAIN
     return max(record.resolution / math.sqrt(12.0), measured)
 
 
@@ -133,8 +145,17 @@ def filter_blocks(position: Vector, effort: Vector, c: Vector, g: Vector, held: 
 
 def smoothed(record: Record, window: int) -> tuple[Vector, Vector, Vector]:
     """Acceleration, velocity and effort, each (n,), of one record in SI; nan within half a window of either end."""
-    out = np.full((3, record.position.size), np.nan)
-    if record.position.size > window:
-        c, g = acceleration_filter(window, record.period), bump(window, record.period)
+    return smoothed_by(record, bump(window, record.period))
+
+
+def smoothed_by(record: Record, g: Vector) -> tuple[Vector, Vector, Vector]:
+    """The same with any symmetric kernel g (window - 2,), odd, of sum 1, whose second difference gives the acceleration."""
+    window = g.size + 2
+    out, n, reach = np.empty((3, record.position.size)), record.position.size, (window - 1) // 2
+    out[:, :reach] = out[:, max(n - reach, 0) :] = np.nan
+    if n <= window:
+        out[:] = np.nan
+    else:
+        c = np.convolve(g, [1.0, -2.0, 1.0]) / record.period**2
         filter_blocks(record.position, record.effort, c, g, np.array(effort_weights(record.period, record.lag)), record.period, out)
     return out[0], out[1], out[2]

@@ -42,6 +42,30 @@ def turning_points(position: Vector, threshold: float, points: NDArray[np.int64]
     return found
 
 
+@kernel
+def fill_strokes(
+    position: Vector,
+    starts: NDArray[np.int64],
+    fresh: NDArray[np.bool_],
+    threshold: float,
+    number: NDArray[np.int64],
+    sign: Vector,
+    advance: Vector,
+) -> None:
+    """Fills `number`, `sign` and `advance` (n,) of `Strokes` from the first sample `starts` (m,) of each; `fresh` (m,) after a break."""
+    n, strokes = position.shape[0], starts.shape[0]
+    for stroke in range(strokes):
+        start = starts[stroke]
+        end = starts[stroke + 1] if stroke + 1 < strokes else n
+        origin = position[start if fresh[stroke] else start - 1]
+        travel = position[end - 1] - origin
+        direction = 0.0
+        if abs(travel) > threshold:
+            direction = 1.0 if travel > 0.0 else -1.0
+        for k in range(start, end):
+            number[k], sign[k], advance[k] = stroke, direction, direction * (position[k] - origin)
+
+
 @dataclass(frozen=True)
 class Strokes:
     """`number` (n,) of the stroke of each sample, from 0; `sign` (n,) of its direction, 0 where there is no motion;
@@ -58,20 +82,10 @@ def find_strokes(record: Record) -> Strokes:
     """The strokes of a record; a break of the clock ends one."""
     position = record.position
     threshold = max(COUNTS * record.resolution, SHARE_OF_RANGE * float(np.ptp(position)))
-    number = np.zeros(position.size, dtype=np.int64)
-    sign, advance = np.zeros(position.size), np.zeros(position.size)
     points = np.empty(position.size, dtype=np.int64)
-    count = 0
     edges = np.concatenate(([0], np.flatnonzero(np.diff(record.piece)) + 1, [position.size]))
-    for first, last in itertools.pairwise(edges):
-        found = turning_points(position[first:last], threshold, points)
-        starts = np.concatenate(([first], first + points[:found] + 1)).astype(np.int64)
-        ends = np.concatenate((starts[1:], [last])).astype(np.int64)
-        for start, end in zip(starts, ends, strict=True):
-            origin = position[max(start - 1, first)]
-            travel = position[end - 1] - origin
-            direction = float(np.sign(travel)) if abs(travel) > threshold else 0.0
-            number[start:end], sign[start:end] = count, direction
-            advance[start:end] = direction * (position[start:end] - origin)
-            count += 1
+    turns = [first + points[: turning_points(position[first:last], threshold, points)] + 1 for first, last in itertools.pairwise(edges)]
+    starts = np.sort(np.concatenate((edges[:-1], *turns)).astype(np.int64))
+    number, sign, advance = np.empty(position.size, dtype=np.int64), np.empty(position.size), np.empty(position.size)
+    fill_strokes(position, starts, np.isin(starts, edges), threshold, number, sign, advance)
     return Strokes(number, sign, advance)

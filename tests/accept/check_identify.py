@@ -93,7 +93,7 @@ def clutch_repeated() -> dict[str, Any]:
     names, hits, clusters = ("viscous", "coulomb", "offset"), np.zeros(3, dtype=int), []
     for seed in range(SEEDS):
         truth, bench = experiment(seed)
-        fit = least_squares([record(sines(seed, truth, repeated=True), truth)], bench, RATE)
+        fit = least_squares([record(sines(seed, truth, repeated=True), truth)], bench, Settings(RATE))
         hits += [fit.parameters[name].low <= getattr(truth, name) <= fit.parameters[name].high for name in names]
         clusters.append(fit.details["clusters"])
     least = int(binom.ppf(CHANCE, SEEDS, RATE))
@@ -110,7 +110,7 @@ def clutch_repeated() -> dict[str, Any]:
 def linear_covered(seed: int) -> dict[str, bool]:
     """Whether the interval of each parameter that the published pipeline identifies on a linear axis holds the truth."""
     truth, log = linear_axis(seed)
-    found = inverse_dynamic([log], linear_bench(), RATE).parameters
+    found = inverse_dynamic([log], linear_bench(), Settings(RATE)).parameters
     return {name: bool(interval.low <= getattr(truth, name) <= interval.high) for name, interval in found.items()}
 
 
@@ -135,7 +135,7 @@ def table_4_1() -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         bench = mass_bench(Path(folder))
     for seed in range(MASS_SEEDS):
-        found = [least_squares([mass_sine(seed)], bench, RATE).parameters[name] for name in names]
+        found = [least_squares([mass_sine(seed)], bench, Settings(RATE)).parameters[name] for name in names]
         truth = [getattr(MASS, name) for name in names]
         errors.append([interval.value / value - 1.0 for interval, value in zip(found, truth, strict=True)])
         hits += [interval.low <= value <= interval.high for interval, value in zip(found, truth, strict=True)]

@@ -89,7 +89,8 @@ def test_nothing_usable_is_the_answer_no() -> None:
 def noisy(seed: int) -> Record:
     """Sines whose current is noise of 5 A and nothing else."""
     log = record(sines(seed))
-    return replace(log, effort=TRUTH.constant * 5.0 * np.random.default_rng(seed).standard_normal(log.effort.size))
+    noise = TRUTH.constant * 5.0 * np.random.default_rng(seed).standard_normal(log.effort.size)
+    return replace(log, effort=noise, reference=log.position)
 
 
 @pytest.mark.parametrize("method", list(METHODS))

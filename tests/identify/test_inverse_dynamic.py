@@ -10,7 +10,9 @@ from frictool.documents.bench import Bench
 from frictool.documents.registry import load
 from frictool.identify.inverse_dynamic import PUBLISHED, Pipeline, inverse_dynamic
 from frictool.identify.least_squares import least_squares
+from frictool.identify.methods import Settings
 from frictool.identify.outcome import NothingUsable
+from frictool.identify.power_balance import power_balance
 from frictool.identify.record import Record, make_record
 from sample_logs.make import TRUTH, sines
 from tests.accept.check_identify import linear_covered
@@ -33,7 +35,7 @@ def bench() -> Bench:
 
 
 def test_published_values_of_emps(emps: Record, bench: Bench) -> None:
-    found = inverse_dynamic([emps], bench, 0.95)
+    found = inverse_dynamic([emps], bench, Settings())
     for name, (value, tolerance) in PUBLISHED_VALUES.items():
         assert found.parameters[name].value == pytest.approx(value, rel=tolerance)
         assert found.parameters[name].low < value < found.parameters[name].high
@@ -42,7 +44,7 @@ def test_published_values_of_emps(emps: Record, bench: Bench) -> None:
 
 
 def test_least_squares_agrees_on_emps(emps: Record, bench: Bench) -> None:
-    found = least_squares([emps], bench, 0.95)
+    found = least_squares([emps], bench, Settings())
     assert found.parameters["inertia"].value == pytest.approx(95.1, rel=0.01)
     assert found.parameters["viscous"].low < 203.5 < found.parameters["viscous"].high
     assert found.parameters["coulomb"].low < 20.39 < found.parameters["coulomb"].high
@@ -50,7 +52,7 @@ def test_least_squares_agrees_on_emps(emps: Record, bench: Bench) -> None:
 
 def test_known_parameters_of_an_axis_without_backlash(bench: Bench) -> None:
     truth = TRUTH._replace(encoder_step=1e-4, backlash=0.0, breakaway=0.099)
-    found = inverse_dynamic([record(sines(3, truth), truth)], bench, 0.95)
+    found = inverse_dynamic([record(sines(3, truth), truth)], bench, Settings())
     assert found.parameters["viscous"].value == pytest.approx(truth.viscous, rel=0.05)
     assert found.parameters["coulomb"].value == pytest.approx(truth.coulomb, rel=0.05)
     assert found.parameters["inertia"].value == pytest.approx(truth.inertia, rel=0.05)
@@ -60,7 +62,7 @@ def test_a_constant_keeps_its_size(bench: Bench) -> None:
     """The decimation filter passes a constant at the bottom of its ripple; the offset must not take that for itself."""
     truth = TRUTH._replace(encoder_step=1e-4, backlash=0.0, breakaway=0.099, offset=0.05)
     log = record(sines(3, truth), truth)
-    found = [inverse_dynamic([log], bench, 0.95, Pipeline(decimate=n)).parameters["offset"].value for n in (1, 10)]
+    found = [inverse_dynamic([log], bench, Settings(pipeline=Pipeline(decimate=n))).parameters["offset"].value for n in (1, 10)]
     assert found[1] == pytest.approx(found[0], rel=5e-3)
     assert found[1] == pytest.approx(0.05, rel=0.02)
 
@@ -74,7 +76,7 @@ def test_intervals_span_the_errors_that_the_pipeline_makes_every_time() -> None:
 
 def test_intervals_hold_those_of_the_power_balance() -> None:
     _, log = linear_axis(3)
-    balance, found = least_squares([log], linear_bench(), 0.95), inverse_dynamic([log], linear_bench(), 0.95)
+    balance, found = power_balance([log], linear_bench(), Settings()), inverse_dynamic([log], linear_bench(), Settings())
     for name, interval in found.parameters.items():
         assert interval.low <= balance.parameters[name].low
         assert interval.high >= balance.parameters[name].high
@@ -84,23 +86,23 @@ def test_intervals_hold_those_of_the_power_balance() -> None:
 def test_a_backlash_refuses_everything() -> None:
     """In the clutch a tenth of the samples may lie within it; Coulomb friction would come out 18 % too small, inertia 43 %."""
     with pytest.raises(NothingUsable, match=r"% of the samples may lie within the bench's backlash.*use least-squares"):
-        inverse_dynamic([record(sines(1))], clutch(), 0.95)
+        inverse_dynamic([record(sines(1))], clutch(), Settings())
 
 
 def test_a_backlash_that_is_small_beside_the_strokes_does_not() -> None:
     _, log = linear_axis(3)
-    without, tiny = (inverse_dynamic([log], linear_bench(backlash), 0.95) for backlash in (0.0, 2e-6))
+    without, tiny = (inverse_dynamic([log], linear_bench(backlash), Settings()) for backlash in (0.0, 2e-6))
     assert {name: found.value for name, found in tiny.parameters.items()} == {
         name: found.value for name, found in without.parameters.items()
     }
     with pytest.raises(NothingUsable, match="backlash"):
-        inverse_dynamic([log], linear_bench(2e-3), 0.95)
+        inverse_dynamic([log], linear_bench(2e-3), Settings())
 
 
 def test_a_coarse_encoder_refuses_what_it_hides(bench: Bench) -> None:
     """56 points a turn, without backlash. The offset does not need the encoder."""
     truth = TRUTH._replace(backlash=0.0, breakaway=0.099)
-    found = inverse_dynamic([record(sines(3, truth), truth)], bench, 0.95)
+    found = inverse_dynamic([record(sines(3, truth), truth)], bench, Settings())
     assert set(found.parameters) == {"offset"}
     assert "(4.3)" in found.refused["inertia"]
     assert "below 100 Hz" in found.refused["inertia"]
@@ -112,14 +114,14 @@ def test_a_coarse_encoder_refuses_what_it_hides(bench: Bench) -> None:
 def test_refusals(bench: Bench) -> None:
     log = record(sines(1))
     with pytest.raises(NothingUsable, match="not below half"):
-        inverse_dynamic([log], bench, 0.95, Pipeline(cutoff_hz=600.0))
+        inverse_dynamic([log], bench, Settings(pipeline=Pipeline(cutoff_hz=600.0)))
     short = make_record("short", log.time[:200], log.position[:200], log.effort[:200], log.resolution, log.lag)
     with pytest.raises(NothingUsable, match="too few"):
-        inverse_dynamic([short], bench, 0.95)
+        inverse_dynamic([short], bench, Settings())
     kept = np.r_[0:5000, 5100:9000]
     holed = make_record("holed", log.time[kept], log.position[kept], log.effort[kept], log.resolution, log.lag)
     with pytest.raises(NothingUsable, match="gaps"):
-        inverse_dynamic([holed], bench, 0.95)
+        inverse_dynamic([holed], bench, Settings())
     still = make_record("still", log.time, np.zeros(log.time.size), log.effort, log.resolution, log.lag)
     with pytest.raises(NothingUsable, match="excite"):
-        inverse_dynamic([still], bench, 0.95, PUBLISHED)
+        inverse_dynamic([still], bench, Settings(pipeline=PUBLISHED))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from frictool.identify.least_squares import least_squares
+from frictool.identify.methods import Settings
 from frictool.identify.outcome import NothingUsable
 from frictool.identify.record import Record, make_record
 from sample_logs import make
@@ -23,7 +24,7 @@ def coarse() -> Record:
 
 
 def test_the_coarse_encoder_gives_friction_and_refuses_inertia(coarse: Record) -> None:
-    found = least_squares([coarse], clutch(), 0.95)
+    found = least_squares([coarse], clutch(), Settings())
     assert set(found.parameters) == {"viscous", "coulomb", "offset"}
     for name, tolerance in {"viscous": 2e-3, "coulomb": 2e-3, "offset": 2e-2}.items():
         interval, truth = found.parameters[name], getattr(TRUTH, name)
@@ -36,7 +37,7 @@ def test_the_coarse_encoder_gives_friction_and_refuses_inertia(coarse: Record) -
 
 
 def test_a_fine_encoder_gives_inertia() -> None:
-    found = least_squares([record(sines(1, FINE), FINE)], clutch(), 0.95)
+    found = least_squares([record(sines(1, FINE), FINE)], clutch(), Settings())
     assert not found.refused
     assert found.parameters["inertia"].value == pytest.approx(TRUTH.inertia, rel=2e-3)
 
@@ -46,14 +47,14 @@ def test_an_exact_sensor_leaves_next_to_no_error(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(make, "NOISE", 0.0)
     monkeypatch.setattr(make, "CURRENT_DIGITS", 12)
     exact = TRUTH._replace(encoder_step=1e-7)
-    found = least_squares([record(sines(1, exact), exact)], clutch(), 0.95)
+    found = least_squares([record(sines(1, exact), exact)], clutch(), Settings())
     for name, interval in found.parameters.items():
         assert interval.value == pytest.approx(getattr(TRUTH, name), rel=1e-4)
     assert found.force_error < 1e-4
 
 
 def test_intervals_widen_with_confidence(coarse: Record) -> None:
-    narrow, wide = (least_squares([coarse], clutch(), confidence) for confidence in (0.5, 0.99))
+    narrow, wide = (least_squares([coarse], clutch(), Settings(confidence)) for confidence in (0.5, 0.99))
     for name, interval in narrow.parameters.items():
         assert wide.parameters[name].half_width > 3.0 * interval.half_width
         assert wide.parameters[name].value == interval.value
@@ -61,8 +62,8 @@ def test_intervals_widen_with_confidence(coarse: Record) -> None:
 
 def test_two_logs_are_one_regression(coarse: Record) -> None:
     other = record(sines(2))
-    both = least_squares([coarse, other], clutch(), 0.95)
-    alone = [least_squares([log], clutch(), 0.95) for log in (coarse, other)]
+    both = least_squares([coarse, other], clutch(), Settings())
+    alone = [least_squares([log], clutch(), Settings()) for log in (coarse, other)]
     assert both.samples == sum(fit.samples for fit in alone)
     assert both.parameters["coulomb"].half_width < min(fit.parameters["coulomb"].half_width for fit in alone)
 
@@ -70,7 +71,7 @@ def test_two_logs_are_one_regression(coarse: Record) -> None:
 def test_motion_in_one_direction_leaves_coulomb_and_offset_in_one(coarse: Record) -> None:
     first = slice(0, 800)  # the first stroke, and half a second of it moves
     one = make_record("one way", coarse.time[first], coarse.position[first], coarse.effort[first], coarse.resolution, coarse.lag)
-    found = least_squares([one], clutch(), 0.95)
+    found = least_squares([one], clutch(), Settings())
     assert "one direction" in found.refused["coulomb"]
     assert "one direction" in found.refused["offset"]
     assert "viscous" in found.parameters
@@ -82,7 +83,7 @@ def test_gaps_in_the_clock_do_no_harm(coarse: Record) -> None:
         kept[start : start + 37] = False
     holed = make_record("holes", coarse.time[kept], coarse.position[kept], coarse.effort[kept], coarse.resolution, coarse.lag)
     assert holed.piece[-1] == len(range(1000, coarse.time.size - 100, 1700))
-    found, whole = (least_squares([log], clutch(), 0.95) for log in (holed, coarse))
+    found, whole = (least_squares([log], clutch(), Settings()) for log in (holed, coarse))
     assert found.samples < whole.samples
     assert found.parameters["coulomb"].value == pytest.approx(TRUTH.coulomb, rel=2e-3)
 
@@ -92,11 +93,11 @@ def test_no_motion_is_said(path: str) -> None:
     position = np.zeros(4000) if path == "still" else np.arange(4000) % 2 * TRUTH.encoder_step
     log = make_record(path, np.arange(4000) * 1e-3, position, np.ones(4000), TRUTH.encoder_step, 0.003)
     with pytest.raises(NothingUsable, match="no sample slips"):
-        least_squares([log], clutch(), 0.95)
+        least_squares([log], clutch(), Settings())
 
 
 def test_steps_give_friction_too() -> None:
-    found = least_squares([record(steps(4))], clutch(), 0.95)
+    found = least_squares([record(steps(4))], clutch(), Settings())
     assert found.parameters["coulomb"].low <= TRUTH.coulomb <= found.parameters["coulomb"].high
 
 
@@ -107,7 +108,7 @@ def test_table_4_1(tmp_path: Path) -> None:
     """
     bench, errors = mass_bench(tmp_path), []
     for seed in range(24):
-        found = least_squares([mass_sine(seed)], bench, 0.95)
+        found = least_squares([mass_sine(seed)], bench, Settings())
         errors.append([found.parameters[name].value / getattr(MASS, name) - 1.0 for name in ("inertia", "viscous", "coulomb")])
     rms = 100.0 * np.sqrt(np.mean(np.square(errors), axis=0))
     assert np.all(rms < 1.3 * 1.15 * np.array([3.5, 0.134, 0.42])), rms
