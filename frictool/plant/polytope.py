@@ -9,8 +9,14 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass
 
+import numpy as np
+
+from frictool.documents.laws import Backward, PositionLaw
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
+from frictool.friction.position_polynomial import normalised
+
+PLACES = 1001  # over the travel, where a polynomial of position is looked at
 
 
 @dataclass(frozen=True)
@@ -35,7 +41,8 @@ class Polytope:
 def intervals(model: Model) -> dict[str, tuple[float, float]]:
     """For each parameter the hull of the model's intervals, in each direction and regime, and of the bench's range over the product's life.
 
-    The hull and not the intersection: the log tells what the parameter is on this bench today, the bench tells what it may become.
+    Coulomb friction that varies with position counts with its least and its largest factor. The hull and not the intersection: the log
+    tells what the parameter is on this bench today, the bench tells what it may become.
     """
     known, today = model.bench.mechanics, model.parameters
     pairs: dict[str, tuple[Quantity, ...]] = {
@@ -50,7 +57,23 @@ def intervals(model: Model) -> dict[str, tuple[float, float]]:
         slopes += [backward.viscous] if backward else []
         pairs["viscous"] += tuple(found for found in slopes if found is not None)
         pairs["coulomb"] += (backward.coulomb,) if backward and backward.coulomb else ()
-    return {name: (min(q.interval[0] for q in both), max(q.interval[1] for q in both)) for name, both in pairs.items()}
+    hull = {name: (min(q.interval[0] for q in both), max(q.interval[1] for q in both)) for name, both in pairs.items()}
+    if model.laws is not None and model.laws.position is not None:
+        local = _over_position(model.laws.position, today.coulomb, model.laws.backward)
+        hull["coulomb"] = (min(hull["coulomb"][0], local[0]), max(hull["coulomb"][1], local[1]))
+    return hull
+
+
+def _over_position(law: PositionLaw, forward: Quantity, opposite: Backward | None) -> tuple[float, float]:
+    """The least and the largest Coulomb friction over the travel and both directions."""
+    backward = (opposite.coulomb if opposite else None) or forward
+    lows, highs = [], []
+    for level, powers in ((forward, law.coulomb.forward), (backward, law.coulomb.backward or law.coulomb.forward)):
+        normal, _ = normalised(np.array(powers), law.over.low, law.over.high)
+        factors = np.polynomial.polynomial.polyval(np.linspace(law.over.low, law.over.high, PLACES), normal)
+        lows.append(max(0.0, float(factors.min())) * level.interval[0])
+        highs.append(float(factors.max()) * level.interval[1])
+    return min(lows), max(highs)
 
 
 def polytope(model: Model) -> Polytope:

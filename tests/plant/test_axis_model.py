@@ -97,5 +97,5 @@ def test_the_polytope_holds_each_direction_and_regime() -> None:
     model = load(NONLINEAR, Model)
     assert intervals(model)["viscous"] == (0.0, 7.62e-4)
     strong = msgspec.structs.replace(model.laws.backward.coulomb, high=0.25)
-    wider = msgspec.structs.replace(model, laws=msgspec.structs.replace(model.laws, backward=Backward(coulomb=strong)))
+    wider = msgspec.structs.replace(model, laws=msgspec.structs.replace(model.laws, backward=Backward(coulomb=strong), position=None))
     assert intervals(wider)["coulomb"] == (0.018, 0.25)
