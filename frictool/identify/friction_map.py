@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+import msgspec
 import numpy as np
 
 from frictool.documents.bench import Bench
@@ -46,46 +47,46 @@ def friction_map(
 ) -> FrictionMap:
     """The map from sliding logs and ramps whose breakaway `first` varies with position; `axis` as of `breakaway`.
 
-    The ramps are evaluated again with the Coulomb friction that the map has. Raises NothingUsable as `sines` does.
+    The axis's offset is the bench's. The ramps are evaluated again with the Coulomb friction that the map has. Raises NothingUsable as
+    `sines` does.
     """
-    rows = gated_rows(records, bench)
+    rows, offset = gated_rows(records, bench), axis["offset"].value
     law = first.by_position
     assert law is not None
-    coulomb = _coulomb(_fitted(rows, law, bench, settings)[1])
-    ramp = breakaway(ramps, bench, {**axis, "coulomb": coulomb}, settings.confidence)
+    start, levels = _fitted(rows, law, offset, bench, settings)
+    sliding = {**start.parameters, "coulomb": _mean(levels)}
+    ramp = breakaway(ramps, bench, {**axis, **sliding}, settings.confidence)
     law = ramp.by_position or law
-    fit, levels = _fitted(rows, law, bench, settings)
+    fit, levels = _fitted(rows, law, offset, bench, settings)
     beta = (law.forward.value + law.backward.value) / (levels[0].value + levels[-1].value)
     return FrictionMap(replace(fit, details={**fit.details, "beta": beta}), ramp, beta)
 
 
-def _coulomb(levels: list[Interval]) -> Interval:
+def _mean(levels: list[Interval]) -> Interval:
     """The mean of the directions, its range that of either error in full."""
     ends = np.mean([[level.value, level.low, level.high] for level in levels], axis=0)
     return Interval(float(ends[0]), float(ends[1]), float(ends[2]))
 
 
-def _fitted(rows: Rows, law: ByPosition, bench: Bench, settings: Settings) -> tuple[Fit, list[Interval]]:
+def _fitted(rows: Rows, law: ByPosition, offset: float, bench: Bench, settings: Settings) -> tuple[Fit, list[Interval]]:
     """The fit of the rows to a shape over position, and the levels of friction in slip: one, or forward and backward."""
-    means, offset = rows.means, bench.mechanics.offset
-    known = 0.0 if offset is None or law.common else offset.value
+    means = rows.means
     shaped = means.sign * means.mean(_shape(rows, law))
     forward = (means.sign > 0.0).astype(np.float64)
     second = np.ones(shaped.size) if law.common else shaped * (1.0 - forward)
     first = shaped if law.common else shaped * forward
-    changed = replace(means, columns=np.column_stack((first, second)), effort=means.effort - known)
+    changed = replace(means, columns=np.column_stack((first, second)), effort=means.effort - (0.0 if law.common else offset))
     pieces, half = fit_rows(replace(rows, means=changed), bench, settings.confidence)
     value, place = pieces.solution.value, len(pieces.knees) + 1
     pair = [Interval(float(value[k]), float(value[k] - half[k]), float(value[k] + half[k])) for k in (0, place, place + 1)]
     found = {"viscous": not_negative(pair[0]), "coulomb": pair[1]}
-    refused = {} if law.common or offset is not None else {"offset": OFFSET_REASON}
+    refused = {} if law.common or bench.mechanics.offset is not None else {"offset": OFFSET_REASON}
     if law.common:
         found["offset"] = pair[2]
     levels = pair[1:2] if law.common else pair[1:]
     laws = Laws(
-        backward=None if law.common else Backward(coulomb=_estimate(levels[1], bench), breakaway=_estimate(law.backward, bench)),
+        backward=None if law.common else Backward(coulomb=_estimate(levels[1], bench)),
         regimes=regimes_of(pieces, half, bench),
-        position=position_law_of(law, bench),
     )
     error = float(np.linalg.norm(pieces.residual) / np.linalg.norm(means.effort))
     details: dict[str, float | int] = {"strokes": means.effort.size, "knees": len(pieces.knees)}
@@ -104,11 +105,19 @@ def _shape(rows: Rows, law: ByPosition) -> Vector:
     return np.asarray(np.where(forward, *curves), dtype=np.float64)
 
 
-def position_law_of(law: ByPosition, bench: Bench) -> PositionLaw:
-    """The document's."""
-    forward, backward = law.powers
+def breakaway_laws(ramp: Breakaway, bench: Bench, found: dict[str, Interval], sliding: Laws | None = None) -> Laws:
+    """The document's laws of a breakaway that varies, beside those of `sliding`; `found` gets the positive direction's breakaway."""
+    law, laws = ramp.by_position, sliding or Laws()
+    if law is None:
+        found["breakaway"] = ramp.interval
+        return laws
+    found["breakaway"] = law.forward
     span = Span(law.low, law.high, si_unit("position", bench.axis))
-    return PositionLaw(span, Polynomial(forward, None if law.common else backward))
+    backward = laws.backward
+    if not law.common:
+        backward = msgspec.structs.replace(backward or Backward(), breakaway=_estimate(law.backward, bench))
+    position = PositionLaw(span, Polynomial(law.powers[0], None if law.common else law.powers[1]))
+    return msgspec.structs.replace(laws, backward=backward, position=position)
 
 
 def _estimate(found: Interval, bench: Bench) -> Estimate:

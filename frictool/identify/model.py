@@ -31,6 +31,7 @@ def model_of(result: Identification, bench: Bench, provenance: Provenance) -> Mo
         provenance=provenance,
         not_identified=result.refused,
         fit=summary,
+        laws=result.laws,
     )
 
 
