@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import heapq
-import itertools
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -16,27 +15,26 @@ CHUNK_BYTES = 4_000_000  # a second of a fast log is several chunks
 
 def chunked(pieces: Iterator[Samples]) -> Iterator[Samples]:
     """The samples of a stream in pieces of a second, counted from its first sample, and of no more than CHUNK_BYTES each."""
-    held: list[Samples] = []  # of the second that is not over yet
-    start = rows = 0
+    held: list[Samples] = []  # of a chunk that is not whole yet,
+    left = end = rows = 0  # which takes so many samples more, before so many ns
+    start: int | None = None
     for piece in pieces:
-        if not held and not rows:
-            start = int(piece.time[0])
-            rows = max(1, CHUNK_BYTES // message_dtype(len(piece.values)).itemsize)
-        held.append(piece)
-        first, last = int(held[0].time[0]), int(piece.time[-1])
-        if (first - start) // NS == (last - start) // NS and sum(part.time.size for part in held) < rows:
-            continue
-        *whole, rest = _split(joined(held), start, rows)
-        yield from whole
-        held = [rest]
+        low, size = 0, piece.time.size
+        if start is None:
+            start, rows = int(piece.time[0]), max(1, CHUNK_BYTES // message_dtype(len(piece.values)).itemsize)
+        while low < size:
+            if not held:
+                left, end = rows, start + ((int(piece.time[low]) - start) // NS + 1) * NS
+            high = min(int(piece.time.searchsorted(end)), low + left)
+            if high > low:
+                held.append(piece.part(low, high))
+            left -= high - low
+            if high < size or not left:
+                yield joined(held)
+                held = []
+            low = high
     if held:
         yield joined(held)
-
-
-def _split(samples: Samples, start: int, rows: int) -> list[Samples]:
-    seconds = (samples.time - start) // NS
-    bounds = [0, *(np.flatnonzero(np.diff(seconds)) + 1).tolist(), samples.time.size]
-    return [samples.part(low, min(low + rows, end)) for first, end in itertools.pairwise(bounds) for low in range(first, end, rows)]
 
 
 def joined(parts: Sequence[Samples]) -> Samples:
