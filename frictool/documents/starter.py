@@ -121,8 +121,8 @@ def _aligned(text: str) -> str:
 
 
 def quoted(text: str) -> str:
-    """Text as a YAML scalar on one line; in double quotes, with escapes, where it could be read as anything else."""
-    plain = yaml.safe_dump(text, width=float("inf"), allow_unicode=True).removesuffix("\n...\n").rstrip("\n")
+    """Text as a YAML scalar on one line, also between braces; in double quotes, with escapes, where it could be read as anything else."""
+    plain = yaml.safe_dump([text], default_flow_style=True, width=float("inf"), allow_unicode=True).rstrip("\n")[1:-1]
     return plain if plain == text and text.isprintable() else _double_quoted(text)
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from frictool.errors import LogError
 from frictool.logs.byte_streams import Bytes
-from frictool.logs.table import BLOCK_ROWS, Block, Loss, Nanoseconds, find, listed
+from frictool.logs.table import BLOCK_ROWS, BehindDamage, Block, Loss, Nanoseconds, find, listed
 
 _LINE = re.compile(r"(.+)([\[(])(:,)?([0-9]{1,6})(,:)?[\])]")
 FIRST_YEAR, LAST_YEAR = 1678, 2261  # what ns since 1970 in 64 bits can tell
@@ -91,7 +91,7 @@ class ArrayTable:
             raise LogError(self.source, f"variable {wanted!r} is a {self.others[wanted]}; allowed: a real vector: {listed(self.names)}")
         found = find(self.names, wanted) or other_notation(self.names, str(wanted))
         if found is None and self.damage is not None:
-            raise LogError(self.source, f"is damaged: {self.damage}; read before that: {listed(self.names)}, and no {wanted!r}")
+            raise BehindDamage(self.source, f"is damaged: {self.damage}; read before that: {listed(self.names)}, and no {wanted!r}")
         return found
 
     def blocks(self, wanted: Sequence[str], losses: list[Loss] | None = None) -> Iterator[tuple[Block, int]]:

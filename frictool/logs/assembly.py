@@ -17,7 +17,7 @@ from frictool.logs.alignment import CLOCK_OFFSET, aligned
 from frictool.logs.binding import bind, topic_for
 from frictool.logs.chunks import chunked, joined
 from frictool.logs.flow import Flow, Samples
-from frictool.logs.formats import tables_of
+from frictool.logs.formats import opened
 from frictool.logs.instruments import view_of
 from frictool.logs.intervals import Intervals
 from frictool.logs.log import Log, Stream
@@ -29,7 +29,6 @@ from frictool.logs.mcap_writer import CanonicalWriter, Notes, write_streams
 from frictool.logs.parts import sources
 from frictool.logs.prepared import Findings, prepared
 from frictool.logs.quality import TimeBase
-from frictool.logs.recording_format import tables_of_parts
 from frictool.logs.resampling import RESAMPLED, grid, resampled
 from frictool.logs.table import LAYOUT, Loss, Table, Told
 
@@ -121,7 +120,7 @@ def assemble(paths: Sequence[Path], bench: Bench | None, salvage: bool = False) 
             raise LogError(path, missing)
         view = view_of(path, bench)
         layout = view.bench.layout
-        tables = tables_of(path, layout) if len(parts) == 1 else tables_of_parts(parts, layout)
+        tables = opened(parts, layout)
         _describe(made, path, tables)
         add_tables(made, tables, view.bench, (view.name or stem) if stem else "", view.ahead_ns)
         if view.estimate is not None:
@@ -133,7 +132,7 @@ def assemble(paths: Sequence[Path], bench: Bench | None, salvage: bool = False) 
 def add_tables(made: Assembly, tables: Sequence[Table], bench: Bench, stem: str = "", ahead_ns: int = 0) -> None:
     """The streams of a raw file, whose clock is ahead so much. Raises LogError as `bind` does."""
     ready, findings = prepared(tables, bench)
-    flows = bind(ready, bench, stem, [flow.head.topic for flow in made.flows])
+    flows = bind(ready, bench, stem, [flow.head.topic for flow in made.flows], made.lost if made.salvage else None)
     made.flows += flows
     made.findings += findings
     if ahead_ns:

@@ -10,16 +10,18 @@ from frictool.documents.quantity import CHANNEL_DIMENSIONS
 from frictool.errors import LogError
 from frictool.logs.log import MAIN_TOPIC
 from frictool.logs.mapping import EFFORT, TIME, Mapper
-from frictool.logs.table import Table, listed, pick
+from frictool.logs.mcap_layout import message_path
+from frictool.logs.table import BehindDamage, Loss, Table, listed, pick
 from frictool.logs.text_units import ISO_8601
 
 Found = dict[str, tuple[Column, str]]  # channel -> what the bench says of it, and the column's name in the table
 
 
-def bind(tables: Sequence[Table], bench: Bench, stem: str = "", taken: Sequence[str] = ()) -> list[Mapper]:
+def bind(tables: Sequence[Table], bench: Bench, stem: str = "", taken: Sequence[str] = (), lost: list[Loss] | None = None) -> list[Mapper]:
     """The streams of a raw file: `/axis`, made of the table with the position, else of the first; further ones `/axis/NAME`.
 
     stem: the file's, where it is not the first of its log: its streams are `/axis/STEM`, `/axis/STEM_NAME`. taken: topics of the others.
+    lost: a channel whose column lies behind where the file was cut is appended to it and left out; None raises LogError.
 
     Raises LogError where the bench maps no channel, a column is missing or in several tables, its unit contradicts the bench, or a table
     has no time.
@@ -28,14 +30,23 @@ def bind(tables: Sequence[Table], bench: Bench, stem: str = "", taken: Sequence[
     if not bench.columns.keys() - {TIME}:
         raise LogError(source, f"bench {bench.name!r} maps no channel: columns needs at least one of {', '.join(CHANNEL_DIMENSIONS)}")
     found: dict[int, Found] = {}
+    behind: dict[str, BehindDamage] = {}
     for channel, column in bench.columns.items():
         if channel != TIME:
-            home, name = _home(tables, channel, column)
+            try:
+                home, name = _home(tables, channel, column)
+            except BehindDamage as error:
+                behind[channel] = error
+                continue
             found.setdefault(home, {})[channel] = column, name
+    if behind and (lost is None or not found):
+        raise next(iter(behind.values()))
     order = sorted(found, key=lambda home: "position" not in found[home])
     topics: list[str] = []
     for home in order:
         topics.append(topic_for(stem, tables[home].topic if topics else "", [*taken, *topics]))
+    if lost is not None:
+        lost += [Loss((message_path(topics[0], channel),), error.reason) for channel, error in behind.items()]
     derive_from = bench.actuator.drive if not any(EFFORT in channels for channels in found.values()) else None
     return [
         Mapper(

@@ -7,11 +7,13 @@ and `tables(path, layout)` opens it: a table for each of its time bases, nothing
 from __future__ import annotations
 
 import importlib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple, Protocol, cast
 
 from frictool.documents.bench import Layout
 from frictool.errors import LogError
+from frictool.logs.recording_format import tables_of_parts
 from frictool.logs.source import head_of
 from frictool.logs.table import Table
 
@@ -34,6 +36,17 @@ FORMATS = (
     Format("text with columns (CSV)", "frictool.logs.csv_format"),
 )
 
+# what is no log but may hold one: first bytes -> what it is, and what to do
+PACKED = {
+    b"\x1f\x8b": "is packed with gzip; unpack it first (gunzip)",
+    b"BZh": "is packed with bzip2; unpack it first (bunzip2)",
+    b"\xfd7zXZ": "is packed with xz; unpack it first (unxz)",
+    b"\x28\xb5\x2f\xfd": "is packed with zstd; unpack it first (zstd -d)",
+    b"PK\x03\x04": "is a zip archive or an Excel workbook; unpack it, or save the sheet as CSV",
+    b"\xd0\xcf\x11\xe0": "is an Excel workbook or another document of Office; save the sheet as CSV",
+    b"TDSm": "is a TDMS file of LabVIEW; export it as CSV or MATLAB",
+}
+
 
 class Reader(Protocol):
     """What the module of a format has."""
@@ -49,12 +62,20 @@ def format_of(path: Path) -> Format:
     for one in FORMATS:
         if _reader(one).sniff(head, path):
             return one
+    for signature, what in PACKED.items():
+        if head.startswith(signature):
+            raise LogError(path, what)
     raise LogError(path, f"is binary and no known format; allowed: {', '.join(one.name for one in FORMATS)}")
 
 
 def tables_of(path: Path, layout: Layout | None = None) -> tuple[Table, ...]:
     """The tables of a raw file. Raises LogError where it cannot be read or is no file of its format."""
     return _reader(format_of(path)).tables(path, layout)
+
+
+def opened(parts: Sequence[Path], layout: Layout | None = None) -> tuple[Table, ...]:
+    """The tables of a raw file, or of the parts of one recording. Raises LogError as `tables_of` does."""
+    return tables_of(parts[0], layout) if len(parts) == 1 else tables_of_parts(parts, layout)
 
 
 def _reader(one: Format) -> Reader:

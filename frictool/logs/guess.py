@@ -6,6 +6,8 @@ A unit is believed before a name. What is found is a guess, to be checked by who
 from __future__ import annotations
 
 import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
@@ -16,28 +18,32 @@ from frictool.documents.bench import LONGEST_PERIOD, SHORTEST_PERIOD
 from frictool.documents.quantity import CHANNEL_DIMENSIONS, Axis, factor_to_si, si_unit
 from frictool.documents.starter import Start
 from frictool.errors import LogError
-from frictool.logs.formats import tables_of
+from frictool.logs.formats import opened
 from frictool.logs.log import Log, Vector
 from frictool.logs.mapping import COUNT, TIME
 from frictool.logs.mcap_layout import NS
 from frictool.logs.mcap_reader import is_canonical, read_mcap
 from frictool.logs.memory_table import MemoryTable, in_memory
+from frictool.logs.parts import sources
 from frictool.logs.quality import encoder_step, time_base
 from frictool.logs.table import Table
 
 # the first channel that a name fits is taken: a "position reference" is a reference
 NAMES: dict[str, str] = {
     TIME: r"t|time|times|timestamp|temps|zeit",
-    "reference": r"ref|reference|setpoint|target|desired|command|cmd|qg|consigne|sollwert",
+    "reference": r"ref|reference|setpoint|target|desired|command|cmd|qg|consigne|soll|sollwert",
     "voltage": r"u|v|vir|volt|voltage|tension|spannung",
-    "current": r"i|iq|amp|amps|current|courant|strom",
-    "velocity": r"vel|velocity|speed|omega|rpm|qd|dq|vitesse",
-    "effort": r"effort|torque|force|tau|couple",
-    "position": r"pos|position|angle|theta|encoder|enc|counter|count|counts|q|qm|x|y|displacement",
+    "current": r"i|iq|amp|amps|cur|curr|current|courant|strom",
+    "velocity": r"vel|velocity|speed|omega|rpm|qd|dq|vitesse|drehzahl",
+    "effort": r"effort|torque|force|tau|couple|drehmoment|kraft",
+    "position": r"pos|position|angle|theta|encoder|enc|counter|count|counts|q|qm|x|y|displacement|winkel",
 }
 AXIS_NAMES: dict[Axis, set[str]] = {"rotary": {"angle", "theta", "omega", "rpm"}, "linear": {"displacement"}}
 _ANGLE = re.compile(r"rad|deg|°|rev|rpm|turn|cycle", re.IGNORECASE)
+_HUMP = re.compile(r"(?<=[a-z])(?=[A-Z])")  # of a name such as motorCurrent
+_LABEL = re.compile(r"\[([^\]]*)\]$")  # the joint of a recording's column
 ROUND = 1e-3
+MOST_ROWS = 1 << 18  # that are looked at
 COUNTS = (COUNT, "counts", "ticks", "inc", "increments")
 
 
@@ -58,14 +64,14 @@ class Guess:
 
 
 def guess_from(path: Path, axis: Axis | None = None) -> Guess:
-    """What the log at `path` (CSV, MATLAB, canonical MCAP) tells; `axis` where it is known.
+    """What the log or the bag at `path` tells; `axis` where it is known.
 
     Raises LogError where it cannot be read, and where neither `axis` nor the log tells the kind of axis.
     """
-    if is_canonical(path):
-        return guess(_table(read_mcap(path)), axis)
-    table = max(tables_of(path), key=lambda one: len(one.names))  # of several time bases, the one with most columns
-    return guess(in_memory(table, _numeric(table)), axis)
+    (parts,) = sources([path])
+    if len(parts) == 1 and is_canonical(parts[0]):
+        return guess([_table(read_mcap(parts[0]))], axis)
+    return guess([*_read(opened(parts))], axis)
 
 
 def start_from(log: Path, name: str, axis: Axis | None, log_path: str | None = None) -> Start:
@@ -85,12 +91,17 @@ def start_from(log: Path, name: str, axis: Axis | None, log_path: str | None = N
     )
 
 
-def _numeric(table: Table) -> list[str]:
-    """The columns with numbers at their start: the others hold texts, or date the rows."""
-    first, _ = next(iter(table.blocks(table.names, [])), (None, 0))
-    if first is None:
-        raise LogError(table.source, "has no row that can be read")
-    return [name for name, values in first.columns.items() if np.isfinite(values).any()]
+def _read(tables: Sequence[Table]) -> Iterator[MemoryTable]:
+    """The start of each table that has numbers, those with most columns first. Raises LogError where none has."""
+    found = False
+    for table in sorted(tables, key=lambda one: -len(one.names)):
+        first, _ = next(iter(table.blocks(table.names, [])), (None, 0)) if table.names else (None, 0)
+        if first is None:
+            continue
+        found = True  # columns of texts, and those that date the rows, have no finite number
+        yield in_memory(table, [name for name, values in first.columns.items() if np.isfinite(values).any()], MOST_ROWS)
+    if not found:
+        raise LogError(tables[0].source, "has no row that can be read")
 
 
 def _table(log: Log) -> MemoryTable:
@@ -98,25 +109,39 @@ def _table(log: Log) -> MemoryTable:
     return MemoryTable({TIME: log.main.time, **log.main.signals}, {TIME: "s", **log.main.units}, log.source)
 
 
-def guess(table: MemoryTable, axis: Axis | None = None) -> Guess:
-    """The guess for a table that has been read. Raises LogError where nothing tells the kind of axis."""
-    axis = axis or _axis(table)
+def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> Guess:
+    """The guess for the tables of a file, which have been read. Raises LogError where nothing tells the kind of axis."""
+    axis = axis or _axis(tables)
     if axis is None:
         wanting = "has no unit or name that tells a rotary from a linear axis"
-        raise LogError(table.source, f"{wanting}; give --axis rotary (rad, N m) or --axis linear (m, N)")
+        raise LogError(tables[0].source, f"{wanting}; give --axis rotary (rad, N m) or --axis linear (m, N)")
     columns: dict[str, tuple[str, str]] = {}
-    for name in table.columns:
+    homes: dict[str, MemoryTable] = {}
+    offered = [(name, table) for table in tables for name in _liveliest_first(table)]
+    count = Counter(name for name, _ in offered)
+    for name, table in offered:
         channel = _channel(name, table.units.get(name), axis, columns)
-        if channel is not None:
+        dated = channel == TIME and table.time_ns is not None  # the file dates its rows by itself, and more exactly
+        if channel is not None and not dated and count[name] == 1:
             columns[channel] = (name, _unit(table, name, channel, axis))
-    left = tuple(name for name in table.columns if name not in [column for column, _ in columns.values()])
-    return Guess(axis, columns, left, _period(table, columns, axis), _step(table, columns, axis))
+            homes[channel] = table
+    taken = [column for column, _ in columns.values()]
+    left = tuple(dict.fromkeys(name for name, table in offered if name not in taken and name != table.clock))
+    main = homes.get("position", next(iter(homes.values()), tables[0]))
+    return Guess(axis, columns, left, _period(main, columns, axis), _step(main, columns, axis))
 
 
-def _axis(table: MemoryTable) -> Axis | None:
+def _liveliest_first(table: MemoryTable) -> list[str]:
+    """The columns; of several joints those of the one of which most numbers change come first, and what is taken is of one joint."""
+    label = {name: found[1] if (found := _LABEL.search(name)) else "" for name in table.columns}
+    moving = Counter(label[name] for name, values in table.columns.items() if np.ptp(values) > 0.0)
+    return sorted(table.columns, key=lambda name: -moving[label[name]])
+
+
+def _axis(tables: Sequence[MemoryTable]) -> Axis | None:
     """The kind of axis that the units of positions and velocities tell, else the names; None where nothing tells, or both are told."""
-    units = [unit for unit in table.units.values() if unit and not _is_count(unit)]
-    words = {word for name in table.columns for word in re.split(r"[^a-z]+", name.lower())}
+    units = [unit for table in tables for unit in table.units.values() if unit and not _is_count(unit)]
+    words = {word for table in tables for name in table.columns for word in _words(name)}
     for told in (
         {axis for axis in AXIS_NAMES for unit in units if _tells(unit, axis)},
         {axis for axis, names in AXIS_NAMES.items() if words & names},
@@ -149,12 +174,15 @@ def _fits(unit: str, dimension: str, axis: Axis) -> bool:
 def _channel(name: str, unit: str | None, axis: Axis, taken: dict[str, tuple[str, str]]) -> str | None:
     """The channel of a column: its name's where the unit does not contradict it, else the only one left that has its unit."""
     fitting = [channel for channel in NAMES if channel not in taken and (unit is None or _fits(unit, _dimension(channel), axis))]
-    words = set(re.split(r"[^a-z]+", name.lower()))
-    named = [channel for channel in fitting if words & set(NAMES[channel].split("|"))]
+    named = [channel for channel in fitting if _words(name) & set(NAMES[channel].split("|"))]
     if named:
         return named[0]
     candidates = [channel for channel in fitting if channel != "reference"]
     return candidates[0] if unit is not None and len(candidates) == 1 else None
+
+
+def _words(name: str) -> set[str]:
+    return set(re.split(r"[^a-z]+", _HUMP.sub(" ", name).lower()))
 
 
 def _dimension(channel: str) -> str:
@@ -162,12 +190,12 @@ def _dimension(channel: str) -> str:
 
 
 def _unit(table: MemoryTable, name: str, channel: str, axis: Axis) -> str:
-    """The file's unit; without one, counts where a position has whole numbers only, else SI."""
+    """The file's unit; without one, counts where a position moves by whole numbers only, else SI."""
     unit = table.units.get(name)
     if unit is not None:
         return COUNT if _is_count(unit) else unit
     values = table.columns[name]
-    if _dimension(channel) == "position" and np.array_equal(values, np.rint(values)):
+    if _dimension(channel) == "position" and np.ptp(values) > 0.0 and np.array_equal(values, np.rint(values)):
         return COUNT
     return si_unit(_dimension(channel), axis)
 

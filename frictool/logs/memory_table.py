@@ -61,10 +61,15 @@ def _common_size(source: str, columns: Mapping[str, Vector]) -> int:
     return int(columns[first].size)
 
 
-def in_memory(table: Table, wanted: Sequence[str]) -> MemoryTable:
-    """The columns `wanted` of a table with all of its rows. Raises LogError as its blocks do."""
-    blocks = [block for block, _ in table.blocks(wanted)]
-    columns = {name: np.concatenate([np.empty(0), *(block.columns[name] for block in blocks)]) for name in wanted}
+def in_memory(table: Table, wanted: Sequence[str], most: int) -> MemoryTable:
+    """The columns `wanted` of a table, of the blocks that hold its first `most` rows. Raises LogError as its blocks do."""
+    blocks, rows = [], 0
+    for block, _ in table.blocks(wanted):
+        blocks.append(block)
+        rows = block.first_row + next(iter(block.columns.values())).size
+        if rows >= most:
+            break
+    columns = {name: np.concatenate([block.columns[name] for block in blocks]) for name in wanted}
     dates = [block.time_ns for block in blocks if block.time_ns is not None]
     time_ns = np.concatenate(dates) if dates else None
     return MemoryTable(columns, {name: table.units.get(name) for name in wanted}, table.source, table.topic, table.clock, time_ns)

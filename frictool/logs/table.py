@@ -41,6 +41,14 @@ class Loss:
     samples: int | None = None
 
 
+class BehindDamage(LogError):
+    """A column that the file may have had behind where it is damaged. reason: the message without the file."""
+
+    def __init__(self, source: str, reason: str) -> None:
+        self.reason = reason
+        super().__init__(source, reason)
+
+
 @dataclass(frozen=True)
 class Block:
     """Rows of a table that follow one another.

@@ -52,7 +52,8 @@ def is_text(head: bytes) -> bool:
 
 def _looks_wide(head: bytes) -> bool:
     pairs = len(head) // 2
-    return pairs > 1 and max(head[: 2 * pairs : 2].count(0), head[1 : 2 * pairs : 2].count(0)) > 0.9 * pairs
+    fewer, more = sorted((head[: 2 * pairs : 2].count(0), head[1 : 2 * pairs : 2].count(0)))
+    return pairs > 1 and more > 0.9 * pairs and fewer < 0.1 * pairs
 
 
 def text_bytes(path: Path, encoding: Encoding) -> Iterator[tuple[bytes, int]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -29,7 +30,7 @@ class Zeroed:
         zeros = {name: self._zero(name) for name in wanted if name in self._counts}
         for block, done in self._table.blocks(wanted, losses):
             columns = {name: values - zeros[name] if name in zeros else values for name, values in block.columns.items()}
-            yield Block(block.first_row, columns, block.time_ns), done
+            yield replace(block, columns=columns), done
 
     def _zero(self, name: str) -> float:
         """The mean, in a reading of its own that goes no further than it has to. Raises LogError where the table is shorter."""
@@ -45,6 +46,6 @@ class Zeroed:
 
 def zeroed(table: Table, columns: Mapping[Channel, Column]) -> Table:
     """The table with the zeros that the bench's columns ask for."""
-    asked = ((table.find(one.column), one.zero_first_samples) for one in columns.values())
-    counts = {name: count for name, count in asked if name is not None and count is not None}
+    asked = ((table.find(one.column), one.zero_first_samples) for one in columns.values() if one.zero_first_samples is not None)
+    counts = {name: count for name, count in asked if name is not None}
     return Zeroed(table, counts) if counts else table

@@ -14,11 +14,15 @@ import scipy.io
 from hypothesis import given
 from hypothesis import strategies as st
 
+from frictool.documents.bench import Column
 from frictool.errors import LogError
 from frictool.logs import mat_format
 from frictool.logs.array_table import ArrayTable
+from frictool.logs.assembly import Assembly, add_tables
+from frictool.logs.assembly import whole as whole_log
+from frictool.logs.log import Log
 from frictool.logs.table import BLOCK_ROWS, Loss
-from tests.logs.example import GOLDEN, measured
+from tests.logs.example import GOLDEN, bench, measured
 from tests.logs.tables import columns
 
 CONTENTS = {
@@ -259,3 +263,30 @@ def test_the_measured_record():
     table = table_of(measured("emps/DATA_EMPS.mat"))
     assert columns(table, ["t", "qm", "vir"])["qm"].shape == (24841,)
     assert set(table.names) == {"qg", "qm", "t", "vir"}
+
+
+def test_a_channel_that_lies_behind_a_cut_is_lost_and_the_others_are_kept(tmp_path: Path):
+    time, position = np.arange(100) / 1000.0, np.sin(np.arange(100.0))
+    whole = tmp_path / "whole.mat"
+    scipy.io.savemat(whole, {"t": time, "q": position, "i": position})
+    cut = tmp_path / "cut.mat"
+    cut.write_bytes(whole.read_bytes()[:1500])
+    columns = {name: Column(column, unit) for name, column, unit in (("time", "t", "s"), ("position", "q", "rad"), ("current", "i", "A"))}
+    with pytest.raises(LogError, match=r"is damaged: .* and no 'i'"):
+        assemble_whole(cut, columns, salvage=False)
+    log, losses = assemble_whole(cut, columns, salvage=True)
+    kept = log.main.time.size
+    assert 0 < kept < 100
+    assert np.array_equal(log.main.time, time[:kept])
+    assert np.array_equal(log.main.signals["position"], position[:kept])
+    assert list(log.main.signals) == ["position"]
+    assert {path: loss.samples for loss in losses for path in loss.channels} == {"/axis.current": None, "/axis.position": 100 - kept}
+    cut.write_bytes(whole.read_bytes()[:900])  # no channel is left
+    with pytest.raises(LogError, match="and no 'q'"):
+        assemble_whole(cut, columns, salvage=True)
+
+
+def assemble_whole(path: Path, columns: dict[str, Column], salvage: bool) -> tuple[Log, list[Loss]]:
+    made = Assembly(salvage=salvage)
+    add_tables(made, mat_format.tables(path), bench(columns))
+    return whole_log(made), made.losses
