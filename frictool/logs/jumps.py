@@ -51,6 +51,7 @@ class Jumps:
     lowest_landing: float = math.inf
     highest_landing: float = -math.inf
     slack: float = SLACK_COUNTS
+    unwrapped: bool = False  # the wraps of the counter have been undone before
 
     def take(self, time: Vector, steps: Vector, landings: Vector, slack: float) -> None:
         """Adds jumps (m,): when, how far, to which count of the counter; `slack`: what motion may have added to a step."""
@@ -89,9 +90,9 @@ class Jumps:
 
     def hint(self) -> str:
         """What the jumps may be, and what to try."""
-        bits, index = self.wrap_bits, self.index
+        bits, index = None if self.unwrapped else self.wrap_bits, self.index
         if bits is not None:
             return f"does its counter wrap? then set encoder.wrap_bits, here to {bits}"
         if index is not None:
             return f"each returns to about {index:.0f}: does an index pulse reset the counter? then set encoder.index_reset: true"
-        return "are counts lost? does its counter wrap (encoder.wrap_bits)?"
+        return "are counts lost? " + ("is mechanics.top_speed right?" if self.unwrapped else "does its counter wrap (encoder.wrap_bits)?")

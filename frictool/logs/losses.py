@@ -60,10 +60,11 @@ def as_rows(losses: list[Loss]) -> list[dict[str, Any]]:
 
 def counted(losses: list[Loss]) -> str:
     """How much, in words."""
-    samples, places = sum(loss.samples or 0 for loss in losses), f"in {len(losses)} place{'s' if len(losses) != 1 else ''}"
+    samples = sum(loss.samples or 0 for loss in losses)
+    known, places = f"{samples} sample{'s' * (samples != 1)}", f"in {len(losses)} place{'s' * (len(losses) != 1)}"
     if all(loss.samples is not None for loss in losses):
-        return f"{samples} samples {places}"
-    return f"{samples} samples and more that nobody can count, {places}" if samples else f"samples that nobody can count, {places}"
+        return f"{known} {places}"
+    return f"{known} and more that nobody can count, {places}" if samples else f"samples that nobody can count, {places}"
 
 
 def shown(loss: Loss) -> str:

@@ -139,8 +139,13 @@ class Mapper:
             row = int(np.argmax(mask))
             found = f"column {name!r}: found {block.columns[name][row]}; allowed: a finite number, {LARGEST:g} at most"
             raise fail_at(self._table, block.first_row + row, found)
-        dropped = [Dropped(f"column {name!r} has no finite number there", np.flatnonzero(mask)) for name, mask in bad.items()]
-        return np.flatnonzero(~np.logical_or.reduce(list(bad.values()))), dropped
+        dropped, left = [], np.ones(next(iter(bad.values())).size, np.bool_)
+        for name, mask in bad.items():
+            rows = np.flatnonzero(mask & left)  # a row that lacks several numbers is lost once
+            if rows.size:
+                dropped.append(Dropped(f"column {name!r} has no finite number there", rows))
+            left &= ~mask
+        return np.flatnonzero(left), dropped
 
     def _times(self, block: Block, rows: Rows) -> Nanoseconds:
         """The times of rows of a block, in ns."""
@@ -240,5 +245,5 @@ def check_rate(source: str, base: TimeBase, wanted: float | None) -> tuple[str, 
         if difference > RATE_NOTED:
             noted.append(rates)
     if base.gaps:
-        noted.append(f"{base.gaps} gaps in time, the longest {base.longest_gap_s:.6g} s")
+        noted.append(f"{base.gaps} gap{'s' * (base.gaps != 1)} in time, the longest {base.longest_gap_s:.6g} s")
     return tuple(noted)
