@@ -45,7 +45,8 @@ def command(log: Path, bench: Path | None, start: float | None, end: float | Non
         made, surveys = _surveyed(path, document, window)
         facts = summary(made, surveys)
     for warning in made.warnings:
-        note(f"warning: {warning}")
+        if warning not in facts["odd"]:
+            note(f"warning: {warning}")
     if as_json:
         print_json(facts, output)
     if output is not None or not as_json:
@@ -70,11 +71,13 @@ def _surveyed(path: Path, bench: Bench | None, window: Window) -> tuple[Assembly
 def summary(made: Assembly, surveys: list[Survey]) -> dict[str, Any]:
     """The machine's view of a log: one row per signal, and what is said of it as a whole."""
     from frictool.identify.feeds import feeds
+    from frictool.logs.alignment import CLOCK_OFFSET
     from frictool.logs.assembly import origins
     from frictool.logs.losses import as_rows
     from frictool.logs.mcap_layout import COLUMNS, message_path
     from frictool.logs.sign import sign_of
     from frictool.logs.survey import row
+    from frictool.logs.table import LAYOUT
 
     columns = origins(made, [one.topic for one in surveys]).get(COLUMNS, {})
     main = next((one for one in surveys if "position" in one.signals), surveys[0])
@@ -92,6 +95,9 @@ def summary(made: Assembly, surveys: list[Survey]) -> dict[str, Any]:
         "reversed": list(sign.reversed),
         "odd": [text for text in (main.jumps.text(), sign.text) if text],
         "clocks": _clocks(main, surveys),
+        "dated_by": {flow.head.topic: flow.clock for flow in made.flows if flow.clock is not None},
+        "clock_offset": made.notes.get(CLOCK_OFFSET, {}),
+        "layout": made.notes.get(LAYOUT, {}),
         "methods": feeds(main, test),
     }
 
@@ -124,16 +130,20 @@ def table(made: Assembly, surveys: list[Survey], facts: dict[str, Any]) -> str:
     """The same for people."""
     from frictool.logs.losses import shown
     from frictool.logs.provenance import PROVENANCE
+    from frictool.logs.text_layout import PLAIN
 
     lines = [f"{Path(made.flows[0].source).name}: {facts['duration_s']:.6g} s", *_channels(facts)]
     lines += [line for seen in surveys for line in _signals(seen)]
     lines += _motion(facts, surveys)
     lines += [f"odd: {text}" for text in facts["odd"]]
+    lines += [f"dated by: {topic} by {clock}" for topic, clock in facts["dated_by"].items()]
+    lines += [f"clock offset: that of {topic} was ahead by {offset}" for topic, offset in facts["clock_offset"].items()]
     for one in facts["clocks"]:
         drift = "too short to tell a drift" if one["drift"] is None else f"drift {1e6 * one['drift']:.4g} us in a second"
         lines.append(f"clock: {one['source']} shows {one['signal']} {one['offset_s']:.4g} s after {one['against']}, {drift}")
     lines += [f"lost: {shown(loss)}" for loss in made.told]
     lines += [f"feeds {name}" if why is None else f"does not feed {name}: {why}" for name, why in facts["methods"].items()]
+    lines += [f"layout: {name}: {told}" for name, told in facts["layout"].items() if told != PLAIN]
     lines += [f"{key}: {text}" for key, text in made.notes.get(PROVENANCE, {}).items()]
     return "\n".join(lines)
 

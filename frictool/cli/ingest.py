@@ -91,11 +91,15 @@ def command(
     options = {"--from": start, "--to": end, "--resample": period, "--kind": kind, "--salvage": salvage}
     line = command_line("ingest", {"raw": raw, "--bench": bench, **options})
     with kept(raw) as paths:
-        inputs = [*(file for parts in sources(paths) for file in parts), bench]
+        recordings = sources(paths)
+        inputs = [*(file for parts in recordings for file in parts), bench]
         made = assemble(paths, document, salvage)
         notes = {PROVENANCE: provenance_record(record(line, inputs)), **({KIND: {**made.notes.get(KIND, {}), TEST: kind}} if kind else {})}
         with replacing(output, inputs) as stream, progress("ingest") as tick:
             streams = write(made, stream, notes, window, None if period is None else round(period * 1e9), tick)
+    for parts in recordings:
+        if len(parts) > 1:
+            note(f"{', '.join(part.name for part in parts)}: taken as parts of one recording")
     for name, told in made.notes.get(LAYOUT, {}).items():
         if told != PLAIN:
             note(f"{name}: {told}")
@@ -168,6 +172,7 @@ def table(facts: dict[str, Any]) -> str:
         lines.append(f"{stream['topic']}: {channels}")
         rate = f"{stream['rate_hz']:.6g} Hz" if stream["samples"] > 1 else "one sample"
         dated = f", dated by {stream['clock']}" if stream["clock"] else ""
-        lines.append(f"  {stream['samples']} samples, {rate}, {stream['duration_s']:.6g} s, {stream['gaps']} gaps{dated}")
+        gaps = f"{stream['gaps']} gap{'s' * (stream['gaps'] != 1)}"
+        lines.append(f"  {stream['samples']} samples, {rate}, {stream['duration_s']:.6g} s, {gaps}{dated}")
     lines += [f"lost: {shown(Loss(**row))}" for row in facts["lost"]]
     return "\n".join(lines)

@@ -12,7 +12,7 @@ from frictool.logs.mcap_format import read_mcap
 from sample_logs.make import TRUTH
 from tests.cli.run import refused, run
 from tests.logs.example import ROOT, measured
-from tests.logs.recordings import START, Sent, joint_states, ros2_bag, ros2_mcap, stamp
+from tests.logs.recordings import PERIOD, START, Sent, joint_states, ros2_bag, ros2_mcap, stamp
 
 CLUTCH = ROOT / "configs" / "clutch" / "bench.yaml"
 SINES = ROOT / "sample_logs" / "sines.csv"
@@ -103,3 +103,34 @@ def test_a_recording_without_numbers_lists_what_is_there(tmp_path: Path, bench: 
         run("ingest", talker, "--bench", bench, "-o", tmp_path / "x.mcap"), 3, "has no topic with numbers", "/topic (std_msgs/msg/String)"
     )
     assert not (tmp_path / "x.mcap").exists()
+
+
+def test_a_guess_of_a_bag_names_the_joint_that_moves_and_ingests(tmp_path: Path):
+    bag, guessed, target = tmp_path / "run.mcap", tmp_path / "guess.yaml", tmp_path / "log.mcap"
+    motion = np.sin(np.arange(50.0)).tolist()
+    second_joint_moves = joint_states(motion, ("arm", "still"))
+    for one in second_joint_moves:
+        for values in (one.content["name"], one.content["position"]):
+            values.reverse()
+    bag.write_bytes(ros2_mcap(second_joint_moves))
+    facts = json.loads(run("ingest", "--guess", bag, "--axis", "rotary", "-o", guessed, "--json").stdout)
+    assert facts["columns"]["position"] == ["/joint_states.position[arm]", "rad"]
+    assert facts["sample_period_s"] == 0.001
+    assert run("ingest", bag, "--bench", guessed, "-o", target).code == 0
+    assert read_mcap(target).main.signals["position"].tolist() == motion
+    ros2_bag(tmp_path / "bag", motion)
+    assert run("ingest", "--guess", tmp_path / "bag", "--axis", "rotary", "-o", guessed).code == 0
+    assert "/joint_states.position[arm]" in guessed.read_text()
+
+
+def test_parts_of_a_recording_are_told_and_info_says_what_dates_it(tmp_path: Path, bench: Path):
+    bench.write_text(bench.read_text().replace("clutch]", "arm]").replace("effort[arm]", "velocity[arm]"))
+    for part in range(2):
+        start = START + part * 50 * PERIOD
+        (tmp_path / f"run_{part}.mcap").write_bytes(ros2_mcap(joint_states(np.arange(50.0).tolist(), start=start)))
+    target = tmp_path / "log.mcap"
+    result = run("ingest", tmp_path / "run_1.mcap", tmp_path / "run_0.mcap", "--bench", bench, "-o", target)
+    assert (result.code, result.stderr) == (0, "run_0.mcap, run_1.mcap: taken as parts of one recording\n")
+    shown = run("info", target)
+    assert "dated by: /axis by header.stamp\n" in shown.stdout
+    assert json.loads(run("info", target, "--json").stdout)["dated_by"] == {"/axis": "header.stamp"}

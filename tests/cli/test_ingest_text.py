@@ -5,6 +5,9 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
+import pytest
+
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
 from frictool.logs.mcap_format import read_mcap
@@ -56,3 +59,44 @@ def test_the_rack_s_two_exports(tmp_path: Path):
     assert [stream.topic for stream in read.streams] == ["/axis", "/axis/force"]
     assert read.metadata["clock_offset"] == {"/axis": "0.004 s, given"}
     assert read.main.time[0] == -0.004
+
+
+def test_a_row_that_lacks_several_numbers_is_lost_once(tmp_path: Path):
+    raw, bench, log = tmp_path / "export.csv", tmp_path / "bench.yaml", tmp_path / "log.mcap"
+    raw.write_text(EXPORT)
+    assert run("ingest", "--guess", raw, "-o", bench).code == 0
+    lines = EXPORT.splitlines(keepends=True)
+    raw.write_text("".join([*lines[:20], lines[1], *lines[20:]]))
+    found = run("ingest", raw, "--bench", bench, "-o", log, "--salvage", "--json")
+    assert found.stderr.splitlines()[-1] == (
+        f"error: {raw}: was read with data lost: 1 sample in 1 place; log.mcap has the rest and lists what is lost"
+    )
+    (lost,) = json.loads(found.stdout)["lost"]
+    assert (lost["samples"], lost["reason"]) == (1, "column 'Time' has no finite number there")
+
+
+@pytest.mark.parametrize(
+    ("head", "words"),
+    [
+        (b"\x1f\x8b\x08\0", "packed with gzip"),
+        (b"PK\x03\x04\x14\0[Content_Types].xml", "save the sheet as CSV"),
+        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "save the sheet as CSV"),
+        (b"TDSm", "TDMS"),
+        (b"", "binary and no known format"),
+    ],
+)
+def test_what_only_holds_a_log_says_what_to_do(tmp_path: Path, head: bytes, words: str):
+    (tmp_path / "raw").write_bytes(head + bytes(2000))
+    refused(run("ingest", tmp_path / "raw", "--bench", RACK, "-o", tmp_path / "log.mcap"), 3, words)
+    assert not (tmp_path / "log.mcap").exists()
+
+
+def test_info_tells_an_odd_thing_once(tmp_path: Path):
+    raw, bench = tmp_path / "export.csv", tmp_path / "bench.yaml"
+    time = np.arange(2000) / 1000.0
+    rows = zip(time, np.degrees(np.sin(9.0 * time)), -np.cos(9.0 * time), strict=True)
+    raw.write_text("time [s],angle [deg],current [A]\n" + "".join(f"{t:.3f},{angle:.4f},{amps:.4f}\n" for t, angle, amps in rows))
+    assert run("ingest", "--guess", raw, "-o", bench).code == 0
+    result = run("info", raw, "--bench", bench)
+    assert result.stderr == ""
+    assert result.stdout.count("takes energy from the axis") == 1
