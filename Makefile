@@ -21,7 +21,7 @@ lint: $(VENV)/.dev
 accept: $(VENV)/.dev
 	$(BIN)/python -m tests.accept build/accept.json
 
-# 20 000 mutated log files of all formats
+# 20 000 mutated log files of all formats: some ten minutes, apart from `make accept`
 fuzz: $(VENV)/.dev
 	$(BIN)/python -m tests.fuzz
 
