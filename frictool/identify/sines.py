@@ -19,7 +19,7 @@ from scipy.special import ndtri
 
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws, Regime
-from frictool.documents.quantity import Estimate, si_unit
+from frictool.documents.quantity import Estimate, Quantity, si_unit
 from frictool.identify.clusters import Numbers, clusters
 from frictool.identify.methods import Settings
 from frictool.identify.outcome import Fit, Interval, NothingUsable
@@ -75,6 +75,8 @@ def gated_rows(records: list[Record], bench: Bench) -> Rows:
     """The means over the middles of all strokes, with the columns of Coulomb friction and offset; raises as `sines`."""
     width = bench.mechanics.backlash
     backlash = 0.0 if width is None else max(width.interval)
+    if not records:
+        raise NothingUsable("no log of sliding motion was given")
     parts = [_gated(record, backlash) for record in records]
     samples, position = joined([part for part, _ in parts]), np.concatenate([place for _, place in parts])
     if samples.velocity.size == 0:
@@ -157,6 +159,6 @@ def regimes_of(pieces: Pieces, half: Vector, bench: Bench) -> tuple[Regime, ...]
     for index, knee in enumerate(pieces.knees, start=1):
         value, width, reach = float(pieces.solution.value[index]), float(half[index]), float(half[first + index - 1])
         slope = not_negative(Interval(value, max(value - width, 0.0), value + width))
-        above = Estimate(knee, max(knee - reach, 0.0), knee + reach, speed, source="identified")
+        above = Quantity(knee, max(knee - reach, 0.0), knee + reach, speed)
         out.append(Regime(above, Estimate(slope.value, slope.low, slope.high, viscous, source="identified")))
     return tuple(out)

@@ -1,0 +1,78 @@
+"""The friction map of figure 4.13 from logs of the thesis's non-linear clutch (tables 4.5 to 4.8): what was put in comes out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from frictool.documents.model import Model
+from frictool.documents.provenance import Provenance
+from frictool.documents.registry import load
+from frictool.documents.writing import to_yaml
+from frictool.identify.identification import Identification, identify
+from frictool.identify.methods import Settings
+from frictool.identify.model import model_of
+from frictool.plant.axis_model import axis_of
+from sample_logs.make import ramp, sines
+from tests.identify.benches import ROOT, clutch, record
+from tests.identify.curve_logs import nonlinear_clutch
+
+BETA, KNEE = 1.1, 260.0
+TABLE_4_7 = {1.0: [0.0794, 0.0077, -2.7773e-4, 2.8731e-6], -1.0: [0.0938, -0.0126, 0.0013, -3.2940e-5, 2.5120e-7]}
+
+
+@pytest.fixture(scope="module")
+def result() -> Identification:
+    truth = nonlinear_clutch()
+    logs = [record(make(1, truth), truth, name) for name, make in (("sines", sines), ("ramp", ramp))]
+    return identify(logs, [], clutch(), "sines", Settings())
+
+
+def test_breakaway_of_table_4_7_over_the_travel(result: Identification) -> None:
+    law = result.ramp.by_position
+    assert not law.common
+    assert [len(side) for side in law.powers] == [4, 5]  # a cubic forward, a quartic backward (4.44)
+    for side, powers, level in zip((1.0, -1.0), law.powers, (law.forward, law.backward), strict=True):
+        places = np.linspace(law.low, law.high, 201)
+        true = np.polynomial.polynomial.polyval(places, np.array(TABLE_4_7[side]))
+        found = np.polynomial.polynomial.polyval(places, np.array(powers))
+        assert np.sqrt(np.mean((found - true) ** 2)) < 0.015 * np.mean(true)
+        assert level.low <= np.mean(true) <= level.high
+
+
+def test_slip_knee_and_beta(result: Identification) -> None:
+    laws = result.laws
+    (regime,) = laws.regimes
+    assert regime.above.low <= KNEE <= regime.above.high
+    assert regime.viscous.low <= 3.81e-4 <= regime.viscous.high
+    assert result.identified["viscous"].value < 1e-5  # "almost none" below the knee
+    assert result.fit.details["beta"] == pytest.approx(BETA, rel=0.01)
+    for level, side in ((result.identified["coulomb"], 1.0), (laws.backward.coulomb, -1.0)):
+        places = np.linspace(laws.position.over.low, laws.position.over.high, 2001)
+        assert level.low <= np.mean(np.polynomial.polynomial.polyval(places, np.array(TABLE_4_7[side]))) / BETA <= level.high
+    assert "half of their difference and an offset are one number" in result.refused["offset"]
+
+
+def test_the_model_can_be_simulated(result: Identification, tmp_path) -> None:
+    """The document comes back as it was written, and its axis has the map."""
+    model = model_of(result, clutch(), Provenance(command="test", frictool="0"))
+    path = tmp_path / "model.yaml"
+    path.write_text(to_yaml(model))
+    again = load(path, Model)
+    assert again.laws == model.laws
+    axis, truth = axis_of(again), nonlinear_clutch()
+    assert axis.laws.regimes[0].knee == pytest.approx(KNEE, abs=5.0)
+    assert axis.laws.shape is not None
+    assert axis.laws.backward.breakaway == pytest.approx(truth.laws.backward.breakaway, rel=0.05)
+
+
+def test_ramps_alone_give_the_breakaway_over_position() -> None:
+    truth = nonlinear_clutch()
+    found = identify([record(ramp(2, truth), truth, "ramp")], [], clutch(), "sines", Settings())
+    assert set(found.identified) == {"breakaway"}
+    assert found.laws.position is not None
+    assert found.laws.regimes == ()
+
+
+def test_the_published_model_is_what_was_simulated() -> None:
+    assert load(ROOT / "configs" / "clutch" / "nonlinear.yaml", Model).laws.position.coulomb.forward == tuple(TABLE_4_7[1.0])
