@@ -130,8 +130,8 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     clock: Annotated[str, msgspec.Meta(min_length=1)] | None = None
 
     def __post_init__(self) -> None:
-        if self.decimal is not None and self.decimal in (self.thousands, self.delimiter):
-            raise ValueError("decimal is the same sign as thousands or delimiter; they have to differ")
+        if self.decimal is not None and self.decimal == self.thousands:
+            raise ValueError("decimal and thousands are the same sign; they have to differ")
         if self.start_s is not None and self.period_s is None:
             raise ValueError("start_s says when the rows of period_s begin; give period_s")
         lines = [line for line in (self.header_line, self.unit_line, self.first_line) if line]

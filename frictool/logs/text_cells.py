@@ -16,7 +16,7 @@ DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "blank": BLANK}
 MARKS = {"point": ".", "comma": ","}
 THOUSANDS = {None: "", "point": ".", "comma": ",", "blank": " \u00a0\u202f", "apostrophe": "'\u2019"}
 # in this order where several do alike: a comma between cells leaves the point for decimals
-DIALECTS = ((",", "."), (";", "."), (";", ","), ("\t", "."), ("\t", ","), (BLANK, "."), (BLANK, ","))
+DIALECTS = ((",", "."), (";", "."), (";", ","), ("\t", "."), ("\t", ","), (BLANK, "."), (BLANK, ","), (",", ","))
 _BETWEEN_BLANKS = re.compile(r'"[^"]*"|\S+(?:[ \t]+\[[^\]]*\])?')  # a name keeps the unit behind it
 _STAMP = re.compile(r"(\d{4}-\d\d-\d\d[Tt ])?\d\d:\d\d(:\d\d([.,]\d+)?)?(Z|[+-]\d\d(:?\d\d)?)?")
 _NUMBERS = {
