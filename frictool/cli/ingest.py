@@ -46,7 +46,7 @@ longer period what has faster parts. --salvage keeps what can be read of a damag
 
 @click.command("ingest", help=HELP)
 @click.argument("raw", type=existing, nargs=-1, required=True)
-@click.option("--bench", type=existing, help="The rig, and its columns (bench.yaml).")
+@click.option("--bench", type=existing, help="The rig, and its columns (bench.yaml); a canonical log needs none.")
 @click.option("--guess", is_flag=True, help="Write no log but a bench.yaml, guessed from the names and units of RAW, for you to check.")
 @click.option("--axis", type=click.Choice(["rotary", "linear"]), help="With --guess: kind of axis; else as the units or names tell.")
 @window_options
@@ -77,12 +77,11 @@ def command(
     if guess:
         _propose(raw, axis, output, as_json)
         return
-    if bench is None:
-        raise click.UsageError("Missing option '--bench'; where there is no bench.yaml yet, --guess proposes one.")
-    document = load(bench, Bench)
+    document = None if bench is None else load(bench, Bench)
     window = window_of(start, end)
     from frictool.logs.assembly import assemble, write
     from frictool.logs.mcap_layout import KIND
+    from frictool.logs.mcap_reader import is_canonical
     from frictool.logs.parts import sources
     from frictool.logs.provenance import PROVENANCE, provenance_record
     from frictool.logs.table import LAYOUT
@@ -92,7 +91,9 @@ def command(
     line = command_line("ingest", {"raw": raw, "--bench": bench, **options})
     with kept(raw) as paths:
         recordings = sources(paths)
-        inputs = [*(file for parts in recordings for file in parts), bench]
+        if bench is None and not all(len(parts) == 1 and is_canonical(parts[0]) for parts in recordings):
+            raise click.UsageError("Missing option '--bench'; where there is no bench.yaml yet, --guess proposes one.")
+        inputs = [*(file for parts in recordings for file in parts), *([] if bench is None else [bench])]
         made = assemble(paths, document, salvage)
         notes = {PROVENANCE: provenance_record(record(line, inputs)), **({KIND: {**made.notes.get(KIND, {}), TEST: kind}} if kind else {})}
         with replacing(output, inputs) as stream, progress("ingest") as tick:
@@ -115,18 +116,20 @@ def command(
 
 def _propose(raw: tuple[Path, ...], axis: Literal["rotary", "linear"] | None, output: Path, as_json: bool) -> None:
     """Writes the bench that a file tells of. Nothing is read with it: who knows the rig checks it first."""
+    from frictool.cli.standard_input import kept
     from frictool.documents.starter import starting_documents
     from frictool.logs.guess import start_from
 
     if len(raw) > 1:
         raise click.UsageError("--guess takes one file; a further instrument's columns are written under `instruments` by hand.")
-    start = start_from(raw[0], raw[0].stem[:80] or "rig", axis)
+    with kept(raw) as (path,):
+        start = start_from(path, path.stem[:80] or "rig", axis)
     save_text(output, starting_documents(start)["bench.yaml"], list(raw))
     if as_json:
         print_json({"axis": start.axis, "columns": start.columns, "left": start.left, "sample_period_s": start.period}, output)
         return
     found = ", ".join(f"{channel} is {column!r} [{unit}]" for channel, (column, unit) in start.columns.items()) or "no channel"
-    say(f"guessed from {raw[0].name}: {found}; check what is marked as guessed, replace what is marked as an example", output)
+    say(f"guessed from {start.log}: {found}; check what is marked as guessed, replace what is marked as an example", output)
 
 
 def _refuse_loss(made: Assembly, output: Path) -> None:

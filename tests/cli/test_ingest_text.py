@@ -100,3 +100,29 @@ def test_info_tells_an_odd_thing_once(tmp_path: Path):
     result = run("info", raw, "--bench", bench)
     assert result.stderr == ""
     assert result.stdout.count("takes energy from the axis") == 1
+
+
+def test_a_decimal_comma_in_quotes_between_commas(tmp_path: Path):
+    """As a spreadsheet writes it where its language has a decimal comma and the delimiter is one too."""
+    plain, quoted, bench = tmp_path / "plain.csv", tmp_path / "quoted.csv", tmp_path / "bench.yaml"
+    rows = [(k / 1000.0, 0.25 * k, -1.5 + k % 3) for k in range(40)]
+    plain.write_text("time [s],angle [deg],current [A]\n" + "".join(f"{a},{b},{c}\n" for a, b, c in rows))
+    marked = (['"' + str(cell).replace(".", ",") + '"' for cell in row] for row in rows)
+    quoted.write_text('"time [s]","angle [deg]","current [A]"\n' + "".join(",".join(row) + "\n" for row in marked))
+    assert run("ingest", "--guess", plain, "-o", bench).code == 0
+    read = []
+    for raw in (plain, quoted):
+        assert run("ingest", raw, "--bench", bench, "-o", tmp_path / "log.mcap").code == 0
+        read.append(read_mcap(tmp_path / "log.mcap").main)
+    assert np.array_equal(read[0].time, read[1].time)
+    assert all(np.array_equal(read[0].signals[name], read[1].signals[name]) for name in ("position", "current"))
+    bench.write_text(bench.read_text() + "layout: {delimiter: comma, decimal: comma}\n")
+    assert run("ingest", quoted, "--bench", bench, "-o", tmp_path / "log.mcap").code == 0
+
+
+def test_a_canonical_log_is_cut_and_resampled_without_a_bench(tmp_path: Path):
+    log, part = tmp_path / "log.mcap", tmp_path / "part.mcap"
+    assert run("ingest", ROOT / "sample_logs" / "steps.csv", "--bench", ROOT / "configs" / "clutch" / "bench.yaml", "-o", log).code == 0
+    assert run("ingest", log, "--from", "0.5", "--to", "1", "--resample", "0.01", "-o", part).code == 0
+    assert read_mcap(part).main.time.tolist() == pytest.approx(np.arange(0.5, 1.005, 0.01).tolist(), abs=1e-12)
+    assert "input_2" not in read_mcap(part).metadata["provenance"]
