@@ -7,7 +7,14 @@ from typing import Annotated
 
 import msgspec
 
-from frictool.documents.quantity import NonNegativeEffortEstimate, PositionSpan, PositiveVelocity, ViscousEstimate
+from frictool.documents.quantity import (
+    EffortEstimate,
+    NonNegativeEffortEstimate,
+    PositionSpan,
+    PositiveVelocity,
+    StiffnessEstimate,
+    ViscousEstimate,
+)
 
 MOST_REGIMES, MOST_COEFFICIENTS = 4, 8
 
@@ -62,6 +69,20 @@ class Dwell(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     rise_time_s: Annotated[float, msgspec.Meta(gt=0, le=1e6)]
 
 
+class Gravity(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """sine sin(x) + cosine cos(x) over the angle x [rad] of a rotary axis: an arm that is not balanced."""
+
+    sine: EffortEstimate
+    cosine: EffortEstimate
+
+
+class Load(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """What depends on position beside friction; it opposes a positive effort, as `parameters.offset` does, its constant part."""
+
+    stiffness: StiffnessEstimate | None = None
+    gravity: Gravity | None = None
+
+
 class Laws(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Each key optional. stribeck_exponent: delta of (2.34). restitution: speed after an end stop of the travel over speed before."""
 
@@ -71,6 +92,7 @@ class Laws(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     stribeck_exponent: Annotated[float, msgspec.Meta(ge=0.5, le=4)] = 2.0
     dwell: Dwell | None = None
     restitution: Annotated[float, msgspec.Meta(ge=0, le=0.95)] = 0.0
+    load: Load | None = None
 
     def __post_init__(self) -> None:
         if len(self.regimes) > MOST_REGIMES:

@@ -87,6 +87,10 @@ METHODS: dict[str, Method] = {
         "sines (4.34)-(4.39): mean effort over mean speed of each stroke's middle; finds the knees of friction over speed",
         "any encoder, strokes at several speeds; friction only, the inertia is the bench's",
     ),
+    "output-error": Method(
+        "simulation error: the axis that, driven by the measured effort, goes where the measured one went; load terms by held-out halves",
+        "a model that has to simulate; several strokes, and an effort that was measured",
+    ),
     "inverse-dynamic": Method(
         "the published EMPS pipeline: Butterworth, central differences, decimation, ordinary least squares",
         "a fine encoder, no backlash, long strokes; to compare with published values",

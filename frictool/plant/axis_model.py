@@ -10,6 +10,7 @@ from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
 from frictool.plant.axis import BACKLASH_BREAKAWAY_RATIO, AxisParameters
 from frictool.plant.axis_laws import Laws, Levels, Regime, Shape, Sides
+from frictool.plant.load import Harmonic, Load
 
 
 def axis_of(model: Model, **overrides: float) -> AxisParameters:
@@ -48,6 +49,16 @@ def axis_of(model: Model, **overrides: float) -> AxisParameters:
     axis = AxisParameters(**values, laws=_laws(model, backward, regimes="viscous" not in overrides))
     axis.as_array()  # checks the laws too
     return axis.checked()
+
+
+def load_of(model: Model) -> Load:
+    """What loads the model's axis beside friction, for engine/replay.py and engine/servo.py; `axis_of` does not hold it."""
+    document = model.laws.load if model.laws else None
+    if document is None:
+        return Load()
+    gravity = document.gravity
+    harmonics = (Harmonic(1.0, gravity.sine.value, gravity.cosine.value),) if gravity is not None else ()
+    return Load(document.stiffness.value if document.stiffness is not None else 0.0, harmonics)
 
 
 def _scale(wanted: float, mean: float) -> float:

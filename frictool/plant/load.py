@@ -46,7 +46,7 @@ def load_effort(load: Vector, x: float) -> float:
     """The load [N m | N] at x [rad | m]; `load` (1 + 3 h,) or empty."""
     if load.shape[0] == 0:
         return 0.0
-    total = load[0] * x
+    total = float(load[0]) * x
     for term in range(1, load.shape[0], TERM_SIZE):
         angle = load[term] * x
         total += load[term + 1] * math.sin(angle) + load[term + 2] * math.cos(angle)

@@ -1,0 +1,147 @@
+"""Output error: the axis that, simulated, does what was measured (table 4.1, "simulation error"; `simulated`).
+
+Nothing is differentiated, and where the encoder is coarse nothing is filtered. The search starts from the power balance.
+
+Open loop an error of the effort stays in the position for as long as the axis remembers, so that residuals say little of how
+uncertain a parameter is. The interval is made of the errors of the effort themselves: an observer follows the measured
+position, and what it has to add is the effort that the model lacks. Stroke by stroke (or cluster by cluster, `clusters`) this is
+put back, the simulation run again, and the parameters moved by what it changed: a stroke's influence. The variance is the sum of the
+squared influences, which holds whatever the correlation within a stroke is. Closed loop residuals are the errors of the effort.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import stdtrit
+
+from frictool.documents.bench import Bench
+from frictool.engine.servo import Servo
+from frictool.identify.clusters import clusters
+from frictool.identify.held_out import choose_terms
+from frictool.identify.load_terms import laws_of, possible
+from frictool.identify.methods import Settings
+from frictool.identify.outcome import SLIDING, Fit, Interval, NothingUsable
+from frictool.identify.power_balance import power_balance
+from frictool.identify.record import Record, Vector
+from frictool.identify.regression import Singular, solve
+from frictool.identify.segments import whole
+from frictool.identify.simulated import Matrix, Minimum, Simulated, estimate, observer_rate
+from frictool.identify.strokes import find_strokes
+
+MOST_CLUSTERS = 60  # strokes are joined until there are no more: each costs a simulation
+
+
+def influences(simulated: Simulated, found: Minimum) -> Matrix:
+    """How far each cluster of strokes moved the parameters (c, p), through the errors of the effort in it."""
+    errors = simulated.missing_effort(found.values)
+    numbers = _cluster_numbers(simulated, errors)
+    count = 1 + max(int(number.max()) for number in numbers)
+    inverse = np.linalg.pinv(found.jacobian)
+    out = np.empty((count, len(found.values)))
+    for c in range(count):
+        only = [np.where(number == c, error, 0.0) for number, error in zip(numbers, errors, strict=True)]
+        out[c] = inverse @ (simulated.disturbed(found.values, only) - found.residual)
+    return out
+
+
+def _cluster_numbers(simulated: Simulated, errors: Sequence[Vector]) -> list[NDArray[np.int64]]:
+    """The cluster of each sample, (m,) a segment, at most MOST_CLUSTERS in all."""
+    numbers, above = [], 0
+    for segment, error in zip(simulated.segments, errors, strict=True):
+        strokes = find_strokes(segment.record)
+        part = slice(segment.first, segment.last)
+        counts = np.abs(np.gradient(segment.position)) / segment.record.resolution
+        shortest = round(1.0 / (observer_rate(segment.record) * segment.record.period))
+        number = clusters(strokes.number[part], strokes.sign[part], counts, shortest)
+        numbers.append(number + above)
+        above += int(number.max()) + 1
+        assert number.size == error.size
+    joined = -(-above // MOST_CLUSTERS)
+    return [number // joined for number in numbers]
+
+
+def _open_loop_deviation(simulated: Simulated, found: Minimum) -> tuple[Vector, int]:
+    """Standard deviations (p,) from the influences and the encoder's noise, and the degrees of freedom."""
+    moved = influences(simulated, found)
+    count, size = moved.shape
+    if count <= size:
+        return np.full(size, np.inf), 1
+    spread = count / (count - size) * np.sum((moved - moved.mean(axis=0)) ** 2, axis=0)
+    step = max(segment.record.resolution for segment in simulated.segments)
+    encoder = step**2 / 12.0 * np.diag(np.linalg.pinv(found.jacobian.T @ found.jacobian))
+    return np.sqrt(spread + encoder), count - size
+
+
+def _closed_loop_deviation(simulated: Simulated, found: Minimum) -> tuple[Vector, int]:
+    """The same where the residual is the effort's: strokes left out in turn (`regression`)."""
+    numbers = np.concatenate(_cluster_numbers(simulated, [segment.effort for segment in simulated.segments]))
+    values = np.array(list(found.values.values()))
+    columns = -found.jacobian
+    try:
+        solution = solve(columns, found.residual + columns @ values, np.ones(numbers.size), numbers)
+    except Singular as error:
+        raise NothingUsable(f"the closed loop does not tell its parameters: {error}") from None
+    return solution.deviation, int(solution.freedom.min())
+
+
+def simulation_error(records: list[Record], bench: Bench, settings: Settings, terms: tuple[str, ...], servo: Servo | None = None) -> Fit:
+    """The parameters of a structure (`load_terms`) by output error, open loop, or under `servo` along the logged reference.
+
+    Raises NothingUsable where nothing moves, where the motion is in one direction only, and where a closed loop has no reference.
+    """
+    start = power_balance(records, bench, settings)
+    if "coulomb" in start.refused:
+        raise NothingUsable(start.refused["coulomb"])
+    simulated = Simulated(whole(records), bench, terms, servo)
+    if not simulated.segments:
+        raise NothingUsable("no piece of the logs is long enough to simulate")
+    if servo is not None and any(segment.reference is None for segment in simulated.segments):
+        raise NothingUsable("a closed loop needs the controller's reference in the log (channel reference); leave the controller out")
+    found = estimate(simulated, start_values(start, bench))
+    deviation, freedom = (_open_loop_deviation if servo is None else _closed_loop_deviation)(simulated, found)
+    half = deviation * float(stdtrit(freedom, 0.5 + 0.5 * settings.confidence))
+    intervals = {name: Interval(v, v - w, v + w) for (name, v), w in zip(found.values.items(), half.tolist(), strict=True)}
+    return _fit(simulated, found, intervals)
+
+
+def start_values(start: Fit, bench: Bench) -> dict[str, float]:
+    """Where the search begins: what the power balance gives within reason, else the bench."""
+    known = {}
+    for name in SLIDING:
+        prior = getattr(bench.mechanics, name)
+        interval = start.parameters.get(name)
+        known[name] = prior.value if interval is None and prior is not None else 0.0 if interval is None else interval.value
+        if name != "offset" and known[name] <= 0.0:
+            known[name] = prior.value
+    return known
+
+
+def _fit(simulated: Simulated, found: Minimum, intervals: dict[str, Interval]) -> Fit:
+    effort = np.concatenate([segment.effort for segment in simulated.segments])
+    size = float(np.sqrt(np.mean(effort**2)))
+    error = found.residual if simulated.servo else np.concatenate(simulated.missing_effort(found.values))
+    norms = np.linalg.norm(found.jacobian, axis=0)
+    singular = np.linalg.svd(found.jacobian / np.where(norms > 0.0, norms, 1.0), compute_uv=False)
+    details: dict[str, float | int] = {"segments": len(simulated.segments), "residual_rms": float(np.sqrt(np.mean(found.residual**2)))}
+    return Fit(
+        {name: intervals[name] for name in SLIDING},
+        {},
+        float(np.sqrt(np.mean(error**2))) / size,
+        None,
+        float(singular[0] / max(singular[-1], 1e-300)),
+        effort.size,
+        details,
+        laws_of(intervals, simulated.bench),
+    )
+
+
+def output_error(records: list[Record], bench: Bench, settings: Settings) -> Fit:
+    """Open-loop output error on the structure that predicts best what it has not seen (`held_out`). Raises NothingUsable."""
+    known = start_values(power_balance(records, bench, settings), bench)
+    terms, errors = choose_terms(records, bench, possible(bench), known, settings.confidence)
+    fit = simulation_error(records, bench, settings, terms)
+    return replace(fit, details={**fit.details, **{f"held_out_{name}": error for name, error in errors.items()}})

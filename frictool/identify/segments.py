@@ -1,0 +1,66 @@
+"""Parts of records that a simulation runs through without being put right, and how each begins."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from frictool.identify.record import Record, Vector
+from frictool.plant.axis import VELOCITY, rest
+
+FEWEST_SAMPLES = 50
+COUNTS_OF_A_START = 10.0  # that have to pass for the encoder to tell a speed at the start
+LONGEST_START = 50  # samples over which a speed is told
+START_SHARE = 0.1  # of the top speed: below it an axis starts from rest
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Samples [first, last) of a record, in one piece of its clock."""
+
+    record: Record
+    first: int
+    last: int
+
+    @property
+    def position(self) -> Vector:
+        """Measured (n,), rad | m."""
+        return self.record.position[self.first : self.last]
+
+    @property
+    def effort(self) -> Vector:
+        """Measured (n,), N m | N."""
+        return self.record.effort[self.first : self.last]
+
+    @property
+    def reference(self) -> Vector | None:
+        """What the controller was asked for (n,), rad | m, where the log holds it."""
+        return None if self.record.reference is None else self.record.reference[self.first : self.last]
+
+    def start(self) -> Vector:
+        """The state (7,) in which it begins: in motion where the encoder shows so within some samples, else at rest.
+
+        A start slower than a share of the top speed is one from rest whose first samples were not logged; where it was is forgotten
+        as fast as the axis forgets its speed.
+        """
+        position, period = self.position, self.record.period
+        state = np.asarray(rest(float(position[0])))
+        passed = np.flatnonzero(np.abs(position[: LONGEST_START + 1] - position[0]) >= COUNTS_OF_A_START * self.record.resolution)
+        if passed.size:
+            within = int(passed[0])
+            velocity = float(position[within] - position[0]) / (within * period)
+            top = float(np.max(np.abs(position[within:] - position[:-within]))) / (within * period)
+            state[VELOCITY] = velocity if abs(velocity) > START_SHARE * top else 0.0
+        return state
+
+
+def whole(records: Sequence[Record]) -> list[Segment]:
+    """Every unbroken piece of the records that is long enough."""
+    found = []
+    for record in records:
+        edges = np.concatenate(([0], np.flatnonzero(np.diff(record.piece)) + 1, [record.position.size]))
+        found += [Segment(record, int(a), int(b)) for a, b in itertools.pairwise(edges) if b - a >= FEWEST_SAMPLES]
+    return found
