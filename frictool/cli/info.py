@@ -93,7 +93,7 @@ def summary(made: Assembly, surveys: list[Survey]) -> dict[str, Any]:
         "velocity": None if velocity is None else {"low": velocity[0], "high": velocity[1], "samples": main.window},
         "work_share": sign.work,
         "reversed": list(sign.reversed),
-        "odd": [text for text in (main.jumps.text(), sign.text) if text],
+        "odd": [text for text in (main.jumps.text(), sign.text, _apart(main, surveys)) if text],
         "clocks": _clocks(main, surveys),
         "dated_by": {flow.head.topic: flow.clock for flow in made.flows if flow.clock is not None},
         "clock_offset": made.notes.get(CLOCK_OFFSET, {}),
@@ -142,10 +142,29 @@ def table(made: Assembly, surveys: list[Survey], facts: dict[str, Any]) -> str:
         drift = "too short to tell a drift" if one["drift"] is None else f"drift {1e6 * one['drift']:.4g} us in a second"
         lines.append(f"clock: {one['source']} shows {one['signal']} {one['offset_s']:.4g} s after {one['against']}, {drift}")
     lines += [f"lost: {shown(loss)}" for loss in made.told]
-    lines += [f"feeds {name}" if why is None else f"does not feed {name}: {why}" for name, why in facts["methods"].items()]
+    lines += _fed(facts["methods"])
     lines += [f"layout: {name}: {told}" for name, told in facts["layout"].items() if told != PLAIN]
     lines += [f"{key}: {text}" for key, text in made.notes.get(PROVENANCE, {}).items()]
     return "\n".join(lines)
+
+
+def _fed(methods: dict[str, str | None]) -> list[str]:
+    """The methods that the log can feed in one line, the others by the reason why not."""
+    by_reason: dict[str | None, list[str]] = {}
+    for name, why in methods.items():
+        by_reason.setdefault(why, []).append(name)
+    found = [f"does not feed {', '.join(names)}: {why}" for why, names in by_reason.items() if why is not None]
+    return [f"feeds {', '.join(by_reason[None])}", *found] if None in by_reason else found
+
+
+def _apart(main: Survey, surveys: list[Survey]) -> str | None:
+    """What identification needs of one stream, where a further one has it."""
+    from frictool.identify.feeds import DRIVES
+
+    if "position" not in main.signals or any(name in main.signals for name in DRIVES):
+        return None
+    homes = [f"{other.topic} has the {name}" for other in surveys for name in other.signals if name in DRIVES]
+    return f"{main.topic} has the position and {homes[0]}: `frictool ingest --resample` puts all on one grid" if homes else None
 
 
 def _channels(facts: dict[str, Any]) -> list[str]:

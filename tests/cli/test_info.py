@@ -139,3 +139,22 @@ def test_the_same_log_gives_the_same_text_wherever_it_goes(tmp_path: Path):
     path, target = saved(tmp_path, position=np.arange(500.0) % 90), tmp_path / "info.txt"
     assert run("info", path, "-o", target).code == 0
     assert target.read_text() == run("info", path).stdout
+
+
+def test_a_drive_in_another_stream_than_the_position_is_told_with_what_to_do(tmp_path: Path):
+    time = np.arange(500) / 1000.0
+    position = Stream("/axis", time, {"position": np.sin(20.0 * time)}, {"position": "rad"})
+    current = Stream("/axis/motor", time + 0.0004, {"current": np.cos(20.0 * time)}, {"current": "A"})
+    path, joined = tmp_path / "apart.mcap", tmp_path / "joined.mcap"
+    path.write_bytes(as_bytes(Log((position, current), {})))
+    assert facts(path)["odd"] == [
+        "/axis has the position and /axis/motor has the current: `frictool ingest --resample` puts all on one grid"
+    ]
+    assert run("ingest", path, "--resample", "0.001", "-o", joined).code == 0
+    assert facts(joined)["odd"] == []
+    why = "the log is no ramp of the effort from rest"
+    fed = [line for line in run("info", joined).stdout.splitlines() if "feed" in line]
+    assert len(fed) == 2
+    assert fed[0].startswith("feeds ")
+    assert "least-squares, " in fed[0]
+    assert fed[1].startswith(f"does not feed breakaway: {why}")

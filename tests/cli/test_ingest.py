@@ -137,7 +137,7 @@ def test_warnings_go_to_stderr_and_into_json(raw: Path, tmp_path: Path):
     raw.write_text(GOOD.replace("0.010,10,1.0\n", "").replace("0.011,11,1.1\n", ""))
     result = run("ingest", raw, "--bench", CLUTCH, "-o", tmp_path / "x.mcap", "--json")
     assert result.stderr == "warning: 1 gap in time, the longest 0.003 s\n"
-    assert json.loads(result.stdout)["warnings"] == ["1 gaps in time, the longest 0.003 s"]
+    assert json.loads(result.stdout)["warnings"] == ["1 gap in time, the longest 0.003 s"]
 
 
 BAD = {
