@@ -1,17 +1,18 @@
 """`make fuzz`: mutated inputs of every format at full count.
 
 python -m tests.fuzz [COUNT [NAME...]]     COUNT inputs, 20000 of all formats where none is given; exit code 1 where one is found
-python -m tests.fuzz NAME INDEX            one of them: written to ./fuzz.input and ./fuzz.bench.yaml, with the command that reads it
+python -m tests.fuzz NAME INDEX            one of them: written into the folder build/fuzz, with the command that reads it
 """
 
 from __future__ import annotations
 
+import shutil
 import sys
 import tempfile
 from pathlib import Path
 
 from tests.fuzz import samples
-from tests.fuzz.child import command, input_of
+from tests.fuzz.child import command, input_of, place_for
 from tests.fuzz.harness import SEED, fuzz
 
 COUNT = 20_000
@@ -19,12 +20,16 @@ COUNT = 20_000
 
 def show(name: str, index: int) -> None:
     """Writes one input and the bench that reads it."""
-    path, bench = Path("fuzz.input"), Path("fuzz.bench.yaml")
-    with tempfile.TemporaryDirectory() as folder:
-        sample = samples.write(name, Path(folder))
+    folder = Path("build", "fuzz")
+    bench = folder / "bench.yaml"
+    with tempfile.TemporaryDirectory() as made:
+        sample = samples.write(name, Path(made))
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
         samples.write_bench(sample, bench)
+        path = place_for(sample, folder)
         path.write_bytes(input_of(name, sample.read_bytes(), SEED, index))
-    print("frictool --debug", *command(index, path, bench, Path("fuzz.out.mcap")))
+    print("frictool --debug", *command(index, samples.given(path), bench, folder / "out.mcap"))
 
 
 def main(arguments: list[str]) -> int:

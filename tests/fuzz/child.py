@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import faulthandler
 import resource
+import shutil
 import sys
 import tempfile
 import zlib
@@ -26,7 +27,7 @@ from tests.fuzz.mutations import mutated
 LONGEST = 10.0  # s for one input
 MOST_BYTES = 1 << 30  # beyond what the process has when it has read the unchanged sample
 INPUT = "input"
-KNOWN_LINES = ("error: ", "warning: ", f"{INPUT}: ")  # the last: how a text file was taken
+KNOWN_LINES = ("error: ", "warning: ", f"{INPUT}: ", "x_")  # the last two: how a text file or a bag was taken
 LONGEST_LINE = 1000  # characters of a message
 
 
@@ -65,14 +66,24 @@ def complaint(result: Result, target: Path, before: set[str], salvage: bool) -> 
     return None
 
 
-def attempt(index: int, data: bytes, folder: Path, bench: Path, longest: float = LONGEST) -> str | None:
-    """What one input did that none may, or None. longest: s."""
-    path, target = folder / INPUT, folder / "out.mcap"
+def place_for(sample: Path, folder: Path) -> Path:
+    """The file in `folder` that inputs are written to, with the rest of its bag beside it where the sample is a part of one."""
+    whole = samples.given(sample)
+    if whole == sample:
+        return folder / INPUT
+    shutil.copytree(whole, folder / INPUT)
+    return folder / INPUT / sample.name
+
+
+def attempt(index: int, data: bytes, path: Path, bench: Path, longest: float = LONGEST) -> str | None:
+    """What one input, written to `path`, did that none may, or None; the bench lies in the folder of both. longest: s."""
+    folder = bench.parent
+    target = folder / "out.mcap"
     path.write_bytes(data)
     before = {one.name for one in folder.iterdir()}
     faulthandler.dump_traceback_later(longest, exit=True, file=sys.__stderr__)
     try:
-        words = command(index, path, bench, target)
+        words = command(index, samples.given(path), bench, target)
         return complaint(run(*words), target, before, "--salvage" in words)
     except MemoryError:
         return "took more memory than it may"
@@ -97,15 +108,15 @@ def main(name: str, seed: int, first: int, count: int) -> None:
         sample, folder = samples.write(name, Path(made)), Path(work)
         bench = folder / "bench.yaml"
         samples.write_bench(sample, bench)
-        data = sample.read_bytes()
+        data, path = sample.read_bytes(), place_for(sample, folder)
         for way in range(3):  # the sample itself, so that every library is loaded
-            found = attempt(way, data, folder, bench, 6.0 * LONGEST)
+            found = attempt(way, data, path, bench, 6.0 * LONGEST)
             if found is not None:
                 raise AssertionError(f"{name} unchanged: {found}")
         limit_memory()
         for index in range(first, first + count):
             print(f"at {index}", flush=True)
-            found = attempt(index, input_of(name, data, seed, index), folder, bench)
+            found = attempt(index, input_of(name, data, seed, index), path, bench)
             if found is not None:
                 print(f"found {index}: {' '.join(found.split())}", flush=True)
 

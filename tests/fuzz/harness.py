@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 from tests.fuzz import samples
@@ -24,13 +26,14 @@ def fuzz(count: int, seed: int = SEED, names: list[str] | None = None, tell: Cal
     chosen = names or samples.names()
     findings: list[str] = []
     start = time.perf_counter()
-    for place, name in enumerate(chosen):
-        share = (place + 1) * count // len(chosen) - place * count // len(chosen)
-        found = _one_format(name, seed, share)
-        tell(f"{name}: {share} inputs, {len(found)} findings, {time.perf_counter() - start:.0f} s")
-        for text in found:
-            tell(f"  {text}")
-        findings += found
+    shares = [(place + 1) * count // len(chosen) - place * count // len(chosen) for place in range(len(chosen))]
+    with ThreadPoolExecutor(os.cpu_count()) as workers:  # each waits for a process
+        results = workers.map(lambda name, share: _one_format(name, seed, share), chosen, shares)
+        for name, share, found in zip(chosen, shares, results, strict=True):
+            tell(f"{name}: {share} inputs, {len(found)} findings, {time.perf_counter() - start:.0f} s")
+            for text in found:
+                tell(f"  {text}")
+            findings += found
     seconds = time.perf_counter() - start
     return {"passed": not findings, "inputs": count, "formats": len(chosen), "seconds": seconds, "findings": findings}
 

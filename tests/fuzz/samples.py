@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import re
+import shutil
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,8 +14,9 @@ import numpy as np
 from frictool.documents.bench import Bench, Column, Encoder
 from frictool.documents.writing import to_yaml
 from frictool.errors import LogError
-from frictool.logs.formats import tables_of
+from frictool.logs.formats import opened
 from frictool.logs.mcap_reader import is_canonical
+from frictool.logs.parts import METADATA, sources
 from frictool.logs.table import Block, Table
 from tests.logs.example import GOLDEN, as_bytes, bench, golden_log
 
@@ -125,17 +128,30 @@ def _bag(folder: Path) -> None:
     (folder / "x.bag").rename(folder / "x")
 
 
-def _db3(folder: Path) -> None:
+def _db3(folder: Path, part: slice = slice(None)) -> None:
     from rosbags.rosbag2 import StoragePlugin, Writer
     from rosbags.typesys import Stores, get_typestore
 
     store = get_typestore(Stores.ROS2_HUMBLE)
     kind = store.types["geometry_msgs/msg/Point"]
-    with Writer(folder / "bag", version=8, storage_plugin=StoragePlugin.SQLITE3) as writer:
-        connection = writer.add_connection("/axis_state", kind.__msgtype__, typestore=store)
-        for at, n, i in zip(NS, COUNTS, CURRENT, strict=True):
-            writer.write(connection, at, store.serialize_cdr(kind(x=float(n), y=float(i), z=0.0), kind.__msgtype__))
-    next((folder / "bag").glob("*.db3")).rename(folder / "x")
+    with tempfile.TemporaryDirectory() as made:
+        with Writer(Path(made, "bag"), version=8, storage_plugin=StoragePlugin.SQLITE3) as writer:
+            connection = writer.add_connection("/axis_state", kind.__msgtype__, typestore=store)
+            for at, n, i in zip(NS[part], COUNTS[part], CURRENT[part], strict=True):
+                writer.write(connection, at, store.serialize_cdr(kind(x=float(n), y=float(i), z=0.0), kind.__msgtype__))
+        shutil.move(next(Path(made, "bag").glob("*.db3")), folder / "x")
+
+
+def _split_bag(folder: Path) -> None:
+    """The folder of a ROS 2 bag in two parts."""
+    bag, halves = folder / "x", (slice(0, ROWS // 2), slice(ROWS // 2, ROWS))
+    bag.mkdir()
+    for number, part in enumerate(halves):
+        _db3(bag, part)
+        (bag / "x").rename(bag / f"x_{number}.db3")
+    files = "".join(f"  - x_{number}.db3\n" for number in range(len(halves)))
+    about = f"  version: 5\n  storage_identifier: sqlite3\n  relative_file_paths:\n{files}  compression_mode: ''\n"
+    (bag / METADATA).write_text("rosbag2_bagfile_information:\n" + about)
 
 
 # name -> its bytes, or what writes the file `x` into a folder
@@ -157,6 +173,8 @@ SAMPLES: dict[str, Callable[[], bytes] | Callable[[Path], None]] = {
     "mcap.json": _json_mcap,
     "bag": _bag,
     "db3": _db3,
+    "folder/metadata.yaml": _split_bag,
+    "folder/x_0.db3": _split_bag,
 }
 
 
@@ -166,7 +184,7 @@ def names() -> list[str]:
 
 
 def write(name: str, folder: Path) -> Path:
-    """The sample as the file `x` in `folder`."""
+    """The sample as the file `x` in `folder`; of `folder/FILE`, that file of the bag `x`."""
     target = folder / "x"
     if name.startswith("golden/"):
         target.write_bytes((GOLDEN / name.removeprefix("golden/")).read_bytes())
@@ -176,14 +194,20 @@ def write(name: str, folder: Path) -> Path:
         made(folder)  # type: ignore[call-arg]
     else:
         target.write_bytes(made())  # type: ignore[call-arg,arg-type]
-    return target
+    return target / name.removeprefix("folder/") if target.is_dir() else target
+
+
+def given(path: Path) -> Path:
+    """What frictool is given to read `path`: the file, or the bag that it is a part of."""
+    return path.parent if (path.parent / METADATA).exists() else path
 
 
 def bench_of(path: Path) -> Bench:
-    """A bench that maps the file's first columns: a time where one is called so, a position, a current."""
-    if is_canonical(path):
+    """A bench that maps the first columns of what is `given`: a time where one is called so, a position, a current."""
+    (parts,) = sources([given(path)])
+    if is_canonical(parts[0]):
         return bench({"position": Column("position", "rad")})
-    tables = tables_of(path)
+    tables = opened(parts)
     table = max(tables, key=lambda one: len(one.names))
     blocks = {name: block for name in table.names if (block := _whole(table, name)) is not None}
     once = {name for name in blocks if sum(name in one.names for one in tables) == 1}

@@ -24,12 +24,12 @@ def sample(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
 
 def test_mutated_inputs_are_read_or_refused_in_one_line(sample: tuple[str, Path], tmp_path: Path):
     """Of every format, the unchanged sample first; in this process, so without a limit of memory."""
-    name, path = sample
-    bench, data = tmp_path / "bench.yaml", path.read_bytes()
-    samples.write_bench(path, bench)
-    assert child.attempt(0, data, tmp_path, bench) is None
+    name, made = sample
+    bench, data, path = tmp_path / "bench.yaml", made.read_bytes(), child.place_for(made, tmp_path)
+    samples.write_bench(made, bench)
+    assert child.attempt(0, data, path, bench) is None
     for index in range(INPUTS):
-        found = child.attempt(index, child.input_of(name, data, SEED, index), tmp_path, bench)
+        found = child.attempt(index, child.input_of(name, data, SEED, index), path, bench)
         assert found is None, f"python -m tests.fuzz {name} {index}: {found}"
     assert [one.name for one in tmp_path.iterdir() if one.name != "input"] == ["bench.yaml"]
 
@@ -43,10 +43,11 @@ def test_a_process_with_limits_runs_the_same():
 def test_every_format_has_a_sample(tmp_path: Path):
     seen = set()
     for name in samples.names():
-        path = samples.write(name, tmp_path)
+        folder = tmp_path / name
+        folder.mkdir(parents=True)
+        path = samples.write(name, folder)
         if not is_canonical(path):
             seen.add(format_of(path))
-        path.unlink()
     assert seen == set(FORMATS)
 
 
@@ -91,7 +92,7 @@ def test_memory_beyond_the_limit_is_refused():
 def test_an_input_that_hangs_ends_the_process(tmp_path: Path):
     code = (
         "import sys, time; from pathlib import Path; from tests.fuzz import child; "
-        "child.run = lambda *words: time.sleep(20); child.attempt(0, b'', Path(sys.argv[1]), Path(sys.argv[1], 'bench.yaml'), 0.2)"
+        "child.run = lambda *words: time.sleep(20); child.attempt(0, b'', Path(sys.argv[1], 'input'), Path(sys.argv[1], 'bench.yaml'), 0.2)"
     )
     done = subprocess.run([sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True)
     assert done.returncode == 1
