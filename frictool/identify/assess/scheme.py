@@ -10,7 +10,7 @@ from frictool.identify.assess.verdicts import Verdict, percent, raw_bound
 
 ENDS = {  # method -> where the path of a sliding parameter ends
     "least-squares": "least squares weighted by the speed (4.23), conditioned (4.31)",
-    "weak-form": "weak form over windows of a stroke",
+    "weak": "weak form over windows of a stroke",
     "sines": "sines on a position loop (4.38)",
     None: "keep the a-priori value",
 }

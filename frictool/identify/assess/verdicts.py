@@ -118,7 +118,7 @@ def _inertia(facts: Facts, wanted: float) -> Verdict:
     precision, refusal = statistical(facts)["inertia"], refusal_of_differentiation("inertia", facts)
     if precision <= wanted:
         why = f"by differentiation it is refused: {refusal}; the weak form over {best_window(facts)} samples averages the counts' errors"
-        return Verdict(True, "weak-form", SINES, precision, raw_bound("inertia", facts), why)
+        return Verdict(True, "weak", SINES, precision, raw_bound("inertia", facts), why)
     told = f"reaches {percent(precision)}" if math.isfinite(precision) else "sees no stroke longer than its window"
     return Verdict(False, None, None, precision, raw_bound("inertia", facts), f"{refusal}; the weak form {told}")
 

@@ -1,12 +1,11 @@
 """How precise least squares over smoothing windows is, computed before anything is measured: the weak form of the equation of motion.
 
-Convolved with a bump g whose second difference is c (identify/smoothing.py) the equation needs no derivative of a measurement:
+Convolved with a bell g whose second difference is c (identify/weak.py) the equation needs no derivative of a measurement:
 
     inertia (c*x) + viscous (g*dx) + coulomb (g*sign v) + offset = g*u + n,    n = g*e_u - (inertia c + viscous g*d) * e_x
 
-Ordinary least squares on it, weighted by the speed (4.23), has the covariance N^-1 C N^-1: N = G' W^2 G, and C that of G' W^2 n, in
-which the overlap of the windows is exact. The encoder's noise also stands in the regressor c*x, and pulls the inertia down by the share
-that it has in the regressor's power: too short a window shows there. The result is above the Cramér-Rao bound by what the weights give
+Ordinary least squares on it has the covariance N^-1 C N^-1: N = G'G, and C that of G'n, in which the overlap of the windows is exact. The encoder's noise also stands in the regressor c*x, and pulls the inertia down by the share
+that it has in the regressor's power: too short a window shows there. The result is above the Cramér-Rao bound by what equal weights give
 away, and it is a standard deviation where (4.3) and (4.8) are bounds of the worst case: the errors of counts are as good as independent
 once the axis passes about a count a sample.
 """
@@ -16,7 +15,10 @@ from __future__ import annotations
 import numpy as np
 
 from frictool.identify.excite.information import Friction, Sensing, Stroke, Vector, both_ways, regressors
-from frictool.identify.smoothing import SHORTEST, STROKE_SHARE, acceleration_filter, bump
+from frictool.identify.smoothing import SHORTEST
+from frictool.identify.weak import bell
+
+STROKE_SHARE = 0.25  # longest window over the median stroke
 
 
 def weak_deviation(strokes: list[Stroke], axis: Friction, sensing: Sensing) -> tuple[Vector, int]:
@@ -26,7 +28,7 @@ def weak_deviation(strokes: list[Stroke], axis: Friction, sensing: Sensing) -> t
     """
     best, chosen = np.full(4, np.inf), SHORTEST
     longest = max(SHORTEST, int(np.median([one.duration for one in strokes]) / sensing.period * STROKE_SHARE))
-    for window in sorted({2 * int(length / 2.0) + 1 for length in np.geomspace(SHORTEST, longest, 12)}):
+    for window in sorted({2 * int(length / 2.0) + 1 for length in np.geomspace(SHORTEST, longest, 20)}):
         found = _deviation(strokes, axis, sensing, window)
         if found[0] < best[0]:
             best, chosen = found, window
@@ -34,21 +36,21 @@ def weak_deviation(strokes: list[Stroke], axis: Friction, sensing: Sensing) -> t
 
 
 def _deviation(strokes: list[Stroke], axis: Friction, sensing: Sensing, window: int) -> Vector:
-    g, c = bump(window, sensing.period), acceleration_filter(window, sensing.period)
+    g = bell(window)
+    c = np.convolve(g, [1.0, -2.0, 1.0]) / sensing.period**2
     slope = np.convolve(g, np.array([1.0, 0.0, -1.0]) / (2.0 * sensing.period))
     by_position = axis.inertia * c + axis.viscous * slope[::-1]
     normal, covariance = np.zeros((4, 4)), np.zeros((4, 4))
-    samples, accelerations = 0.0, 0.0  # weighted: how many, and the sum of their squares
+    samples, accelerations = 0.0, 0.0  # how many, and the sum of their squares
     for stroke in strokes:
         rows = regressors(stroke, axis, sensing)
         rows = rows[window // 2 : rows.shape[0] - window // 2]
         if rows.shape[0] < 2:
             continue
-        weighted = rows * rows[:, 1:2] ** 2
-        samples += stroke.times * float(rows[:, 1] @ rows[:, 1])
-        accelerations += stroke.times * float(weighted[:, 0] @ rows[:, 0])
-        spread = sensing.noise**2 * _gram(weighted, g) + sensing.step**2 / 12.0 * _gram(weighted, by_position)
-        for total, one in ((normal, weighted.T @ rows), (covariance, spread)):
+        samples += stroke.times * rows.shape[0]
+        accelerations += stroke.times * float(rows[:, 0] @ rows[:, 0])
+        spread = sensing.noise**2 * _gram(rows, g) + sensing.step**2 / 12.0 * _gram(rows, by_position)
+        for total, one in ((normal, rows.T @ rows), (covariance, spread)):
             total += stroke.times * both_ways(one)
     scale = np.sqrt(np.diag(normal))
     if not np.all(scale > 0.0) or np.linalg.cond(normal / np.outer(scale, scale)) > 1e12:
@@ -59,7 +61,7 @@ def _deviation(strokes: list[Stroke], axis: Friction, sensing: Sensing, window: 
     return np.asarray(found)
 
 
-def _gram(weighted: Vector, kernel: Vector) -> Vector:
-    """Covariance (4, 4) of weighted' n for n = kernel * (white noise of variance 1)."""
-    columns = np.column_stack([np.convolve(column, kernel) for column in weighted.T])
+def _gram(rows: Vector, kernel: Vector) -> Vector:
+    """Covariance (4, 4) of rows' n for n = kernel * (white noise of variance 1)."""
+    columns = np.column_stack([np.convolve(column, kernel) for column in rows.T])
     return np.asarray(columns.T @ columns)

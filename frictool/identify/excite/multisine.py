@@ -47,7 +47,8 @@ def low_crest(harmonics: int) -> Vector:
 
 def _period(phases: Vector) -> Vector:
     """One period of the sum, POINTS for each harmonic."""
-    return _sums(_circle(phases), phases)[1]
+    spectrum = np.concatenate(([0.0], np.exp(1j * phases)))
+    return np.asarray(np.fft.irfft(spectrum, POINTS * phases.size) * (0.5 * POINTS * phases.size))
 
 
 def _circle(phases: Vector) -> Vector:

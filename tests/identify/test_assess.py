@@ -1,0 +1,141 @@
+"""The decision of figure 4.4 on the rigs of the thesis, and the command."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from frictool.documents.bench import Bench
+from frictool.documents.registry import load
+from frictool.identify.assess.assessment import Assessment, Row, assess
+from frictool.identify.assess.bench_facts import facts_of
+from frictool.identify.assess.verdicts import PARAMETERS, verdict
+from frictool.identify.methods import METHODS
+from tests.accept.check_assess import DURATION, errors
+from tests.cli.run import refused, run
+from tests.identify.benches import CLUTCH, EMPS, clutch, mass_bench
+
+
+def rows(found: Assessment) -> dict[str, Row]:
+    return {row.parameter: row for row in found.rows}
+
+
+def test_clutch_as_4_4_1_concludes() -> None:
+    found = rows(assess(clutch(), {}, DURATION, effort=1.0))  # table 4.5: u_max = 1 N m
+    inertia = found["inertia"].verdict
+    assert inertia.bound == pytest.approx(3.0, rel=0.05)
+    assert "by differentiation it is refused" in inertia.why
+    assert inertia.method == "weak"
+    assert inertia.method in METHODS
+    assert inertia.precision is not None
+    assert inertia.precision < found["inertia"].target
+    for name in ("viscous", "coulomb"):
+        assert found[name].verdict.method == "sines"
+        assert found[name].verdict.identifiable
+    assert found["breakaway"].verdict.method == "ramps"
+    assert not found["presliding"].verdict.identifiable
+
+
+def test_emps_all_by_least_squares() -> None:
+    found = rows(assess(load(EMPS, Bench), {}, DURATION))
+    assert {found[name].verdict.method for name in ("inertia", "viscous", "coulomb")} == {"least-squares"}
+    assert all(row.verdict.identifiable for row in found.values())
+
+
+def test_a_filter_that_the_known_dynamics_bear(tmp_path: Path) -> None:
+    """Table 4.1's mass: inertia/viscous known to a factor of 6, so that (4.8) may be used, down to its slowest filter and no further."""
+    facts = facts_of(mass_bench(tmp_path), DURATION, None, None, None)
+    assert facts.dynamics_known
+    raw = verdict("viscous", facts, 0.05)
+    assert raw.filter is None
+    assert raw.bound is not None
+    filtered = verdict("viscous", facts, 0.7 * raw.bound)
+    assert filtered.method == "least-squares"
+    assert filtered.filter is not None
+    assert 0.0 < filtered.filter <= facts.fastest
+    assert filtered.bound == pytest.approx(0.7 * raw.bound)
+    assert verdict("viscous", facts, 0.2 * raw.bound).method != "least-squares"
+
+
+@settings(max_examples=15)
+@given(st.sampled_from(PARAMETERS), st.floats(1e-4, 0.2), st.floats(0.0, 6.0))
+def test_a_finer_encoder_is_never_worse(parameter: str, wanted: float, decades: float) -> None:
+    facts = facts_of(clutch(), DURATION, None, None, None)
+    coarse = facts.with_step(facts.sensing.step * 10.0 ** (1.0 - decades))
+    fine = coarse.with_step(0.5 * coarse.sensing.step)
+    if verdict(parameter, coarse, wanted).identifiable:
+        assert verdict(parameter, fine, wanted).identifiable
+
+
+def test_the_step_that_would_do_is_the_coarsest() -> None:
+    bench, wanted = clutch(), 1e-3
+    facts = facts_of(bench, DURATION, None, None, None)
+    for row in assess(bench, dict.fromkeys(PARAMETERS, wanted), DURATION).rows:
+        assert row.step is not None
+        assert verdict(row.parameter, facts.with_step(row.step), row.target).identifiable
+        if row.step < facts.sensing.step * 0.999:
+            assert not verdict(row.parameter, facts.with_step(1.01 * row.step), row.target).identifiable
+
+
+def test_what_is_promised_is_reached() -> None:
+    """A seeded few of the accept check's 200 records."""
+    row = rows(assess(clutch(), {}, DURATION, 0.1))["inertia"]
+    assert row.verdict.precision is not None
+    found = errors(4)
+    assert abs(found[:, 0]).max() < 1.5 * row.verdict.precision
+    assert abs(found[:, 1:]).max() < 2e-3
+
+
+def test_json_has_a_row_per_parameter() -> None:
+    result = run("assess", "--bench", CLUTCH, "--json")
+    assert result.code == 0, result.stderr
+    found = json.loads(result.stdout)
+    assert [row["parameter"] for row in found["parameters"]] == list(PARAMETERS)
+    for row in found["parameters"]:
+        assert {"identifiable", "method", "test", "precision", "bound", "why", "cramer_rao", "step_needed"} <= set(row)
+        assert row["identifiable"] == (row["method"] is not None)
+    assert found["entropy"]["bits"] == pytest.approx(8.98, abs=0.01)
+    assert run("assess", "--bench", CLUTCH, "--json").out == result.out
+
+
+def test_the_scheme_and_the_table_for_people(tmp_path: Path) -> None:
+    target = tmp_path / "assessment.txt"
+    result = run("assess", "--bench", CLUTCH, "-o", target)
+    assert result.code == 0
+    for words in (
+        "(4.3): +-442 %; wanted +-5 %?  no",
+        "does it tune a filter?  no",
+        "inertia: weak form",
+        "sines on a position loop (4.38)",
+    ):
+        assert words in result.stdout
+    assert target.read_text() == result.stdout
+
+
+def test_a_precision_that_no_test_reaches_names_the_encoder_that_would() -> None:
+    result = run("assess", "--bench", CLUTCH, "--wanted", "inertia=0.1%")
+    assert result.code == 1
+    assert "inertia: 0.1 % cannot be reached with this encoder" in result.stderr
+    assert "counts a revolution" in result.stderr
+    counts = next(int(word) for word in result.stderr.split() if word.isdigit())
+    assert counts > 56
+    linear = run("assess", "--bench", EMPS, "--wanted", "0.01%")
+    assert linear.code == 1
+    assert "times as long a test" in linear.stderr
+
+
+@pytest.mark.parametrize("wanted", ["mass=5%", "inertia=", "nan", "0", "100%", "-5%"])
+def test_a_wrong_precision_is_the_command_lines_fault(wanted: str) -> None:
+    result = run("assess", "--bench", CLUTCH, f"--wanted={wanted}")
+    assert result.code == 2
+    assert "allowed" in result.stderr
+
+
+def test_a_drive_that_moves_nothing(tmp_path: Path) -> None:
+    weak = tmp_path / "bench.yaml"
+    weak.write_text(CLUTCH.read_text().replace("value: 50, unit: A", "value: 10, unit: A"))
+    refused(run("assess", "--bench", weak), 4, "nothing moves for certain", "actuator.limit")
