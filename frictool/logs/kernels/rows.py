@@ -139,9 +139,10 @@ def read_rows(
         issues: (m, ISSUE_FIELDS), m > columns + 1.
     """
     columns, rows, text = slots.size, values.shape[1], pointer_to(buffer)
-    begin, lines, listed, last_line = 0, 0, 0, 0
+    zero = 0 * row  # a constant would have numba compile what is called with it twice
+    begin, lines, listed, last_line = zero, zero, zero, zero
     while begin < end and row < rows and listed + columns + 1 < issues.shape[0]:
-        cells, surplus, inside, found = 0, False, 0, listed
+        cells, surplus, inside, found = zero, False, zero, listed
         empty = _is_blank_line(text, begin)
         more = not empty
         at = _over_blanks(text, begin, BLANK if empty else delimiter)
