@@ -51,12 +51,16 @@ class Loose(NamedTuple):
 
 
 class Damage(NamedTuple):
-    """Bytes `start` to `end` of the file that are lost, and why. rest: what is there of a chunk that the end of the file cut."""
+    """Bytes `start` to `end` of the file that are lost, and why. rest: what is there of a chunk that the end of the file cut.
+
+    bare: these are no more than the head of a chunk whose records follow one by one.
+    """
 
     start: int
     end: int
     reason: str
     rest: bytes = b""
+    bare: bool = False
 
 
 class FileRecords:
@@ -150,6 +154,7 @@ class FileRecords:
         """Goes on at the next record; what lies between is lost. A message before it may have had a wrong length, and others be in it."""
         found = self._next_record((start if self._doubtful is None else self._doubtful) + 1)
         self._doubtful = None
+        bare = opcode == Opcode.CHUNK and found == start + RECORD_HEAD + _CHUNK.size + _LENGTH.size
         end = self._size if found is None else found
         rest = b""
         if found is None and opcode == Opcode.CHUNK and end - start <= LONGEST_REST:
@@ -159,7 +164,7 @@ class FileRecords:
         self.offset, self._crc = end, None
         if opcode in _KINDS and found is None:
             return Damage(start, end, f"a record of {length} bytes is announced, {end - start - RECORD_HEAD} remain", rest)
-        return Damage(min(start, end), end, f"no record begins here: kind {opcode:#04x}, {length} bytes announced", rest)
+        return Damage(min(start, end), end, f"no record begins here: kind {opcode:#04x}, {length} bytes announced", rest, bare)
 
     def _next_record(self, start: int) -> int | None:
         """Where the next record begins, from `start` on."""

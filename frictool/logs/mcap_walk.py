@@ -113,17 +113,17 @@ class Walk:
         if item.rest and self.lost is not None:
             with suppress(*_UNREADABLE):
                 yield from self._mixed(chunk_prefix(item.rest), item.start, loose=True)
-        self._lose(item.reason, item.start)
+        self._lose(item.reason, item.start, item.bare)
 
-    def _lose(self, reason: str, at: int) -> None:
-        """Notes that something cannot be read. Raises LogError where nothing may be lost."""
+    def _lose(self, reason: str, at: int, bare: bool = False) -> None:
+        """Notes that something cannot be read, `bare` where no sample is in it. Raises LogError where nothing may be lost."""
         last = max((one.last for one in self.channels.values() if one.last is not None), default=None)
         if self.lost is None:
             after = "before any sample" if last is None else f"after {last / NS:.6g} s of log"
             hint = "`frictool ingest --salvage` keeps what is whole"
             self.fail(f"is damaged or cut off at byte {at} of {self.size}, {after}: {reason}; {hint}")
         reason = f"{reason}, at byte {at} of {self.size}"
-        self._unread = Lost(reason, samples=0) if self._over else Lost(reason, first=last)
+        self._unread = Lost(reason, samples=0) if self._over or bare else Lost(reason, first=last)
 
     def _indexed(self, body: bytes) -> None:
         """The index of one channel behind a chunk that cannot be read: when, and how many samples."""

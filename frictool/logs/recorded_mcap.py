@@ -76,7 +76,7 @@ class _Pass:
         for item in run:
             if isinstance(item, Damage):
                 yield self._prefix(item.rest)
-                yield Lost(f"is damaged or cut off at byte {item.start} of {self.size}: {item.reason}", {} if over else None)
+                yield Lost(f"is damaged or cut off at byte {item.start} of {self.size}: {item.reason}", {} if over or item.bare else None)
             elif isinstance(item, Loose):
                 yield self._records(item.data)
             elif item.opcode == Opcode.CHUNK:
