@@ -22,7 +22,7 @@ STDOUT = Path("-")
 
 def output_option(required: bool = True, help: str = "Where to write; - is stdout.") -> Callable[[F], F]:
     """`-o/--output PATH`."""
-    return click.option("-o", "--output", type=click.Path(path_type=Path, allow_dash=True), required=required, help=help)
+    return click.option("-o", "--output", type=click.Path(path_type=Path, readable=False, allow_dash=True), required=required, help=help)
 
 
 json_option = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout instead of text.")
@@ -138,5 +138,10 @@ class FiniteRange(click.FloatRange):
             self.fail(f"{number} is not a finite number.", param, ctx)
         return number
 
+    def _describe_range(self) -> str:
+        """What --help shows: click has "x<=None" for a range without ends."""
+        return "" if self.min is None and self.max is None else super()._describe_range()
 
-existing = click.Path(path_type=Path)  # whether it exists is checked on reading, so that it is exit 3 and not click's 2
+
+# whether it exists and may be read is found on reading, so that it is exit 3 and not click's 2
+existing = click.Path(path_type=Path, readable=False)

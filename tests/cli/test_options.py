@@ -49,3 +49,27 @@ def test_a_cut_off_above_half_the_rate_is_one_line(tmp_path: Path) -> None:
     bench.write_text("".join(line for line in text.splitlines(keepends=True) if "backlash" not in line))
     result = run("identify", IDENTIFY[1], "--bench", bench, *IDENTIFY[4:], "--cutoff-hz", "1e9")
     refused(result, 1, "a cut-off of 1e+09 Hz is not below half of the log's 1000 Hz")
+
+
+def test_whether_an_input_may_be_read_is_found_on_reading(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file without permission is exit 3 as any other that cannot be read, and not click's 2."""
+    checked = {
+        (name, option.name)
+        for name, (module, _) in COMMANDS.items()
+        for option in importlib.import_module(module).command.params
+        if isinstance(option.type, click.Path) and option.type.readable and option.name not in ("output", "plot")
+    }
+    assert checked == set()
+    log = tmp_path / "log.mcap"
+    log.write_bytes(bytes(100))
+
+    def forbidden(self: Path, *_: object) -> None:
+        raise PermissionError(13, "Permission denied", str(self))
+
+    monkeypatch.setattr("os.access", lambda *_, **__: False)
+    monkeypatch.setattr(Path, "open", forbidden)
+    refused(run("info", log), 3, "log.mcap: cannot be read: Permission denied")
+
+
+def test_help_shows_no_range_where_there_is_none() -> None:
+    assert "None" not in run("info", "--help").stdout
