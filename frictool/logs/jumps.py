@@ -32,11 +32,11 @@ def allowance(top_speed: float, intervals: Vector, resolution: float) -> Vector:
 def lone(steps: Vector) -> NDArray[np.bool_]:
     """True (n,) where a step of counts (n,) is so much longer than those beside it that no motion explains it."""
     size = np.abs(steps)
-    if size.size < 3:
+    if size.size < 3 or size.max() <= ALONE * SLACK_COUNTS:
         return np.zeros(size.size, dtype=np.bool_)
     beside = np.maximum(np.append(size[1:], size[-2]), np.insert(size[:-1], 0, size[1]))
-    rare = RARE * float(np.quantile(size, ORDINARY))
-    return np.asarray((size > ALONE * np.maximum(beside, SLACK_COUNTS)) & (size > rare))
+    alone = np.asarray(size > ALONE * np.maximum(beside, SLACK_COUNTS))
+    return alone & (size > RARE * float(np.quantile(size, ORDINARY))) if alone.any() else alone
 
 
 @dataclass

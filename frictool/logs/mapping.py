@@ -164,7 +164,7 @@ class Mapper:
 
     def _in_order(self, block: Block, rows: Rows, time: Nanoseconds, salvage: bool) -> tuple[Rows, Nanoseconds, list[Dropped]]:
         """The rows and their times without those whose time does not increase."""
-        back = np.flatnonzero(np.diff(time) <= 0) + 1
+        back = np.flatnonzero(time[1:] <= time[:-1]) + 1
         if time.size and self._last is not None and time[0] <= self._last:
             back = np.insert(back, 0, 0)
         if not back.size:
