@@ -145,6 +145,8 @@ def _pipeline(filters: dict[str, Any]) -> Pipeline:
 
 def summary(result: Identification, bench: Bench) -> dict[str, Any]:
     """The machine's view of an identification."""
+    from msgspec import to_builtins
+
     from frictool.identify.model import unit_of
 
     fit, ramp = result.fit, result.ramp
@@ -165,26 +167,53 @@ def summary(result: Identification, bench: Bench) -> dict[str, Any]:
         "dropped": list(fit.dropped) if fit else [],
         "not_identified": result.refused,
         "warnings": list(result.warnings),
+        "laws": None if result.laws is None else to_builtins(result.laws),
         "ramp": {"forward": ramp.forward, "backward": ramp.backward, "onsets": ramp.onsets, "delay_corrected": ramp.delay}
         if ramp
         else None,
     }
 
 
+def law_lines(model: Model) -> list[str]:
+    """What friction does beyond the parameters."""
+    if model.laws is None:
+        return []
+    lines, today, laws = [], model.parameters, model.laws
+    for regime in laws.regimes:
+        speed, viscous = regime.above, regime.viscous
+        lines.append(
+            f"from {speed.value:.4g} {speed.unit} [{speed.low:.4g}, {speed.high:.4g}] on, viscous is {viscous.value:.4g} {viscous.unit} "
+            f"[{viscous.low:.4g}, {viscous.high:.4g}]"
+        )
+    if laws.position is not None:
+        over, curve = laws.position.over, laws.position.coulomb
+        orders = f"{len(curve.forward) - 1} forward, {len(curve.backward or curve.forward) - 1} backward"
+        lines.append(f"friction over {over.low:.4g} to {over.high:.4g} {over.unit} as polynomials of order {orders} (4.44)")
+    if laws.backward is not None:
+        own = {"coulomb": laws.backward.coulomb, "breakaway": laws.backward.breakaway}
+        shown = ", ".join(f"{name} {found.value:.5g} {found.unit}" for name, found in own.items() if found is not None)
+        lines.append(f"backward: {shown}; coulomb and breakaway above are the forward ones")
+    if laws.position is not None and today.coulomb.value > 0.0:
+        lines.append(f"beta, breakaway over friction in slip (4.42): {today.breakaway.value / today.coulomb.value:.4g}")
+    return lines
+
+
 def table(result: Identification, model: Model) -> str:
     """The same for people."""
-    from frictool.identify.outcome import PARAMETERS
+    from frictool.identify.outcome import CURVE, PARAMETERS
 
     lines = [f"{Path(name).name}: {kind}" for name, kind in result.kinds.items()]
     lines.append(f"{result.method}: {METHODS[result.method].what}")
     chosen = result.fit is not None and result.fit.why
     lines.append(f"  chosen: {chosen}" if chosen else f"  right for {METHODS[result.method].when}")
-    lines.append(f"{'parameter':<11}{'value':>12}  {f'interval at {100 * result.confidence:g} %':<28}{'unit':<12}source")
-    for name in PARAMETERS:
+    rows = [name for name in (*PARAMETERS, *CURVE) if getattr(model.parameters, name) is not None]
+    width = max(map(len, rows)) + 2
+    lines.append(f"{'parameter':<{width}}{'value':>12}  {f'interval at {100 * result.confidence:g} %':<28}{'unit':<12}source")
+    for name in rows:
         estimate = getattr(model.parameters, name)
         known = estimate.low is not None and estimate.high is not None
         interval = f"[{estimate.low:.5g}, {estimate.high:.5g}]" if known else "unknown"
-        lines.append(f"{name:<11}{estimate.value:>12.5g}  {interval:<28}{estimate.unit:<12}{estimate.source}")
+        lines.append(f"{name:<{width}}{estimate.value:>12.5g}  {interval:<28}{estimate.unit:<12}{estimate.source}")
     if result.fit is not None:
         held_out = result.fit.held_out_force_error
         unseen = "" if held_out is None else f", {100 * held_out:.3g} % on strokes it did not see"
@@ -196,5 +225,6 @@ def table(result: Identification, model: Model) -> str:
         lines.append(f"breakaway from {result.ramp.onsets} onsets, each seen {result.ramp.delay:.3g} {unit} late (corrected)")
     if result.fit is not None and result.fit.dropped:
         lines.append(f"taken to be 0, unseen strokes are predicted no worse without: {', '.join(result.fit.dropped)}")
+    lines += law_lines(model)
     lines += [f"not identified: {name}: {result.refused[name]}" for name in PARAMETERS if name in result.refused]
     return "\n".join(lines)

@@ -91,6 +91,10 @@ METHODS: dict[str, Method] = {
         "simulation error: the axis that, driven by the measured effort, goes where the measured one went; load terms by held-out halves",
         "a model that has to simulate; several strokes, and an effort that was measured",
     ),
+    "stribeck-curve": Method(
+        "the Stribeck curve (2.34): mean effort over runs at constant speeds",
+        "runs at constant speeds, slow ones too; gives the breakaway and the Stribeck velocity where friction falls with speed",
+    ),
     "inverse-dynamic": Method(
         "the published EMPS pipeline: Butterworth, central differences, decimation, ordinary least squares",
         "a fine encoder, no backlash, long strokes; to compare with published values",

@@ -8,7 +8,7 @@ from frictool.documents.model import Model, Parameters
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Estimate, Quantity, si_unit
 from frictool.identify.identification import Identification
-from frictool.identify.outcome import DIMENSIONS, PARAMETERS
+from frictool.identify.outcome import CURVE, DIMENSIONS, PARAMETERS
 
 BREAKAWAY_RATIO, LARGEST_BREAKAWAY_RATIO = 1.1, 1.5  # over Coulomb friction where nothing is known: beta of table 4.8; of table 4.1
 
@@ -17,13 +17,14 @@ def model_of(result: Identification, bench: Bench, provenance: Provenance) -> Mo
     """`model.yaml` of `result`, the bench copied verbatim."""
     estimates = {name: _estimate(name, result, bench) for name in PARAMETERS if name != "breakaway"}
     estimates["breakaway"] = _breakaway(result, bench, estimates["coulomb"])
+    estimates |= {name: _estimate(name, result, bench) for name in CURVE if name in result.identified}
     fit = result.fit
     summary = None if fit is None else FitSummary(fit.force_error, fit.condition, fit.samples, fit.held_out_force_error)
     return Model(
         format="model/1",
         name=bench.name,
         axis=bench.axis,
-        law="coulomb",
+        law="stribeck" if "stribeck_velocity" in estimates else "coulomb",
         method=result.method,
         confidence=result.confidence,
         bench=bench,

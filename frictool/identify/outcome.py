@@ -9,7 +9,9 @@ from frictool.errors import EXIT_NO, FrictoolError
 
 SLIDING = ("inertia", "viscous", "coulomb", "offset")  # effort = inertia a + viscous v + coulomb sign(v) + offset
 PARAMETERS = (*SLIDING, "breakaway")
+CURVE = ("stribeck_velocity",)  # parameters of the law of sliding that not every method looks for
 DIMENSIONS = {"inertia": "inertia", "viscous": "viscous", "coulomb": "effort", "offset": "effort", "breakaway": "effort"}
+DIMENSIONS |= {"stribeck_velocity": "velocity"}
 
 
 class NothingUsable(FrictoolError):

@@ -9,7 +9,8 @@ from frictool.documents.registry import load
 from frictool.identify.record import Record, make_record
 from frictool.plant.axis import AxisParameters, rest
 from frictool.plant.axis_model import axis_of
-from tests.identify.benches import MASS, MASS_NOISE, MASS_PERIOD, MASS_POLE, ROOT, _position_loop
+from sample_logs.make import PERIOD, TRUTH, _play
+from tests.identify.benches import MASS, MASS_NOISE, MASS_PERIOD, MASS_POLE, ROOT, _position_loop, record
 
 SPEEDS = (2.0, 4.0, 6.0, 8.0, 10.0)  # m/s
 PERIODS = 3  # of 1 s at each speed
@@ -36,3 +37,24 @@ def mass_sines(seed: int, step: float = MASS.encoder_step) -> list[Record]:
 def nonlinear_clutch() -> AxisParameters:
     """The clutch of configs/clutch/nonlinear.yaml: tables 4.5 to 4.8, 5.2."""
     return axis_of(load(ROOT / "configs" / "clutch" / "nonlinear.yaml", Model))
+
+
+RUN_SPEEDS = (3.0, 5.0, 8.0, 12.0, 18.0, 25.0, 40.0, 60.0, 80.0, 110.0)  # rad/s
+RUN_SECONDS = 0.8
+STRIBECK_VELOCITY = 12.0  # rad/s
+FINE = 2.0 * np.pi / 4096.0
+
+
+def stribeck_axis() -> AxisParameters:
+    """The sample logs' clutch without backlash, on an encoder of 4096 points, its friction falling with speed (2.34)."""
+    truth = TRUTH._replace(breakaway=0.12, backlash=0.0, encoder_step=FINE)
+    return truth._replace(laws=truth.laws._replace(stribeck_velocity=STRIBECK_VELOCITY))
+
+
+def constant_speeds(seed: int, truth: AxisParameters) -> Record:
+    """To and fro at RUN_SPEEDS under the bench's servo."""
+    generator = np.random.default_rng([seed, 11])
+    speed = np.concatenate([np.full(round(RUN_SECONDS / PERIOD), side * value) for value in RUN_SPEEDS for side in (1.0, -1.0)])
+    position = 30.0 - 0.5 * RUN_SECONDS * RUN_SPEEDS[0] + np.cumsum(speed) * PERIOD
+    log = _play(position, speed, np.sign(speed) * truth.coulomb / truth.constant, generator, truth)
+    return record(log, truth, "constant speeds")
