@@ -13,12 +13,12 @@ from frictool.documents.quantity import Quantity
 from frictool.errors import LogError
 from frictool.identify import methods
 from frictool.identify.breakaway import Breakaway, breakaway, is_ramp
-from frictool.identify.outcome import PARAMETERS, SLIDING, Fit, Interval, NothingUsable
+from frictool.identify.outcome import CURVE, PARAMETERS, SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.plausible import implausible
 from frictool.identify.record import Record
 
 SLIDING_LOG, RAMP_LOG = "sliding", "ramp"
-NEVER_NEGATIVE = ("inertia", "viscous", "coulomb", "breakaway")
+NEVER_NEGATIVE = ("inertia", "viscous", "coulomb", "breakaway", "stribeck_velocity")
 LARGEST_FORCE_ERROR = 0.5  # above it the model leaves more than a quarter of the effort's mean square unexplained
 SAME_EFFORT = 1e-9  # relative to the largest: two files of one log may round differently
 
@@ -72,12 +72,13 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
         onsets = _break_away(ramps, bench, found, settings.confidence)
         _accept({"breakaway": onsets.interval}, {}, bench, found, refused)
     except NothingUsable as error:
-        refused["breakaway"] = str(error)
+        if "breakaway" not in found:
+            refused["breakaway"] = str(error)
     laws = None if fit is None else fit.laws
     if onsets is not None and onsets.by_position is not None:
         fit, onsets, laws = _by_position(sliding, ramps, fit, onsets, bench, settings, found, refused)
     kinds = {**{r.name: SLIDING_LOG for r in sliding}, **{r.name: RAMP_LOG for r in ramps}}
-    ordered = {name: found[name] for name in PARAMETERS if name in found}
+    ordered = {name: found[name] for name in (*PARAMETERS, *CURVE) if name in found}
     warnings = (*odd, *_surprises(ordered, bench))
     result = Identification((fit and fit.method) or method, settings.confidence, kinds, ordered, refused, fit, onsets, warnings, laws)
     if not found:
@@ -103,7 +104,7 @@ def _surprises(found: Mapping[str, Interval], bench: Bench) -> list[str]:
     """A warning for each parameter whose interval has nothing in common with the bench's."""
     out = []
     for name, interval in found.items():
-        known: Quantity | None = getattr(bench.mechanics, name)
+        known: Quantity | None = getattr(bench.mechanics, name, None)
         if known is None or known.low is None or known.high is None:
             continue
         if interval.low > known.high or interval.high < known.low:
@@ -175,7 +176,7 @@ def _accept(
     """Sorts what a method offers into what is identified and what is not."""
     refused.update(reasons)
     for name, interval in offered.items():
-        reason = useless(name, interval, getattr(bench.mechanics, name))
+        reason = useless(name, interval, getattr(bench.mechanics, name, None))
         if reason is None:
             low = max(interval.low, 0.0) if name in NEVER_NEGATIVE else interval.low
             found[name] = Interval(interval.value, low, interval.high)
