@@ -23,6 +23,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "assess": ("frictool.cli.assess", "What this bench can identify, by which test, how precisely, and why."),
     "excite": ("frictool.cli.excite", "The test to play on the bench: sines, ramps, steps, multisines."),
     "identify": ("frictool.cli.identify", "Logs to parameters with intervals (model.yaml)."),
+    "validate": ("frictool.cli.validate", "A model against a measured log: errors and a plot."),
     "synth": ("frictool.cli.synth", "Model and specification to a verified controller (controller.yaml)."),
     "simulate": ("frictool.cli.simulate", "Step tests of model and controller, as a log."),
     "report": ("frictool.cli.report", "Metrics and verdict of logs against the specification."),

@@ -27,7 +27,7 @@ def test_the_golden_model_is_read_and_written_byte_for_byte() -> None:
 
 def test_the_schema_describes_the_laws() -> None:
     described = json_schema("model")["$defs"]
-    assert set(described["Laws"]["properties"]) == {"backward", "regimes", "position", "stribeck_exponent", "dwell", "restitution"}
+    assert set(described["Laws"]["properties"]) == {"backward", "regimes", "position", "stribeck_exponent", "dwell", "restitution", "load"}
 
 
 @pytest.mark.parametrize(

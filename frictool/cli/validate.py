@@ -1,0 +1,123 @@
+"""`frictool validate`: a model against a measured log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from frictool.cli.output import FiniteRange, existing, json_option, note, print_json, refuse_inputs, save_text, say
+
+if TYPE_CHECKING:
+    from frictool.documents.model import Model
+    from frictool.engine.servo import Servo
+    from frictool.identify.validate.validation import Validation
+
+HELP = """\b
+Example:
+  frictool validate model.yaml sines.mcap --plot validation.svg
+
+Replay what was measured through the model and compare: the measured effort drives it from the measured position, at rest, held between
+samples (or as the bench's drive lag lets it); the errors of position, velocity, acceleration and force leave out the first 20 samples.
+
+With the gains of the controller that ran on the bench (--position-gain, --speed-gain), the measured reference drives the model in closed
+loop:  drive = speed gain (position gain (reference - position) - speed) + integral.  Gains are in SI: 1/s, A s/rad (V s/m), A/(rad s).
+
+Open loop the force error is what the model lacks of the effort along the measured motion, closed loop measured less simulated effort.
+Relative errors are norms over the norm of what was measured.
+"""
+positive = FiniteRange(0.0, min_open=True)
+
+
+@click.command("validate", help=HELP)
+@click.argument("model", type=existing)
+@click.argument("log", type=existing)
+@click.option("--position-gain", type=positive, help="Of the bench's controller, 1/s; with --speed-gain.")
+@click.option("--speed-gain", type=positive, help="Of the bench's controller, drive per speed; with --position-gain.")
+@click.option("--integral-gain", type=positive, help="Of the position's error, drive per position and s.")
+@click.option("--skip", type=click.IntRange(0), default=20, show_default=True, help="Samples left out at the start.")
+@click.option("--moving", is_flag=True, help="Start with the measured speed, not at rest.")
+@click.option(
+    "--cutoff-hz", type=positive, default=100.0, show_default=True, help="Of velocity and acceleration, both of measured and simulated."
+)
+@click.option("--plot", type=click.Path(path_type=Path, allow_dash=True), help="Measured against simulated (SVG); - is stdout.")
+@json_option
+def command(
+    model: Path,
+    log: Path,
+    position_gain: float | None,
+    speed_gain: float | None,
+    integral_gain: float | None,
+    skip: int,
+    moving: bool,
+    cutoff_hz: float,
+    plot: Path | None,
+    as_json: bool,
+) -> None:
+    if (position_gain is None) != (speed_gain is None) or (integral_gain is not None and speed_gain is None):
+        raise click.UsageError("a controller has both --position-gain and --speed-gain; give both, or none for the open loop.")
+    if plot is not None:
+        refuse_inputs(plot, [model, log])
+    from frictool.documents.model import Model
+    from frictool.documents.registry import load
+    from frictool.identify.record import record_of
+    from frictool.identify.validate.validation import validate
+    from frictool.logs.matching import matched
+    from frictool.logs.reading import read_log
+
+    document = load(model, Model)
+    measured = matched(read_log(log, document.bench), document.bench)
+    for warning in measured.warnings:
+        note(f"warning: {log.name}: {warning}")
+    servo = _servo(document, position_gain, speed_gain, integral_gain)
+    found = validate(document, record_of(measured, document.bench), skip, cutoff_hz, servo, moving)
+    if plot is not None:
+        from frictool.identify.validate.picture import picture
+
+        save_text(plot, picture(found, document.name, document.axis) + "\n", [model, log])
+    if as_json:
+        print_json(summary(found, document), plot)
+    else:
+        say(table(found, document), plot)
+
+
+def _servo(model: Model, position_gain: float | None, speed_gain: float | None, integral_gain: float | None) -> Servo | None:
+    """The bench's controller, from position to effort."""
+    if position_gain is None or speed_gain is None:
+        return None
+    from frictool.engine.servo import Servo
+
+    actuator = model.bench.actuator
+    constant = actuator.constant.value
+    return Servo(
+        proportional=constant * speed_gain * position_gain,
+        integral=constant * (integral_gain or 0.0),
+        derivative=constant * speed_gain,
+        limit=constant * actuator.limit.value,
+    )
+
+
+def summary(found: Validation, model: Model) -> dict[str, Any]:
+    """The machine's view: errors relative to the norm of what was measured, positions in rad or m."""
+    length = "m" if model.axis == "linear" else "rad"
+    return {
+        "loop": found.loop,
+        "samples": int(found.time.size),
+        "skip_samples": found.skip,
+        f"position_rmse_{length}": found.position_rmse,
+        f"position_error_largest_{length}": found.largest,
+        **{f"{name}_error_rel": error for name, error in found.errors.items()},
+    }
+
+
+def table(found: Validation, model: Model) -> str:
+    """The same for people."""
+    length = "m" if model.axis == "linear" else "rad"
+    how = "the measured effort through the model" if found.loop == "open" else "the measured reference through controller and model"
+    lines = [
+        f"{found.loop} loop: {how}, {found.time.size} samples after the first {found.skip}",
+        f"position error   {found.position_rmse:.4g} {length} rms, {found.largest:.4g} {length} at most",
+    ]
+    lines += [f"{name:<16} {100.0 * error:.4g} % of what was measured" for name, error in found.errors.items()]
+    return "\n".join(lines)

@@ -1,0 +1,123 @@
+"""What a model does with what was measured, against what the axis did.
+
+    open loop     the measured effort drives the model; force error: the effort that the model lacks along the measured motion
+    closed loop   the bench's controller drives the model along the measured reference; force error: measured less simulated effort
+
+Errors are norms over the norm of what was measured, over all samples but the first. Velocity and acceleration of measured and
+simulated positions alike are differences after the low-pass of the published pipeline (`inverse_dynamic`).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import butter, filtfilt
+
+from frictool.documents.model import Model
+from frictool.engine.replay import FREE, replay, replayed
+from frictool.engine.servo import Servo, serve
+from frictool.engine.status import MESSAGES, OK
+from frictool.errors import LogError, NoSolutionError
+from frictool.identify.record import Record, Vector
+from frictool.identify.segments import Segment, whole
+from frictool.identify.simulated import observer_gains
+from frictool.plant.axis import INERTIA, VELOCITY
+from frictool.plant.axis_model import axis_of, load_of
+
+OPEN, CLOSED = "open", "closed"
+FILTER_ORDER = 4
+HIGHEST_CUTOFF = 0.4  # of the sampling rate: below half of it
+
+
+@dataclass(frozen=True)
+class Validation:
+    """Samples (n,) of measured and simulated signals in SI, nan before the first that counts, and the errors by name.
+
+    loop: `open` or `closed`. skip: samples left out at the start of each piece. reached: the largest position error, rad | m.
+    """
+
+    loop: str
+    skip: int
+    time: Vector
+    measured: dict[str, Vector]
+    simulated: dict[str, Vector]
+    position_rmse: float
+    largest: float
+    errors: dict[str, float]
+
+
+def validate(model: Model, record: Record, skip: int, cutoff_hz: float, servo: Servo | None = None, moving: bool = False) -> Validation:
+    """Replays `record` through `model`, each unbroken piece from its first measured position, at rest unless `moving`.
+
+    Raises LogError where the record holds no piece longer than `skip`, nothing moves, or a closed loop has no reference; NoSolutionError
+    where the simulation fails.
+    """
+    pieces = [piece for piece in whole([record]) if piece.last - piece.first > skip + 3 * FILTER_ORDER]
+    if not pieces:
+        raise LogError(record.name, f"has no unbroken piece longer than the {skip} samples that are skipped; skip fewer")
+    if float(np.ptp(record.position)) <= 2.0 * record.resolution:
+        raise LogError(record.name, "the position does not change; a model is validated on motion")
+    if servo is not None and record.reference is None:
+        raise LogError(record.name, "has no channel reference, which a closed loop follows; leave the gains out for the open loop")
+    cutoff = min(cutoff_hz, HIGHEST_CUTOFF / record.period)
+    runs = [_run(model, piece, servo, moving, cutoff) for piece in pieces]
+    counted = [{name: pair_part(pair, skip) for name, pair in run.items()} for run in runs]
+    signals = {name: tuple(np.concatenate([run[name][side] for run in counted]) for side in (0, 1)) for name in counted[0]}
+    gap = signals["position"][0] - signals["position"][1]
+    return Validation(
+        CLOSED if servo else OPEN,
+        skip,
+        np.concatenate([record.time[piece.first + skip : piece.last] for piece in pieces]),
+        {name: pair[0] for name, pair in signals.items()},
+        {name: pair[1] for name, pair in signals.items()},
+        float(np.sqrt(np.mean(gap**2))),
+        float(np.max(np.abs(gap))),
+        {name: _relative(*pair) for name, pair in signals.items()},
+    )
+
+
+def pair_part(pair: tuple[Vector, Vector], skip: int) -> tuple[Vector, Vector]:
+    """Both signals without their first samples."""
+    return pair[0][skip:], pair[1][skip:]
+
+
+def _relative(measured: Vector, simulated: Vector) -> float:
+    size = float(np.linalg.norm(measured))
+    return float(np.linalg.norm(measured - simulated)) / size if size > 0.0 else math.inf
+
+
+def _run(model: Model, piece: Segment, servo: Servo | None, moving: bool, cutoff: float) -> dict[str, tuple[Vector, Vector]]:
+    """Signal -> (measured, simulated), each (n,)."""
+    record, axis = piece.record, axis_of(model)
+    p = replayed(axis._replace(laws=axis.laws._replace(stops=(-math.inf, math.inf)), lag=record.lag))
+    load, n, period = load_of(model).as_array(), piece.last - piece.first, piece.record.period
+    state = piece.start()
+    if not moving:
+        state[VELOCITY] = 0.0
+    x, v, u, effort = np.empty(n), np.empty(n), np.empty(n), piece.effort
+    if servo is not None:
+        assert piece.reference is not None
+        status = serve(p, load, state, np.array(servo), piece.reference, float(effort[0]), period, x, v, u)
+    else:
+        gains = observer_gains(record)
+        status = replay(p, load, state.copy(), effort, piece.position, gains, period, x, v)
+        u = effort + p[INERTIA] * gains[1] / period * (piece.position - x)
+        status = replay(p, load, state, effort, piece.position, FREE, period, x, v) if status == OK else status
+    if status != OK:
+        raise NoSolutionError(f"{record.name}: {MESSAGES[status]}; check the model's parameters")
+    rates = [_rates(position, period, cutoff) for position in (piece.position, x)]
+    return {
+        "position": (piece.position, x),
+        "velocity": (rates[0][0], rates[1][0]),
+        "acceleration": (rates[0][1], rates[1][1]),
+        "force": (effort, u),
+    }
+
+
+def _rates(position: Vector, period: float, cutoff: float) -> tuple[Vector, Vector]:
+    """Velocity and acceleration (n,) of a position (n,), low-passed forward and backward."""
+    b, a = butter(FILTER_ORDER, 2.0 * cutoff * period)
+    velocity = np.gradient(filtfilt(b, a, position - position[0]), period)
+    return velocity, np.gradient(velocity, period)
