@@ -7,6 +7,9 @@ uncertain a parameter is. The interval is made of the errors of the effort thems
 position, and what it has to add is the effort that the model lacks. Stroke by stroke (or cluster by cluster, `clusters`) this is
 put back, the simulation run again, and the parameters moved by what it changed: a stroke's influence. The variance is the sum of the
 squared influences, which holds whatever the correlation within a stroke is. Closed loop residuals are the errors of the effort.
+
+Over many seconds the position forgets accelerations: where the regression knows the inertia better, it is the regression's, and the
+simulation gives the others.
 """
 
 from __future__ import annotations
@@ -32,6 +35,7 @@ from frictool.identify.segments import whole
 from frictool.identify.simulated import Matrix, Minimum, Simulated, estimate, observer_rate
 from frictool.identify.strokes import find_strokes
 
+KNOWN_BETTER = 0.5  # of the simulation's own interval
 MOST_CLUSTERS = 60  # strokes are joined until there are no more: each costs a simulation
 
 
@@ -41,7 +45,7 @@ def influences(simulated: Simulated, found: Minimum) -> Matrix:
     numbers = _cluster_numbers(simulated, errors)
     count = 1 + max(int(number.max()) for number in numbers)
     inverse = np.linalg.pinv(found.jacobian)
-    out = np.empty((count, len(found.values)))
+    out = np.empty((count, found.jacobian.shape[1]))
     for c in range(count):
         only = [np.where(number == c, error, 0.0) for number, error in zip(numbers, errors, strict=True)]
         out[c] = inverse @ (simulated.disturbed(found.values, only) - found.residual)
@@ -101,11 +105,37 @@ def simulation_error(records: list[Record], bench: Bench, settings: Settings, te
         raise NothingUsable("no piece of the logs is long enough to simulate")
     if servo is not None and any(segment.reference is None for segment in simulated.segments):
         raise NothingUsable("a closed loop needs the controller's reference in the log (channel reference); leave the controller out")
-    found = estimate(simulated, start_values(start, bench))
-    deviation, freedom = (_open_loop_deviation if servo is None else _closed_loop_deviation)(simulated, found)
-    half = deviation * float(stdtrit(freedom, 0.5 + 0.5 * settings.confidence))
-    intervals = {name: Interval(v, v - w, v + w) for (name, v), w in zip(found.values.items(), half.tolist(), strict=True)}
+    known = start_values(start, bench)
+    found = estimate(simulated, known)
+    half = _half_widths(simulated, found, settings.confidence)
+    intervals = {name: Interval(found.values[name], found.values[name] - w, found.values[name] + w) for name, w in half.items()}
+    inertia = start.parameters.get("inertia")
+    if servo is None and inertia is not None and inertia.half_width < KNOWN_BETTER * half["inertia"]:
+        simulated, found, intervals = _with_inertia(simulated, found, inertia, settings.confidence)
     return _fit(simulated, found, intervals)
+
+
+def _half_widths(simulated: Simulated, found: Minimum, confidence: float) -> dict[str, float]:
+    deviation, freedom = (_open_loop_deviation if simulated.servo is None else _closed_loop_deviation)(simulated, found)
+    half = deviation * float(stdtrit(freedom, 0.5 + 0.5 * confidence))
+    return dict(zip(simulated.names, half.tolist(), strict=True))
+
+
+def _with_inertia(
+    simulated: Simulated, found: Minimum, inertia: Interval, confidence: float
+) -> tuple[Simulated, Minimum, dict[str, Interval]]:
+    """The others once more with the regression's inertia, and intervals that hold what is uncertain of it."""
+    place = simulated.names.index("inertia")
+    others = np.delete(found.jacobian, place, axis=1)
+    slope = np.linalg.lstsq(others, found.jacobian[:, place], rcond=None)[0]
+    simulated = replace(simulated, held={"inertia": inertia.value})
+    again = estimate(simulated, found.values)
+    half = _half_widths(simulated, again, confidence)
+    intervals = {"inertia": inertia}
+    for (name, own), change in zip(half.items(), slope.tolist(), strict=True):
+        width = float(np.hypot(own, change * inertia.half_width))
+        intervals[name] = Interval(again.values[name], again.values[name] - width, again.values[name] + width)
+    return simulated, again, intervals
 
 
 def start_values(start: Fit, bench: Bench) -> dict[str, float]:

@@ -9,7 +9,7 @@ The search is Gauss-Newton in a trust region, its Jacobian by differences: a sim
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,16 +35,21 @@ OBSERVER = 10.0  # how many times an observer settles in a median stroke
 
 @dataclass(frozen=True)
 class Simulated:
-    """Segments as the axis of a structure runs through them; `servo`: the bench's controller, None for the open loop."""
+    """Segments as the axis of a structure runs through them; `servo`: the bench's controller, None for the open loop.
+
+    held: parameters that are known, in SI, and not looked for.
+    """
 
     segments: Sequence[Segment]
     bench: Bench
     terms: tuple[str, ...] = ()
     servo: Servo | None = None
+    held: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
-        return names_of(self.terms)
+        """The parameters that are looked for."""
+        return tuple(name for name in names_of(self.terms) if name not in self.held)
 
     def residual(self, values: Mapping[str, float]) -> Vector:
         """Measured less simulated (n,) over all segments: position, rad | m, or effort, N m | N, in closed loop."""
@@ -79,8 +84,7 @@ class Simulated:
     def _observe(self, segment: Segment, values: Mapping[str, float]) -> Vector:
         p, load = axis_and_load(values, self.bench, segment.record)
         period, n = segment.record.period, segment.last - segment.first
-        x, v, rate = np.empty(n), np.empty(n), observer_rate(segment.record)
-        gains = np.array([2.0 * rate * period, rate**2 * period])
+        x, v, gains = np.empty(n), np.empty(n), observer_gains(segment.record)
         if replay(p, load, _state(segment, p), segment.effort, segment.position, gains, period, x, v) != OK:
             raise NothingUsable(f"{segment.record.name}: the simulation does not follow the measured position")
         return np.asarray(values["inertia"] * gains[1] / period * (segment.position - x))
@@ -100,9 +104,15 @@ def observer_rate(record: Record) -> float:
     return min(OBSERVER / (float(np.median(lengths)) * record.period), 0.1 / record.period)
 
 
+def observer_gains(record: Record) -> Vector:
+    """Of engine/replay.py (2,): a double pole at the observer's rate."""
+    rate = observer_rate(record)
+    return np.array([2.0 * rate * record.period, rate**2 * record.period])
+
+
 @dataclass(frozen=True)
 class Minimum:
-    """Values by name, the residual (n,) and its Jacobian (n, p) per unit of each parameter."""
+    """All values by name, the residual (n,) and its Jacobian (n, p) per unit of each parameter that was looked for."""
 
     values: dict[str, float]
     residual: Vector
@@ -118,7 +128,7 @@ def estimate(simulated: Simulated, known: Mapping[str, float]) -> Minimum:
     low = np.array([SMALLEST if name in POSITIVE else -np.inf for name in names])
 
     def residual(z: Vector) -> Vector:
-        return simulated.residual(dict(zip(names, (z * scale).tolist(), strict=True)))
+        return simulated.residual({**simulated.held, **dict(zip(names, (z * scale).tolist(), strict=True))})
 
     size = max(float(np.sqrt(np.mean(residual(start) ** 2))), 1e-300)
     found = trust_region(
@@ -128,4 +138,4 @@ def estimate(simulated: Simulated, known: Mapping[str, float]) -> Minimum:
     if not found.success and found.status != 0:
         raise NothingUsable(f"the search for the output error does not end: {found.message}")
     values = dict(zip(names, (found.x * scale).tolist(), strict=True))
-    return Minimum(values, found.fun * size, found.jac * size / scale)
+    return Minimum({**simulated.held, **values}, found.fun * size, found.jac * size / scale)
