@@ -1,12 +1,18 @@
-"""How far a long command is, on a terminal: a bar on stderr with the time left. Silent elsewhere."""
+"""How far a long command is, and what it waits for, on a terminal: a bar on stderr with the time left. Silent elsewhere."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 import click
+
+from frictool.cli.output import note
+
+if TYPE_CHECKING:
+    from frictool.logs.assembly import Assembly
 
 STEPS = 1000
 
@@ -25,3 +31,15 @@ def progress(label: str) -> Iterator[Callable[[float], None]]:
                 bar.update(steps)
 
         yield told
+
+
+def tell_of_compiling(made: Assembly) -> None:
+    """Says that the first text file of an installation waits for the compiler."""
+    from frictool.logs.table import LAYOUT
+
+    if LAYOUT not in made.notes or not sys.stderr.isatty():
+        return
+    from frictool.kernels import is_compiled
+
+    if not is_compiled("rows", "read_rows"):
+        note("compiling the reader of text, once per installation (about 5 s) ...")

@@ -14,6 +14,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from frictool.cli.progress import tell_of_compiling
+from frictool.documents.bench import Bench
+from frictool.documents.registry import load
+from frictool.logs.assembly import assemble
 from frictool.logs.mcap_reader import read_mcap
 from tests.cli.run import Result, refused, run
 from tests.logs.example import ROOT, as_bytes, golden_log
@@ -136,6 +140,26 @@ def test_a_full_disk_leaves_nothing_behind(raw: Path, tmp_path: Path):
     assert "log.mcap: cannot be written: File too large" in done.stderr
     assert done.stderr.count("\n") == 1
     assert list(folder.iterdir()) == []
+
+
+@pytest.mark.parametrize(("terminal", "compiled", "told"), [(True, False, 1), (True, True, 0), (False, False, 0)])
+def test_a_wait_for_the_compiler_is_told_on_a_terminal(
+    raw: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], terminal: bool, compiled: bool, told: int
+):
+    monkeypatch.setattr("frictool.kernels.is_compiled", lambda module, name: compiled)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal)
+    tell_of_compiling(assemble([raw], load(CLUTCH, Bench)))
+    assert capsys.readouterr().err.count("compiling the reader of text, once per installation") == told
+
+
+def test_what_holds_no_text_needs_no_compiler(tmp_path: Path):
+    """An MCAP file is looked at and passed through without numba."""
+    log = tmp_path / "log.mcap"
+    log.write_bytes(as_bytes(golden_log()))
+    code = "import sys; from frictool.cli.main import main\ntry: main()\nexcept SystemExit as end: assert not end.code\n"
+    code += "assert 'numba' not in sys.modules"
+    for words in (["info", log], ["ingest", log, "-o", tmp_path / "out.mcap"]):
+        subprocess.run([sys.executable, "-c", code, *words], capture_output=True, check=True)
 
 
 def test_a_bar_on_a_terminal(raw: Path, tmp_path: Path):
