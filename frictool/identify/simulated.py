@@ -30,6 +30,7 @@ Matrix = NDArray[np.float64]
 STEP = 1e-4  # of the differences, in units of a parameter's scale
 MOST_RUNS = 60  # of the trust region
 FAILED = 1e3  # a residual that no simulation has: the search turns back
+SETTLING = 0.03  # of a segment: a closed loop's first samples do not count, it starts from what the log does not tell
 OBSERVER = 10.0  # how many times an observer settles in a median stroke
 
 
@@ -69,6 +70,7 @@ class Simulated:
             assert segment.reference is not None
             status = serve(p, load, state, np.array(self.servo), segment.reference, float(effort[0]), period, x, v, u)
             out = effort - u
+            out[: int(SETTLING * n)] = 0.0
         else:
             acting = effort if error is None else effort + error
             status = replay(p, load, state, acting, measured, FREE, period, x, v)
