@@ -135,6 +135,17 @@ def test_a_wrong_precision_is_the_command_lines_fault(wanted: str) -> None:
     assert "allowed" in result.stderr
 
 
+def test_a_friction_that_is_not_there_is_not_looked_for(tmp_path: Path) -> None:
+    without = tmp_path / "bench.yaml"
+    without.write_text(CLUTCH.read_text().replace("{value: 3.81e-4, low: 0, high: 7.62e-4,", "{value: 0,"))
+    result = run("assess", "--bench", without, "--json")
+    assert result.code == 0, result.stderr
+    found = {row["parameter"]: row for row in json.loads(result.stdout)["parameters"]}
+    assert not found["viscous"]["identifiable"]
+    assert found["inertia"]["identifiable"]
+    assert found["coulomb"]["method"] == "sines"
+
+
 def test_a_drive_that_moves_nothing(tmp_path: Path) -> None:
     weak = tmp_path / "bench.yaml"
     weak.write_text(CLUTCH.read_text().replace("value: 50, unit: A", "value: 10, unit: A"))

@@ -99,5 +99,7 @@ def coarsest_step(parameter: str, facts: Facts, target: float) -> float | None:
 
 
 def refused(found: Assessment, counted: set[str]) -> list[Row]:
-    """The rows of `counted` parameters that cannot be had."""
-    return [row for row in found.rows if row.parameter in counted and not row.verdict.identifiable]
+    """The rows of `counted` parameters that cannot be had; what is 0 for certain is not looked for."""
+    return [
+        row for row in found.rows if row.parameter in counted and found.facts.value(row.parameter) > 0.0 and not row.verdict.identifiable
+    ]

@@ -41,7 +41,7 @@ class Facts:
 
     @property
     def dynamics_known(self) -> bool:
-        return self.slowest <= KNOWN_DYNAMICS * self.fastest
+        return math.isfinite(self.slowest) and self.slowest <= KNOWN_DYNAMICS * self.fastest
 
     def with_step(self, step: float) -> Facts:
         """The same bench with another encoder."""

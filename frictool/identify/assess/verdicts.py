@@ -53,7 +53,7 @@ class Verdict:
 def verdict(parameter: str, facts: Facts, wanted: float) -> Verdict:
     """Of inertia, viscous, coulomb, breakaway or presliding; wanted: relative half width."""
     if facts.value(parameter) <= 0.0:
-        return Verdict(False, None, None, None, None, "its a-priori value is 0, so that no relative precision can be wanted")
+        return Verdict(False, None, None, None, None, "the bench says that it is 0")
     return _JUDGES[parameter](facts, wanted)
 
 
@@ -63,7 +63,7 @@ def differentiation(parameter: str, facts: Facts, wanted: float) -> Verdict | No
     precision = statistical(facts)[parameter]
     if max(raw, precision) <= wanted:
         return Verdict(True, "least-squares", SINES, precision, raw, f"{_equation(parameter)} leaves {percent(raw)} without a filter")
-    if not facts.dynamics_known or math.isinf(facts.fastest):
+    if not facts.dynamics_known:
         return None
     slowest = noise_ratio(facts.fastest, facts.sensing.period)
     if max(raw * math.sqrt(slowest), precision) > wanted:

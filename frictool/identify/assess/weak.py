@@ -4,10 +4,10 @@ Convolved with a bell g whose second difference is c (identify/weak.py) the equa
 
     inertia (c*x) + viscous (g*dx) + coulomb (g*sign v) + offset = g*u + n,    n = g*e_u - (inertia c + viscous g*d) * e_x
 
-Ordinary least squares on it has the covariance N^-1 C N^-1: N = G'G, and C that of G'n, in which the overlap of the windows is exact. The encoder's noise also stands in the regressor c*x, and pulls the inertia down by the share
-that it has in the regressor's power: too short a window shows there. The result is above the Cramér-Rao bound by what equal weights give
-away, and it is a standard deviation where (4.3) and (4.8) are bounds of the worst case: the errors of counts are as good as independent
-once the axis passes about a count a sample.
+Ordinary least squares on it has the covariance N^-1 C N^-1: N = G'G, and C that of G'n, in which the overlap of the windows is exact.
+The encoder's noise also stands in the regressor c*x, and pulls the inertia down by the share that it has in the regressor's power: too
+short a window shows there. The result is above the Cramér-Rao bound by what equal weights give away, and it is a standard deviation where
+(4.3) and (4.8) are bounds of the worst case: the errors of counts are as good as independent once the axis passes about a count a sample.
 """
 
 from __future__ import annotations

@@ -80,10 +80,11 @@ def limits_of(bench: Bench) -> Limits:
 
 
 def axis_known(bench: Bench) -> Friction:
-    """The a-priori axis, its backlash the widest that it may be."""
+    """The a-priori axis, its backlash the widest that it may be; a friction whose value is 0 is taken for the most that it may be."""
     known = bench.mechanics
     backlash = max(known.backlash.interval) if known.backlash else 0.0
-    return Friction(known.inertia.value, known.viscous.value, known.coulomb.value, backlash)
+    viscous, coulomb = (one.value or one.interval[1] for one in (known.viscous, known.coulomb))
+    return Friction(known.inertia.value, viscous, coulomb, backlash)
 
 
 def sensing_of(bench: Bench, noise: float | None = None) -> Sensing:

@@ -90,6 +90,7 @@ def multisine(
         "frequency_hz": rate / (2.0 * math.pi),
         "harmonics": float(phases.size),
         "crest_factor": crest(phases),
+        "crest_factor_schroeder": crest(schroeder(phases.size)),
         "amplitude": scale * reach,
     }
 
