@@ -32,7 +32,8 @@ def held_out_norm(plain: Tensor, weighted: Tensor, half: Numbers, columns: list[
 def needless(plain: Tensor, weighted: Tensor, half: Numbers, low: Vector, high: Vector, candidates: list[int]) -> list[int]:
     """Which of the candidate columns are needless; low, high (p,): the intervals of all columns. One after the other, the least first."""
     columns = list(range(low.size))
-    for candidate in sorted(candidates, key=lambda k: abs(low[k] + high[k]) / (high[k] - low[k])):
+    told = [k for k in candidates if np.isfinite(low[k]) and np.isfinite(high[k])]
+    for candidate in sorted(told, key=lambda k: abs(low[k] + high[k]) / (high[k] - low[k])):
         without = [k for k in columns if k != candidate]
         error, other = held_out_norm(plain, weighted, half, columns), held_out_norm(plain, weighted, half, without)
         if low[candidate] <= 0.0 <= high[candidate] and error is not None and other is not None and other <= error:

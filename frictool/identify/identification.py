@@ -16,6 +16,7 @@ from frictool.identify.breakaway import Breakaway, breakaway, is_ramp
 from frictool.identify.outcome import CURVE, PARAMETERS, SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.plausible import implausible
 from frictool.identify.record import Record
+from frictool.identify.refusals import refuse_self_explained, refuse_unmeasured
 
 SLIDING_LOG, RAMP_LOG = "sliding", "ramp"
 NEVER_NEGATIVE = ("inertia", "viscous", "coulomb", "breakaway", "stribeck_velocity")
@@ -116,7 +117,9 @@ def _surprises(found: Mapping[str, Interval], bench: Bench) -> list[str]:
 def _slide(records: list[Record], bench: Bench, method: str, settings: methods.Settings) -> Fit:
     if not records:
         raise NothingUsable("no log of sliding motion was given")
+    refuse_unmeasured(records, bench)
     fit = methods.run(method, records, bench, settings)
+    refuse_self_explained(fit, records)
     if fit.force_error > LARGEST_FORCE_ERROR:
         allowed = f"(allowed: {100 * LARGEST_FORCE_ERROR:g} %)"
         raise NothingUsable(

@@ -16,6 +16,7 @@ from frictool.identify.record import Vector
 from frictool.identify.regression import Singular, least, residual_norm, solve_triangles
 from frictool.identify.triangles import Numbers, Tensor, triangles
 
+FEWEST_STROKES = 2  # in each direction: a difference of directions that is seen once cannot be told from one of strokes
 ONE_DIRECTION = "the motion is in one direction only, in which Coulomb friction and offset are one number"
 
 
@@ -154,4 +155,8 @@ def parameters_of(samples: Samples) -> tuple[tuple[str, ...], dict[str, str]]:
         raise NothingUsable(f"only {samples.velocity.size} samples are certain to slip")
     if np.all(samples.sign > 0.0) or np.all(samples.sign < 0.0):
         return SLIDING[:3], {"coulomb": ONE_DIRECTION, "offset": ONE_DIRECTION}
+    forward, backward = (np.count_nonzero(np.diff(samples.stroke[samples.sign * side > 0.0])) + 1 for side in (1.0, -1.0))
+    if min(forward, backward) < FEWEST_STROKES:
+        reason = f"too few reversals: {forward} strokes slip forward and {backward} backward (at least {FEWEST_STROKES} each are needed)"
+        return SLIDING, {"coulomb": reason, "offset": reason}
     return SLIDING, {}

@@ -51,6 +51,7 @@ def slipping_fit(records: list[Record], bench: Bench, settings: Settings, fittin
     result = fitting(samples, used)
     share = _bearable_share(result, settings.confidence)
     if settings.window is None and share > SMALLEST_SHARE and shortest_window(records, share) < used:
+        del samples  # an hour of them is large, and the next come
         samples, used = slipping(records, bench, share, None)
         result = fitting(samples, used)
     response = acceleration_filter(used, records[0].period)
