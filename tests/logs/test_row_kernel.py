@@ -132,7 +132,7 @@ def test_full_rows_and_full_issues_stop_before_the_next_row():
 
 @kernel
 def stamp_of(text):
-    return scan_stamp(text, 0)
+    return scan_stamp(text, 0, True)
 
 
 @given(

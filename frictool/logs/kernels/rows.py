@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from frictool.kernels import inner_kernel, kernel
 from frictool.logs.kernels.number import NUMBER, scan_number
 from frictool.logs.kernels.pointer import pointer_to
-from frictool.logs.kernels.stamp import scan_stamp
+from frictool.logs.kernels.stamp import COMMA, scan_stamp
 
 SKIP, STAMP = -1, -2  # slots
 CELL, ROW, CUT = 0, 1, 2  # kinds of issues
@@ -72,7 +72,7 @@ def _scan(text: NDArray[np.uint8], at: int, delimiter: int, mark: int, stamped: 
     if quoted:
         at = _over_blanks(text, at + 1, delimiter)
     if stamped:
-        stamp, at, status = scan_stamp(text, at)
+        stamp, at, status = scan_stamp(text, at, quoted or delimiter != COMMA)
     else:
         value, at, status = scan_number(text, at, mark)
     plain = status == NUMBER

@@ -47,8 +47,10 @@ def days_of(year: int, month: int, day: int) -> int:
 
 
 @kernel
-def scan_stamp(text: NDArray[np.uint8], at: int) -> tuple[int, int, int]:
+def scan_stamp(text: NDArray[np.uint8], at: int, comma: bool) -> tuple[int, int, int]:
     """The stamp that begins at `text[at]`; the text ends in a byte that belongs to none.
+
+    comma: whether one may stand before the fraction of a second; it does not where it ends a cell.
 
     Returns (ns, where it ends, NUMBER or NO_NUMBER).
     """
@@ -71,7 +73,7 @@ def scan_stamp(text: NDArray[np.uint8], at: int) -> tuple[int, int, int]:
     if text[at] == COLON:
         second = _whole(text, at + 1, 2)
         at += 3
-        if (text[at] == POINT or text[at] == COMMA) and _whole(text, at + 1, 1) >= 0:
+        if (text[at] == POINT or (comma and text[at] == COMMA)) and _whole(text, at + 1, 1) >= 0:
             at += 1
             weight = SECOND
             while _whole(text, at, 1) >= 0:  # what is below 1 ns is cut off
