@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from frictool.documents.bench import Layout
 from frictool.errors import LogError
+from frictool.logs.day_clock import DayClock
 from frictool.logs.kernels.rows import CELL, CUT, ROW, SKIP, STAMP
 from frictool.logs.mcap_layout import LATEST, NS
 from frictool.logs.source import open_log
@@ -29,6 +30,7 @@ from frictool.logs.text_cells import number
 from frictool.logs.text_layout import LONGEST_LINE, find_layout
 
 NO_END = "the last line has no line end: the file may be cut; add a line end if it is whole, or write layout.whole: true in the bench"
+_DATE = re.compile(r"\d+[./-]\d+[./-]\d+\b")
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -75,26 +77,26 @@ class CsvTable:
         slots[[self.names.index(name) for name in chosen]] = np.arange(len(chosen))
         if self.layout.stamps is not None:
             slots[self.layout.stamps] = STAMP
-        rows = 0
+        rows, clock = 0, DayClock()
         for batch in self._batches(slots, len(chosen), None):
             begin = 0
             for row, lost in self._judged(batch, slots, losses):
                 if row > begin:
-                    yield self._block(batch, chosen, begin, row), batch.done
+                    yield self._block(batch, chosen, begin, row, clock), batch.done
                 if losses is not None and row >= begin:
                     losses.append(lost)
                 begin = row + 1
             if batch.rows > begin:
-                yield self._block(batch, chosen, begin, batch.rows), batch.done
+                yield self._block(batch, chosen, begin, batch.rows, clock), batch.done
             rows = batch.first_row + batch.rows
         if not rows:
             raise LogError(self.source, "has no rows")
 
-    def _block(self, batch: Batch, chosen: Sequence[str], begin: int, end: int) -> Block:
+    def _block(self, batch: Batch, chosen: Sequence[str], begin: int, end: int, clock: DayClock) -> Block:
         first, layout = batch.first_row + begin, self.layout
         columns = {name: values[begin:end] for name, values in zip(chosen, batch.values, strict=True)}
         if layout.stamps is not None:
-            return Block(first, columns, batch.stamps[begin:end])
+            return Block(first, columns, clock.onward(batch.stamps[begin:end]))
         if layout.period_ns is not None:
             with np.errstate(over="ignore", invalid="ignore"):
                 time = np.rint(layout.start_ns + np.arange(first, first + end - begin) * layout.period_ns)
@@ -139,5 +141,8 @@ class CsvTable:
         shown = repr(cell if len(cell) <= 40 else cell[:37] + "...") if cell else "an empty cell"
         other = "," if layout.mark == "." else "."
         hint = f" with a decimal {'point' if layout.mark == '.' else 'comma'}" if number(cell, other) is not None else ""
-        allowed = "a date and time of ISO 8601" if issue.what == layout.stamps else f"a number{hint}"
+        if issue.what == layout.stamps or _DATE.match(cell):
+            hint = "" if issue.what == layout.stamps else " or "
+            hint += "a date and time of ISO 8601, such as 2026-01-31T12:00:00.5"
+        allowed = hint if issue.what == layout.stamps else f"a number{hint}"
         return f"column {self.names[issue.what]!r}: found {shown}; allowed: {allowed}"

@@ -132,7 +132,9 @@ def pick(names: Sequence[str], wanted: str | int, source: str, kind: str = "colu
         raise LogError(source, f"has no {kind} {wanted}; it has {len(names)}: {listed(names)}")
     near = difflib.get_close_matches(wanted, names, n=1, cutoff=0.5)
     hint = f" (did you mean {near[0]!r}?)" if near else ""
-    raise LogError(source, f"has no {kind} {wanted!r}{hint}; found: {listed(names)}")
+    numbered = list(names) == [str(number) for number in range(1, len(names) + 1)]
+    without = " (no header was found: columns are called by their number)" if numbered else ""
+    raise LogError(source, f"has no {kind} {wanted!r}{hint}; found: {listed(names)}{without}")
 
 
 def listed(names: Collection[str]) -> str:

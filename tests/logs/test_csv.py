@@ -17,7 +17,7 @@ from frictool.errors import LogError
 from frictool.logs import text_batches as text_batches_module
 from frictool.logs import text_bytes as text_bytes_module
 from frictool.logs.csv_format import NO_END, CsvTable, sniff, tables
-from frictool.logs.table import Loss
+from frictool.logs.table import BLOCK_ROWS, Loss
 from tests.logs.tables import columns, times
 
 GOOD = "time [s],encoder [count],current [A]\n0.000,40,-0.080\n0.001,41,0.5\n0.002,42,1e-3\n"
@@ -316,3 +316,42 @@ def test_blocks_and_pieces_change_nothing(tmp_path: Path, monkeypatch: pytest.Mo
         assert {name: values.tobytes() for name, values in columns(table).items()} == {n: v.tobytes() for n, v in whole.items()}
         assert [table.line(row) for row in (0, 150, 299)] == lines
         assert max(len(block.columns["x"]) for block, _ in table.blocks(["x"])) <= rows
+
+
+@pytest.mark.parametrize("start", [86_390.0, 54_000.0, 86_400.0 - 0.25 * BLOCK_ROWS])
+def test_times_of_day_go_on_over_midnight(tmp_path: Path, start: float):
+    seconds = start + 0.25 * np.arange(1.5 * BLOCK_ROWS)
+    rows = [f"{int(t // 3600) % 24:02d}:{int(t // 60) % 60:02d}:{t % 60:06.3f},{k}\n" for k, t in enumerate(seconds.tolist())]
+    assert np.array_equal(times(opened(tmp_path, "clock,x\n" + "".join(rows)), ["x"]), np.rint(1e9 * seconds).astype(np.int64))
+
+
+def test_a_time_of_day_that_is_wrong_moves_no_other(tmp_path: Path):
+    seconds = 54_000.0 + np.arange(200)
+    rows = [f"15:{k // 60:02d}:{k % 60:02d},{k}\n" for k in range(200)]
+    rows[100] = "00:00:00,100\n"
+    found = times(opened(tmp_path, "clock,x\n" + "".join(rows)), ["x"])
+    assert np.flatnonzero(found != np.rint(1e9 * seconds)).tolist() == [100]
+
+
+def test_a_date_that_is_not_read_and_a_missing_header_are_explained(tmp_path: Path):
+    german = "when,x\n31.01.2026 12:00:00,1\n31.01.2026 12:00:01,2\n"
+    with pytest.raises(LogError, match=r"column 'when': found '31.01.2026 12:00:00'; allowed: a number or a date and time of ISO 8601"):
+        read(tmp_path, german, ["when"])
+    with pytest.raises(LogError, match=r"has no column 'x'; found: 1, 2 \(no header was found: columns are called by their number\)"):
+        read(tmp_path, "0,1\n1,2\n", ["x"])
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("clock,x\n2026-01-31T12:00:01,250\n2026-01-31T12:00:02,251\n", [1.0, 2.0]),
+        ("clock,x\n2026-01-31 12:00:01.5,250\n2026-01-31 12:00:02.5,251\n", [1.5, 2.5]),
+        ('clock,x\n"2026-01-31T12:00:01,5",250\n"2026-01-31T12:00:02,5",251\n', [1.5, 2.5]),
+        ("clock;x\n2026-01-31T12:00:01,5;250\n2026-01-31T12:00:02,5;251\n", [1.5, 2.5]),
+    ],
+    ids=["whole seconds", "point", "comma in quotes", "comma"],
+)
+def test_a_comma_behind_a_stamp_ends_its_cell_where_it_does_so_everywhere(tmp_path: Path, text: str, expected: list[float]):
+    table = opened(tmp_path, text)
+    assert ((times(table, ["x"]) - 1_769_860_800 * 10**9) / 1e9).tolist() == expected
+    assert columns(table, ["x"])["x"].tolist() == [250.0, 251.0]

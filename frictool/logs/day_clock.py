@@ -1,0 +1,33 @@
+"""Times of day without a date: a log that runs over midnight goes on, and does not start anew.
+
+back by more than half a day  ->  a day later
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frictool.logs.mcap_layout import NS
+from frictool.logs.table import Nanoseconds
+
+DAY = 86_400 * NS  # ns
+
+
+class DayClock:
+    """The clock of one reading, block after block. Stamps with a date, which are days from 1970-01-01, pass as they are."""
+
+    def __init__(self) -> None:
+        self._last: int | None = None  # as it stands in the file
+        self._days = 0
+
+    def onward(self, stamps: Nanoseconds) -> Nanoseconds:
+        """The stamps (n,) in ns with the days that have gone by since the first."""
+        if not stamps.size or (self._last is None and not 0 <= stamps[0] < DAY):
+            return stamps
+        steps = np.diff(stamps, prepend=stamps[0] if self._last is None else self._last)
+        days = np.full(stamps.size, self._days)
+        for place in np.flatnonzero(np.abs(steps) > DAY // 2).tolist():
+            days[place:] += 1 if steps[place] < 0 else -int(days[place] > 0)
+        self._last, self._days = int(stamps[-1]), int(days[-1])
+        onward: Nanoseconds = stamps + days * DAY
+        return onward
