@@ -36,13 +36,14 @@ def command(log: Path, bench: Path | None, kind: str | None, topics: tuple[str, 
     from frictool.documents.provenance import record
     from frictool.documents.registry import load
     from frictool.logs.assembly import assemble, begun, origins
-    from frictool.logs.conversion import Outgoing, convert, format_for
+    from frictool.logs.conversion import Outgoing, convert, format_for, require
     from frictool.logs.losses import LOST, counted, record_of
     from frictool.logs.provenance import PROVENANCE, provenance_record
 
     kind = kind or format_for(output)
     if kind is None:
         raise click.UsageError(f"{output.name!r} does not say its format: end it in .csv, .mat, .mf4, .npz or .parquet, or give --to.")
+    require(kind, output)
     document = None if bench is None else load(bench, Bench)
     inputs = [log] if bench is None else [log, bench]
     made = assemble([log], document)

@@ -15,6 +15,7 @@ from typing import BinaryIO, NamedTuple, Protocol, cast
 
 from frictool.errors import LogError
 from frictool.logs.chunks import joined
+from frictool.logs.extras import library
 from frictool.logs.flow import Samples
 from frictool.logs.log import Vector
 from frictool.logs.mcap_layout import NS, Head
@@ -66,25 +67,33 @@ class Writer(Protocol):
 
 
 class Conversion(NamedTuple):
-    """A format: the ends of its files' names, its module, whether a file holds several streams."""
+    """A format: the ends of its files' names, its module, whether a file holds several streams, the library it needs and of which extra."""
 
     suffixes: tuple[str, ...]
     module: str
     several: bool
+    needs: tuple[str, str] | None = None
 
 
 CONVERSIONS = {
     "csv": Conversion((".csv",), "frictool.logs.csv_writer", False),
     "mat": Conversion((".mat",), "frictool.logs.mat_writer", True),
-    "mdf": Conversion((".mf4", ".mdf"), "frictool.logs.mdf_writer", True),
+    "mdf": Conversion((".mf4", ".mdf"), "frictool.logs.mdf_writer", True, ("asammdf", "mdf")),
     "npz": Conversion((".npz",), "frictool.logs.npz_writer", True),
-    "parquet": Conversion((".parquet", ".pq"), "frictool.logs.parquet_writer", False),
+    "parquet": Conversion((".parquet", ".pq"), "frictool.logs.parquet_writer", False, ("pyarrow.parquet", "parquet")),
 }
 
 
 def format_for(path: Path) -> str | None:
     """The format that a file's name asks for."""
     return next((name for name, one in CONVERSIONS.items() if path.suffix.lower() in one.suffixes), None)
+
+
+def require(kind: str, target: Path) -> None:
+    """Raises LogError about `target` where the library that writes its format is not installed."""
+    needs = CONVERSIONS[kind].needs
+    if needs is not None:
+        library(target, *needs)
 
 
 def convert(source: str, streams: Sequence[Outgoing], notes: Notes, kind: str, target: BinaryIO) -> None:

@@ -10,7 +10,6 @@ from typing import Any, BinaryIO
 from xml.sax.saxutils import escape
 
 from frictool.logs.conversion import TIME_NAME, Outgoing
-from frictool.logs.extras import library
 from frictool.logs.mcap_layout import EPOCH_KEY, TIME
 from frictool.logs.mcap_writer import Notes
 from frictool.logs.provenance import PROVENANCE
@@ -20,7 +19,6 @@ VERSION = "4.10"
 
 def write(streams: Sequence[Outgoing], notes: Notes, target: BinaryIO) -> None:
     """Writes all streams, one after the other; what is not written yet lies in a temporary file."""
-    library(Path("mdf"), "asammdf", "mdf")
     from asammdf import MDF
 
     with tempfile.TemporaryDirectory(prefix="frictool-") as folder, MDF(version=VERSION, temporary_folder=folder) as file:

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from pathlib import Path
 from typing import BinaryIO
 
 from frictool.logs.conversion import Outgoing
-from frictool.logs.extras import library
 from frictool.logs.mcap_writer import Notes
 from frictool.logs.parquet_format import UNIT
 
 
 def write(streams: Sequence[Outgoing], notes: Notes, target: BinaryIO) -> None:
     """Writes the one stream, a row group for each block."""
-    library(Path("parquet"), "pyarrow.parquet", "parquet")
     import pyarrow as pa
     import pyarrow.parquet as pq
 

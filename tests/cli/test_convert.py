@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import sys
 import tempfile
 from pathlib import Path
 
@@ -218,3 +219,11 @@ def test_what_a_log_lost_goes_with_it(tmp_path: Path):
     with np.load(tmp_path / "x.npz") as arrays:
         assert arrays["current"].size == 30
         assert "10" in json.loads(str(arrays["notes"]))["lost"]["1"]
+
+
+@pytest.mark.parametrize(("name", "module", "extra"), [("x.mf4", "asammdf", "mdf"), ("x.parquet", "pyarrow.parquet", "parquet")])
+def test_a_missing_library_is_named_with_the_output(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, module: str, extra: str):
+    log = save(single(np.arange(3) * 10**6, position=np.arange(3.0)), tmp_path / "log.mcap")
+    monkeypatch.setitem(sys.modules, module, None)
+    refused(run("convert", log, "-o", tmp_path / name), 3, f"{name}: needs {module}", f"pip install 'frictool[{extra}]'")
+    assert not (tmp_path / name).exists()
