@@ -72,7 +72,7 @@ def command(
 ) -> None:
     if not logs and not ramp:
         raise click.UsageError("Missing argument 'LOG...'.")
-    own = {"window": window, "time_constant": time_constant, "threshold": threshold, "forgetting": forgetting}
+    own: dict[str, Any] = {"window": window, "time_constant": time_constant, "threshold": threshold, "forgetting": forgetting}
     _check_options(method, own, filters)
     from frictool.documents.bench import Bench
     from frictool.documents.provenance import record

@@ -58,7 +58,7 @@ def _instruments(record: Record, bench: Bench, window: int, velocity: Vector) ->
     return a[:kept], v[:kept], np.sign(v[:kept])
 
 
-def by_instruments(samples: Samples, z: tuple[Vector, Vector, Vector], window: int, confidence: float) -> dict[str, Interval]:
+def by_instruments(samples: Samples, z: tuple[Vector, ...], window: int, confidence: float) -> dict[str, Interval]:
     """Each parameter with its interval, from the rows and the instruments of acceleration, velocity and sign, each (n,)."""
     names, _ = parameters_of(samples)
     p = len(names)

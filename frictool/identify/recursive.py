@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from frictool.documents.bench import Bench
 from frictool.identify.methods import Settings
 from frictool.identify.outcome import Fit
-from frictool.identify.record import Record, Vector
+from frictool.identify.record import Record
 from frictool.identify.samples import Samples, fit
 from frictool.identify.slipping import slipping_fit
 from frictool.kernels import kernel
@@ -27,13 +27,13 @@ STROKE_FORGETTING = 0.99  # a hundred strokes of memory
 
 
 @kernel
-def givens_path(rows: Matrix, root: float, path: Matrix) -> int:
+def givens_path(rows: Matrix, root: float, path: Matrix) -> None:
     """Fills path (n, p) with the least-squares value after each of the rows (n, p + 1), [regressors, target]; nan until it is determined.
 
-    root: square root of the forgetting of one row. Returns the number of the first row with a value, n where there is none.
+    root: square root of the forgetting of one row.
     """
     n, q = rows.shape
-    p, first = q - 1, rows.shape[0]
+    p = q - 1
     triangle, row = np.zeros((p, q)), np.empty(q)
     for k in range(n):
         for i in range(q):
@@ -60,9 +60,6 @@ def givens_path(rows: Matrix, root: float, path: Matrix) -> int:
             for j in range(i + 1, p):
                 value -= triangle[i, j] * path[k, j]
             path[k, i] = value / triangle[i, i] if determined else math.nan
-        if determined and first == n:
-            first = k
-    return first
 
 
 def recursive(records: list[Record], bench: Bench, settings: Settings) -> Fit:
@@ -93,9 +90,4 @@ def path(samples: Samples, of_stroke: float) -> Matrix:
     rows[:, :-1] /= scale
     out: Matrix = np.empty((rows.shape[0], 4))
     givens_path(rows, math.sqrt(row_forgetting(samples, of_stroke)), out)
-    return out / scale
-
-
-def last(samples: Samples, of_stroke: float) -> Vector:
-    """(4,), in the order of SLIDING: the parameters after the last row."""
-    return np.asarray(path(samples, of_stroke)[-1])
+    return np.asarray(out / scale)

@@ -74,7 +74,8 @@ def refuse_self_explained(fit: Fit, records: list[Record]) -> None:
     if abs(coulomb.value) < NO_FRICTION * size:
         raise NothingUsable(
             f"the motion alone explains the effort to {100 * fit.force_error:.1g} %, with a friction of {coulomb.value:.2g} beside an "
-            f"effort of {size:.2g} (rms): it was computed from the encoder, by a controller or a model, and not measured; log the measured current"
+            f"effort of {size:.2g} (rms): it was computed from the encoder, by a controller or a model, and not measured; "
+            "log the measured current"
         )
 
 

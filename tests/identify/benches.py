@@ -84,12 +84,23 @@ def _position_loop(state: Vector, reference: Vector, gains: Vector, p: Vector, s
     return 0
 
 
-def mass_sine(seed: int) -> Record:
-    """The thesis's trial: 1 Hz, 10 m/s, 9 s at 1 kHz; three closed-loop poles at -100 rad/s; the effort is held between samples."""
+def _sine(seed: int, top_speed: float = MASS_SPEED) -> tuple[Vector, np.random.Generator]:
+    """The reference (n,) of a seed, settling included, and the generator for what follows."""
     generator = np.random.default_rng(seed)
+    angle = 2.0 * np.pi * np.arange(MASS_SETTLE + MASS_SAMPLES) * MASS_PERIOD + generator.uniform(0.0, 2.0 * np.pi)
+    return -top_speed / (2.0 * np.pi) * np.cos(angle), generator
+
+
+def mass_reference(seed: int) -> Vector:
+    """What the position loop of `mass_sine` was asked for, (n,) m."""
+    return _sine(seed)[0][MASS_SETTLE:]
+
+
+def mass_sine(seed: int, top_speed: float = MASS_SPEED) -> Record:
+    """The thesis's trial: 1 Hz, `top_speed` in m/s, 9 s at 1 kHz; three closed-loop poles at -100 rad/s; the effort is held between samples."""
+    reference, generator = _sine(seed, top_speed)
     gains = np.array([3.0 * MASS_POLE**2 * MASS.inertia, MASS_POLE**3 * MASS.inertia, 3.0 * MASS_POLE * MASS.inertia - MASS.viscous])
     time = np.arange(MASS_SETTLE + MASS_SAMPLES) * MASS_PERIOD
-    reference = -MASS_SPEED / (2.0 * np.pi) * np.cos(2.0 * np.pi * time + generator.uniform(0.0, 2.0 * np.pi))
     x, u = np.empty(time.size), np.empty(time.size)
     state = np.asarray(rest(reference[0] + MASS.encoder_step * generator.random()))
     assert _position_loop(state, reference, gains, MASS.as_array(), MASS.encoder_step, MASS_PERIOD, x, u) == 0
