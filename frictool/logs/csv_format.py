@@ -26,7 +26,7 @@ from frictool.logs.source import open_log
 from frictool.logs.table import Block, Loss, find
 from frictool.logs.text_batches import Batch, Feed, Issue, batches
 from frictool.logs.text_bytes import decoded, encoding_of, head_bytes, is_text, text_bytes
-from frictool.logs.text_cells import number
+from frictool.logs.text_cells import THOUSANDS, number
 from frictool.logs.text_layout import LONGEST_LINE, find_layout
 
 NO_END = "the last line has no line end: the file may be cut; add a line end if it is whole, or write layout.whole: true in the bench"
@@ -141,6 +141,9 @@ class CsvTable:
         shown = repr(cell if len(cell) <= 40 else cell[:37] + "...") if cell else "an empty cell"
         other = "," if layout.mark == "." else "."
         hint = f" with a decimal {'point' if layout.mark == '.' else 'comma'}" if number(cell, other) is not None else ""
+        signs = [name for name, signs in THOUSANDS.items() if layout.mark not in signs and number(cell, layout.mark, signs) is not None]
+        if signs and signs[0] is not None and not hint:
+            hint = f"; does it have a sign for thousands? then give layout.thousands: {signs[0]} in the bench"
         if issue.what == layout.stamps or _DATE.match(cell):
             hint = "" if issue.what == layout.stamps else " or "
             hint += "a date and time of ISO 8601, such as 2026-01-31T12:00:00.5"

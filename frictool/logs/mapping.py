@@ -173,6 +173,8 @@ class Mapper:
             row = int(back[0])
             before = time[row - 1] if row else self._last
             found = f"time does not increase: {time[row] / NS:.9g} s after {(before or 0) / NS:.9g} s"
+            if time[row] == before and self._time is not None:
+                found += "; if it is too coarse, leave time out of columns (rows are then sample_period_s apart), or the rows, by --salvage"
             raise fail_at(self._table, block.first_row + int(rows[row]), found)
         kept = increasing(time, self._last)
         return rows[kept], time[kept], [Dropped("time does not increase", np.delete(rows, kept))]

@@ -144,7 +144,11 @@ BAD = {
     "ragged": (GOOD + "0.050,50\n", ":52:", "has 2 cells"),
     "text": (GOOD.replace("0.030,30", "0.030,stuck"), ":32:", "'stuck'"),
     "nan": (GOOD.replace("0.030,30", "0.030,nan"), ":32:", "found nan"),
-    "time repeats": (GOOD.replace("0.030,", "0.029,"), ":32:", "time does not increase"),
+    "time repeats": (
+        GOOD.replace("0.030,", "0.029,"),
+        ":32:",
+        "time does not increase: 0.029 s after 0.029 s; if it is too coarse, leave time out of columns",
+    ),
     "unit": (GOOD.replace("[A]", "[V]"), "'current'", "'V'"),
     "column": (GOOD.replace("encoder", "encodr"), "'encoder'", "did you mean 'encodr'"),
     "rate": (GOOD.replace("time [s]", "time [ms]"), "'time'", "'ms'"),

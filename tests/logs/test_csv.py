@@ -355,3 +355,8 @@ def test_a_comma_behind_a_stamp_ends_its_cell_where_it_does_so_everywhere(tmp_pa
     table = opened(tmp_path, text)
     assert ((times(table, ["x"]) - 1_769_860_800 * 10**9) / 1e9).tolist() == expected
     assert columns(table, ["x"])["x"].tolist() == [250.0, 251.0]
+
+
+def test_a_sign_for_thousands_is_named(tmp_path: Path):
+    with pytest.raises(LogError, match=r"found '1\.000,5'; allowed: a number; .* layout\.thousands: point in the bench"):
+        read(tmp_path, "x;y\n1,5;2,5\n3,5;4,5\n1.000,5;2,5\n")
