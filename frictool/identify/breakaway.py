@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from frictool.documents.bench import Bench
+from frictool.identify.dwell import Rising, rising_friction
 from frictool.identify.onset import OK, onset_time, search_span
 from frictool.identify.outcome import Interval, NothingUsable
 from frictool.identify.position_law import Places, Structure, choose_structure, fitted, sides_of
@@ -82,7 +83,8 @@ class ByPosition:
 class Breakaway:
     """The mean breakaway; mean |effort| forward and backward (nan where there is none), number of onsets; mean delay corrected, N m | N.
 
-    by_position: None where the breakaway is one constant.
+    by_position: None where the breakaway is one constant. rising: None where it does not grow with the time at rest; else `interval` is
+    that after a long rest.
     """
 
     interval: Interval
@@ -91,6 +93,7 @@ class Breakaway:
     onsets: int
     delay: float
     by_position: ByPosition | None = None
+    rising: Rising | None = None
 
 
 def is_ramp(record: Record, bench: Bench) -> bool:
@@ -222,14 +225,25 @@ def breakaway(records: list[Record], bench: Bench, axis: Mapping[str, Interval],
         half = step + half_width(confidence, statistical / float(ndtri(0.5 + 0.5 * confidence)), ranges)
         return Interval(value, value - half, value + half)
 
+    rested = np.array([onset.rested for onset in evidence.onsets])
+    rising = rising_friction(rested, evidence.places.direction, friction, confidence) if structure.constant else None
     levels = _levels(structure)
+    mean = interval(np.mean(levels, axis=0))
+    if rising is not None:
+        mean = _wider(rising.full, mean.half_width)
     law = None if structure.constant or len(levels) < 2 else _by_position(evidence.places, structure, solution, list(map(interval, levels)))
     seen = efforts(evidence.onsets, nominal, evidence.resolution, shape)
     means = [
         float(np.mean(seen[side])) if side.any() else np.nan for side in (evidence.places.direction > 0.0, evidence.places.direction < 0.0)
     ]
     late = float(np.mean([onset.level for onset in evidence.onsets]) - np.mean(seen))
-    return Breakaway(interval(np.mean(levels, axis=0)), means[0], means[1], len(evidence.onsets), late, law)
+    return Breakaway(mean, means[0], means[1], len(evidence.onsets), late, law, rising)
+
+
+def _wider(found: Interval, half: float) -> Interval:
+    """With what is not known of the axis besides."""
+    width = float(np.hypot(found.half_width, half))
+    return Interval(found.value, found.value - width, found.value + width)
 
 
 def _evidence(records: list[Record], bench: Bench) -> Evidence:

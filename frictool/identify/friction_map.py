@@ -19,7 +19,7 @@ import msgspec
 import numpy as np
 
 from frictool.documents.bench import Bench
-from frictool.documents.laws import Backward, Laws, Polynomial, PositionLaw
+from frictool.documents.laws import Backward, Dwell, Laws, Polynomial, PositionLaw
 from frictool.documents.quantity import Estimate, Span, si_unit
 from frictool.identify.breakaway import Breakaway, ByPosition, breakaway
 from frictool.identify.methods import Settings
@@ -108,6 +108,8 @@ def _shape(rows: Rows, law: ByPosition) -> Vector:
 def breakaway_laws(ramp: Breakaway, bench: Bench, found: dict[str, Interval], sliding: Laws | None = None) -> Laws:
     """The document's laws of a breakaway that varies, beside those of `sliding`; `found` gets the positive direction's breakaway."""
     law, laws = ramp.by_position, sliding or Laws()
+    if ramp.rising is not None:
+        laws = msgspec.structs.replace(laws, dwell=Dwell(ramp.rising.fresh.value, ramp.rising.rise_time.value))
     if law is None:
         found["breakaway"] = ramp.interval
         return laws

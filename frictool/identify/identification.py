@@ -78,6 +78,8 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
     laws = None if fit is None else fit.laws
     if onsets is not None and onsets.by_position is not None:
         fit, onsets, laws = _by_position(sliding, ramps, fit, onsets, bench, settings, found, refused)
+    elif onsets is not None and onsets.rising is not None:
+        laws = _rising(onsets, bench, found, laws)
     kinds = {**{r.name: SLIDING_LOG for r in sliding}, **{r.name: RAMP_LOG for r in ramps}}
     ordered = {name: found[name] for name in (*PARAMETERS, *CURVE) if name in found}
     warnings = (*odd, *_surprises(ordered, bench))
@@ -165,6 +167,13 @@ def _by_position(
     _accept(mapped.fit.parameters, mapped.fit.refused, bench, found, refused)
     assert mapped.fit.laws is not None
     return mapped.fit, mapped.ramp, breakaway_laws(mapped.ramp, bench, found, mapped.fit.laws)
+
+
+def _rising(onsets: Breakaway, bench: Bench, found: dict[str, Interval], laws: Laws | None) -> Laws:
+    """The laws with a breakaway that grows with the time at rest."""
+    from frictool.identify.friction_map import breakaway_laws
+
+    return breakaway_laws(onsets, bench, found, laws)
 
 
 def prior(bench: Bench, name: str) -> Interval:

@@ -19,6 +19,7 @@ from frictool.identify.record import Vector
 from frictool.identify.regression import Matrix, Solution, solve
 
 HIGHEST_ORDER = 6
+FOLLOWING, FEWEST_GROUPS = 4, 12  # breakaways that count as one, where there are enough of them
 SURE = 2.0  # standard errors
 ROWS_PER_TERM = 6  # breakaways that each coefficient needs
 
@@ -67,8 +68,12 @@ class Places:
 
 
 def fitted(places: Places, friction: Vector, structure: Structure) -> Solution:
-    """The coefficients of `structure`, in the order of `design`, each breakaway a cluster of its own."""
-    return solve(places.design(structure), friction, np.ones(friction.size), np.arange(friction.size))
+    """The coefficients of `structure`, in the order of `design`.
+
+    Breakaways that follow each other are not independent: the place within its count in which the axis rests moves on by little.
+    """
+    together = FOLLOWING if friction.size >= FOLLOWING * FEWEST_GROUPS else 1
+    return solve(places.design(structure), friction, np.ones(friction.size), np.arange(friction.size) // together)
 
 
 def sides_of(structure: Structure, value: Vector) -> tuple[Vector, Vector]:
@@ -87,10 +92,10 @@ def choose_structure(places: Places, friction: Vector) -> Structure:
     separate = Structure((own[0], own[1]), False)
     if not all(present):
         return separate
-    errors = [_left_out(places.design(Structure((order, order), True)), friction) for order in range(_highest(friction.size) + 1)]
-    order = _smallest_as_good(errors)
-    apart = _left_out(places.design(separate), friction)
-    return Structure((order, order), True) if _as_good(errors[order], apart) else separate
+    errors = [left_out(places.design(Structure((order, order), True)), friction) for order in range(_highest(friction.size) + 1)]
+    order = _smallestas_good(errors)
+    apart = left_out(places.design(separate), friction)
+    return Structure((order, order), True) if as_good(errors[order], apart) else separate
 
 
 def _highest(count: int) -> int:
@@ -98,23 +103,23 @@ def _highest(count: int) -> int:
 
 
 def _order(scaled: Vector, friction: Vector) -> int:
-    return _smallest_as_good(
-        [_left_out(np.asarray(legvander(scaled, order), dtype=np.float64), friction) for order in range(_highest(friction.size) + 1)]
+    return _smallestas_good(
+        [left_out(np.asarray(legvander(scaled, order), dtype=np.float64), friction) for order in range(_highest(friction.size) + 1)]
     )
 
 
-def _smallest_as_good(errors: list[Vector]) -> int:
+def _smallestas_good(errors: list[Vector]) -> int:
     best = min(errors, key=lambda e: float(np.mean(e**2)))
-    return next(order for order, error in enumerate(errors) if _as_good(error, best))
+    return next(order for order, error in enumerate(errors) if as_good(error, best))
 
 
-def _as_good(simple: Vector, best: Vector) -> bool:
+def as_good(simple: Vector, best: Vector) -> bool:
     """Whether errors (n,) are as good as the best's."""
     more = simple**2 - best**2
     return bool(np.mean(more) <= SURE * np.std(more) / np.sqrt(more.size))
 
 
-def _left_out(rows: Matrix, friction: Vector) -> Vector:
+def left_out(rows: Matrix, friction: Vector) -> Vector:
     """The error (n,) at each breakaway of the fit to all others."""
     q, _ = np.linalg.qr(rows)
     residual = friction - q @ (q.T @ friction)
