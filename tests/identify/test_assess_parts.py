@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from frictool.identify.assess.bench_facts import facts_of
 from frictool.identify.assess.entropy import metric_entropy, sensor_entropy
 from frictool.identify.assess.noise_filter import filter_for, noise_ratio
 from frictool.identify.assess.quantisation import inertia_error, viscous_error
 from frictool.identify.assess.ramps import SPREAD, ramp_precision
+from frictool.identify.assess.sines import sines_half_width
 from frictool.identify.assess.weak import weak_deviation
 from frictool.identify.excite.information import Friction, Sensing, Stroke, cramer_rao, regressors
 from frictool.identify.weak import bell
+from tests.identify.benches import clutch
 
 AXIS = Friction(inertia=2.0, viscous=3.0, coulomb=1.0)
 SENSING = Sensing(period=1e-3, step=1e-4, noise=0.05)
@@ -118,6 +122,34 @@ def test_the_weak_form_errs_as_predicted() -> None:
         errors.append(np.linalg.lstsq(np.vstack(rows), np.concatenate(right), rcond=None)[0] - truth)
     rms = np.sqrt(np.mean(np.square(errors), axis=0))
     assert rms == pytest.approx(predicted, rel=0.15)
+
+
+def test_sines_err_as_predicted() -> None:
+    """Means of gated half sines with a white noise and counts at their ends, the regression written out: rms over draws."""
+    facts = replace(facts_of(clutch(), 10.0, 0.5, None, None), inertia=(1.0, 1.0, 1.0))
+    draw, errors, axis = np.random.default_rng(7), [], facts.axis
+    for _ in range(400):
+        rows, right, weights = [], [], []
+        for stroke in facts.strokes:
+            count = int(2.0 * stroke.times)
+            duration = stroke.duration * 2.0 / 3.0
+            noise = facts.sensing.noise * math.sqrt(facts.sensing.period / duration)
+            mean = stroke.speed * 3.0 * math.sqrt(3.0) / (2.0 * math.pi)
+            ends = draw.uniform(-0.5, 0.5, (count, 2)) * facts.sensing.step
+            seen = mean + (ends[:, 1] - ends[:, 0]) / duration
+            rows.append(np.column_stack((seen, np.ones(count))))
+            right.append(axis.viscous * mean + axis.coulomb + noise * draw.standard_normal(count))
+            weights.append(np.full(count, 1.0 / math.hypot(noise, axis.viscous * facts.sensing.step / math.sqrt(6.0) / duration)))
+        weight = np.concatenate(weights)
+        found = np.linalg.lstsq(np.vstack(rows) * weight[:, None], np.concatenate(right) * weight, rcond=None)[0]
+        errors.append(found - [axis.viscous, axis.coulomb])
+    assert np.sqrt(np.mean(np.square(errors), axis=0)) == pytest.approx(sines_half_width(facts, 1.0), rel=0.1)
+
+
+def test_what_is_not_known_of_the_inertia_is_not_averaged_away() -> None:
+    long = facts_of(clutch(), 1e4, None, None, None)
+    known = replace(long, inertia=(1.0, 1.0, 1.0))
+    assert np.all(sines_half_width(long, 2.0) > 10.0 * sines_half_width(known, 2.0))
 
 
 def test_ramps_err_as_predicted() -> None:

@@ -15,20 +15,18 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 
-import numpy as np
 from scipy.special import ndtri
 
 from frictool.identify.assess.bench_facts import Facts
 from frictool.identify.assess.noise_filter import LARGEST_RATIO, filter_for, noise_ratio
 from frictool.identify.assess.quantisation import inertia_error, viscous_error
 from frictool.identify.assess.ramps import ramp_precision
+from frictool.identify.assess.sines import sines_half_width
 from frictool.identify.assess.weak import weak_deviation
-from frictool.identify.excite.information import SLIDING, Friction, Sensing, Stroke, Vector
+from frictool.identify.excite.information import SLIDING, Friction, Sensing, Stroke
 
 CONFIDENCE = 0.95
 QUANTILE = float(ndtri(0.5 + 0.5 * CONFIDENCE))
-GATE = math.radians(30.0)  # sines count from 30 to 150 degrees: abs(sin) > 0.5
-GATED_MEAN = math.cos(GATE) / (0.5 * math.pi - GATE)  # of the sine over the gate
 SINES_COUNTS = 20.0  # that a stroke has to have beyond the backlash for its reversals to be seen
 SINES, RAMPS, LOOPS = "excite --kind sines", "excite --kind breakaway", "slow effort up and down below the breakaway"
 
@@ -134,18 +132,10 @@ def _friction(parameter: str, facts: Facts, wanted: float) -> Verdict:
     way, need = facts.strokes[0].distance, facts.axis.backlash + SINES_COUNTS * facts.sensing.step
     if way < need:
         return Verdict(False, None, None, None, bound, f"{refusal}; sines need strokes of {need:.3g}, the travel has {way:.3g}")
-    by_sines = float(sines_deviation(facts)[("viscous", "coulomb").index(parameter)]) * QUANTILE / facts.value(parameter)
-    why = f"{refusal}; the means (4.36) over whole strokes need the command and the reference only"
+    by_sines = float(sines_half_width(facts, QUANTILE)[("viscous", "coulomb").index(parameter)]) / facts.value(parameter)
+    why = f"{refusal}; means (4.36) over strokes differentiate nothing, on a position loop that follows to 3 %"
     fine = by_sines <= wanted
     return Verdict(fine, "sines" if fine else None, SINES, by_sines, bound, why)
-
-
-def sines_deviation(facts: Facts) -> Vector:
-    """Standard deviations (2,) of viscous and coulomb by (4.38) from gated means: each has the noise of its samples only."""
-    rows = np.array([[GATED_MEAN * stroke.speed, 1.0] for stroke in facts.strokes])
-    gated = 1.0 - 2.0 * GATE / math.pi
-    counts = np.array([2.0 * stroke.times * stroke.duration * gated / facts.sensing.period for stroke in facts.strokes])
-    return np.asarray(facts.sensing.noise * np.sqrt(np.diag(np.linalg.inv(rows.T @ (rows * counts[:, None])))))
 
 
 def _breakaway(facts: Facts, wanted: float) -> Verdict:
