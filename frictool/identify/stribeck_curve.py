@@ -118,7 +118,7 @@ def find_runs(records: list[Record]) -> Runs:
 def _runs(record: Record) -> list[tuple[float, float, float, float]]:
     """(speed, sign, mean effort, samples) of each run of a record: blocks of one stroke are joined as long as they make a line."""
     number, found = find_strokes(record).number, []
-    edges = np.flatnonzero(np.diff(number, prepend=-1, append=-1) != 0)
+    edges = [int(edge) for edge in np.flatnonzero(np.diff(number, prepend=-1, append=-1) != 0)]
     for start, end in itertools.pairwise(edges):
         first = start
         for last in range(start + BLOCK, end + 1, BLOCK):
