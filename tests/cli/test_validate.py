@@ -1,0 +1,154 @@
+"""`frictool validate`: figures, the plot, the closed loop, and what is refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictool.engine.replay import FREE, replay, replayed
+from frictool.engine.servo import Servo, serve
+from frictool.plant.axis import AxisParameters, rest
+from tests.cli.run import run
+from tests.identify.benches import EMPS, data
+
+AXIS = AxisParameters(inertia=2.0, viscous=10.0, coulomb=4.0, breakaway=5.0, offset=0.5)
+PERIOD, CONSTANT = 1e-3, 20.0
+KP, KV = 40.0, 8.0  # 1/s, A s/m
+
+BENCH = """\
+  format: bench/1
+  name: carriage
+  axis: linear
+  sample_period_s: 0.001
+  encoder: {step: {value: 1.0e-6, unit: m}}
+  actuator: {drive: current, constant: {value: 20, unit: N/A}, limit: {value: 10, unit: A}}
+  mechanics:
+    inertia: {value: 2, low: 1, high: 3, unit: kg}
+    viscous: {value: 10, low: 5, high: 15, unit: N s/m}
+    coulomb: {value: 4, low: 2, high: 6, unit: N}
+  columns:
+    time: {column: time, unit: s}
+    position: {column: x, unit: m}
+    reference: {column: wanted, unit: m}
+    current: {column: i, unit: A}
+"""
+
+MODEL = """\
+format: model/1
+name: carriage
+axis: linear
+law: coulomb
+method: by hand
+confidence: 0.95
+bench:
+{bench}
+parameters:
+  inertia: {{value: {inertia}, unit: kg, source: identified}}
+  viscous: {{value: 10, unit: N s/m, source: identified}}
+  coulomb: {{value: 4, unit: N, source: identified}}
+  breakaway: {{value: 5, unit: N, source: identified}}
+  offset: {{value: 0.5, unit: N, source: identified}}
+provenance: {{command: none, frictool: "0", inputs: []}}
+"""
+
+
+def model(folder: Path, inertia: float = 2.0) -> Path:
+    path = folder / f"model_{inertia:g}.yaml"
+    path.write_text(MODEL.format(bench=BENCH, inertia=inertia))
+    return path
+
+
+def log(folder: Path, closed: bool = False, columns: str = "time,x,wanted,i") -> Path:
+    """What the axis does, written as a bench would: open loop under a current, or along a reference."""
+    time = np.arange(4000) * PERIOD
+    wanted = 0.05 * (1.0 - np.cos(2.0 * np.pi * time))
+    current = 0.5 * np.sin(2.0 * np.pi * 1.3 * time) + 0.3 * np.sin(2.0 * np.pi * 0.4 * time)
+    p, x, v, u = replayed(AXIS), np.empty(time.size), np.empty(time.size), np.empty(time.size)
+    if closed:
+        servo = np.array(Servo(CONSTANT * KP * KV, derivative=CONSTANT * KV, limit=200.0))
+        assert serve(p, np.empty(0), rest(), servo, wanted, 0.0, PERIOD, x, v, u) == 0
+        current = u / CONSTANT
+    else:
+        assert replay(p, np.empty(0), rest(), CONSTANT * current, x, FREE, PERIOD, x, v) == 0
+    table = dict(zip(("time", "x", "wanted", "i"), (time, x, wanted, current), strict=True))
+    path = folder / "log.csv"
+    rows = np.column_stack([table[name] for name in columns.split(",")])
+    np.savetxt(path, rows, delimiter=",", header=columns, comments="", fmt="%.12g")
+    return path
+
+
+def figures(*arguments: str | Path) -> dict[str, float]:
+    result = run("validate", *arguments, "--json")
+    assert result.code == 0, result.stderr
+    found: dict[str, float] = json.loads(result.stdout)
+    return found
+
+
+def test_the_true_model_does_what_was_measured(tmp_path: Path) -> None:
+    found = figures(model(tmp_path), log(tmp_path))
+    assert found["loop"] == "open"
+    assert (found["skip_samples"], found["samples"]) == (20, 3980)
+    assert found["position_rmse_m"] < 2e-6
+    assert found["position_error_rel"] < 1e-4
+    assert found["force_error_rel"] < 0.02
+
+
+def test_a_wrong_model_does_not_and_each_error_says_so(tmp_path: Path) -> None:
+    measured = log(tmp_path)
+    right, wrong = figures(model(tmp_path), measured), figures(model(tmp_path, 2.5), measured)
+    for name in ("position_rmse_m", "position_error_rel", "velocity_error_rel", "acceleration_error_rel", "force_error_rel"):
+        assert wrong[name] > 3.0 * right[name]
+
+
+def test_with_the_gains_the_reference_drives_the_model(tmp_path: Path) -> None:
+    found = figures(model(tmp_path), log(tmp_path, closed=True), "--position-gain", str(KP), "--speed-gain", str(KV))
+    assert found["loop"] == "closed"
+    assert found["position_rmse_m"] < 1e-6
+    assert found["force_error_rel"] < 1e-3
+
+
+def test_the_plot_is_the_same_each_time_and_text_tells_the_errors(tmp_path: Path) -> None:
+    measured, plots = log(tmp_path), [tmp_path / "a.svg", tmp_path / "b.svg"]
+    results = [run("validate", model(tmp_path), measured, "--plot", plot) for plot in plots]
+    assert [result.code for result in results] == [0, 0]
+    assert plots[0].read_bytes() == plots[1].read_bytes()
+    assert plots[0].read_text().startswith("<svg")
+    assert "open loop" in results[0].stdout
+    assert "position error" in results[0].stdout
+
+
+@pytest.mark.parametrize(
+    ("columns", "options", "code", "words"),
+    [
+        ("time,x,wanted,i", ["--position-gain", "3"], 2, "--speed-gain"),
+        ("time,x,wanted,i", ["--skip", "5000"], 3, "skip fewer"),
+        ("time,x,wanted,i", ["--speed-gain", "-1", "--position-gain", "1"], 2, "--speed-gain"),
+    ],
+)
+def test_what_cannot_be_done_is_one_line(tmp_path: Path, columns: str, options: list[str], code: int, words: str) -> None:
+    result = run("validate", model(tmp_path), log(tmp_path, columns=columns), *options)
+    assert result.code == code
+    assert words in result.stderr
+    assert result.stdout == ""
+
+
+def test_the_log_is_not_overwritten(tmp_path: Path) -> None:
+    measured = log(tmp_path)
+    before = measured.read_bytes()
+    result = run("validate", model(tmp_path), measured, "--plot", measured)
+    assert result.code == 3
+    assert "input" in result.stderr
+    assert measured.read_bytes() == before
+
+
+def test_emps_in_closed_loop_is_within_the_published_errors(tmp_path: Path) -> None:
+    record, path = data("emps", "DATA_EMPS.mat"), tmp_path / "model.yaml"
+    assert run("identify", record, "--bench", EMPS, "--method", "inverse-dynamic", "-o", path).code == 0
+    found = figures(path, record, "--position-gain", "160.18", "--speed-gain", "243.45")
+    published = {"position": 0.01375, "velocity": 0.229, "acceleration": 8.60, "force": 5.85}
+    for name, percent in published.items():
+        assert 100.0 * found[f"{name}_error_rel"] <= percent
+    assert figures(path, record)["position_rmse_m"] == pytest.approx(6.65e-3, rel=0.02)
