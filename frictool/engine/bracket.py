@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from frictool.kernels import inner_kernel
 
+ROUNDING = 2.0**-52
 MAX_ITERATIONS = 200  # bisection alone needs 60-110; reached by no bracket of finite numbers
 
 
@@ -15,6 +16,8 @@ def narrow(t: float, ahead: float, slope: float, low: float, high: float) -> tup
     else:
         high = t
     new = t - ahead / slope if slope < 0.0 else low
+    if ahead == 0.0 or (slope < 0.0 and abs(new - t) <= ROUNDING * t):
+        return low, high, t, True  # t is now an end of the bracket, so that the step need not lie inside
     if not low < new < high:
         new = 0.5 * (low + high)
-    return low, high, new, abs(new - t) <= 2.0**-52 * t or high - low <= 2.0**-52 * high
+    return low, high, new, high - low <= ROUNDING * high

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.engine.bracket import MAX_ITERATIONS, narrow
 from frictool.kernels import kernel
 
 Vector = NDArray[np.float64]
@@ -17,7 +18,6 @@ Vector = NDArray[np.float64]
 NEVER = -1.0
 RESOLUTION = 2.0**-40  # of the piece: two crossings nearer than this are seen as none
 MAX_HALVINGS = 10_000  # a grazing piece needs about a hundred
-MAX_ITERATIONS = 200  # bisection alone needs 60-110
 
 
 @kernel
@@ -30,12 +30,13 @@ def value(c: Vector, t: float) -> float:
 
 
 @kernel
-def slope(c: Vector, t: float) -> float:
-    """p'(t)."""
-    total = 0.0
-    for k in range(c.shape[0] - 1, 0, -1):
-        total = total * t + k * c[k]
-    return total
+def value_and_slope(c: Vector, t: float) -> tuple[float, float]:
+    """p(t) and p'(t)."""
+    total, rate = 0.0, 0.0
+    for k in range(c.shape[0] - 1, -1, -1):
+        rate = rate * t + total
+        total = total * t + c[k]
+    return total, rate
 
 
 @kernel
@@ -49,20 +50,13 @@ def curvature_bound(c: Vector, h: float) -> float:
 
 @kernel
 def _root(c: Vector, low: float, high: float, start: float, end: float) -> float:
-    """The zero in [low, high], p falling from start to end: Newton's method from the chord, kept inside a shrinking bracket."""
+    """The zero in [low, high], p falling from start to end: Newton's method from the chord, kept inside a bracket."""
     t = low + (high - low) * (start / (start - end))
     for _ in range(MAX_ITERATIONS):
-        ahead, rate = value(c, t), slope(c, t)
-        if ahead > 0.0:
-            low = t
-        else:
-            high = t
-        new = t - ahead / rate if rate < 0.0 else low
-        if not low < new < high:
-            new = 0.5 * (low + high)
-        if abs(new - t) <= 2.0**-52 * t or high - low <= 2.0**-52 * high:
-            return new
-        t = new
+        ahead, rate = value_and_slope(c, t)
+        low, high, t, found = narrow(t, ahead, rate, low, high)
+        if found:
+            break
     return t
 
 
@@ -70,18 +64,18 @@ def _root(c: Vector, low: float, high: float, start: float, end: float) -> float
 def _first_zero(c: Vector, h: float) -> float:
     """First t in (0, h] at which p, positive at 0, is zero; or NEVER. From left to right on intervals that prove themselves."""
     bound, low, width = curvature_bound(c, h), 0.0, h
-    start = c[0]
+    start, leaving = c[0], c[1] if c.shape[0] > 1 else 0.0
     for _ in range(MAX_HALVINGS):
         high = min(low + width, h)
         width = high - low
-        end, sag = value(c, high), 0.125 * bound * width * width
-        tiny = width <= RESOLUTION * h
-        if end <= 0.0 and (tiny or slope(c, low) < -bound * width or slope(c, high) < -bound * width):
+        end, arriving = value_and_slope(c, high)
+        change, tiny = bound * width, width <= RESOLUTION * h
+        if end <= 0.0 and (tiny or min(leaving, arriving) < -change):
             return _root(c, low, high, start, end)
-        if end > 0.0 and (tiny or min(start, end) > sag or abs(slope(c, low)) > bound * width):
+        if end > 0.0 and (tiny or min(start, end) > 0.125 * change * width or abs(leaving) > change):
             if high >= h:
                 return NEVER
-            low, start, width = high, end, 2.0 * width
+            low, start, leaving, width = high, end, arriving, 2.0 * width
         else:
             width *= 0.5
     return NEVER

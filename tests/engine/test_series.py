@@ -13,7 +13,7 @@ from scipy.linalg import expm
 
 from frictool.engine.dormand_prince import STAGES, dense_output, layer_step
 from frictool.engine.drive import Drive, effort
-from frictool.engine.polynomial import NEVER, curvature_bound, first_fall, slope, value
+from frictool.engine.polynomial import NEVER, curvature_bound, first_fall, value, value_and_slope
 from frictool.engine.series import TERMS, motion, reach
 from frictool.friction.signatures import SLIP_FORCE
 from frictool.kernels import pointer
@@ -56,7 +56,7 @@ def test_a_zero_at_the_start_is_left_or_fallen_from() -> None:
 @given(c=coefficients, h=st.floats(0.1, 2.0))
 def test_slope_and_curvature_bound(c: list[float], h: float) -> None:
     array, p = np.array(c), np.polynomial.Polynomial(c)
-    assert slope(array, h) == pytest.approx(p.deriv()(h), rel=1e-12, abs=1e-9)
+    assert value_and_slope(array, h) == pytest.approx((p(h), p.deriv()(h)), rel=1e-12, abs=1e-9)
     assert np.max(np.abs(p.deriv(2)(np.linspace(0.0, h, 100)))) <= curvature_bound(array, h) * (1.0 + 1e-12) + 1e-12
 
 
