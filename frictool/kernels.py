@@ -59,14 +59,24 @@ if FOLDER is not None:
 def kernel(function: F) -> F:
     """Compiles a function of floats and arrays on its first call: no Python objects, IEEE arithmetic in the order written.
 
-    Other threads go on while it runs.
+    Other threads go on while it runs. References are counted even where a `bare_kernel` calls it first, whose option it would inherit.
     """
-    return cast(F, numba.njit(cache=FOLDER is not None, nogil=True)(function))
+    compiler: Any = numba.njit
+    return cast(F, compiler(cache=FOLDER is not None, nogil=True, _nrt=True)(function))
 
 
 def inner_kernel(function: F) -> F:
     """As `kernel`, copied into its callers: for what an inner loop calls with many arrays, which would be passed word by word."""
     return cast(F, numba.njit(cache=FOLDER is not None, forceinline=True)(function))
+
+
+def bare_kernel(function: F) -> F:
+    """As `inner_kernel`, without numba's runtime: no reference is counted, an atomic instruction at each use of an array.
+
+    Its arrays are its caller's. It makes none, which numba refuses; it must return none, and call nothing that does.
+    """
+    compiler: Any = numba.njit  # its own signature does not list the option
+    return cast(F, compiler(cache=FOLDER is not None, forceinline=True, _nrt=False)(function))
 
 
 def parallel_kernel(function: F) -> F:

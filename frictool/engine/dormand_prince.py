@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.engine.drive import effort, reference
-from frictool.kernels import inner_kernel
+from frictool.kernels import bare_kernel
 
 Vector = NDArray[np.float64]
 Force = Callable[[float, float, Vector], float]
@@ -53,13 +53,13 @@ TABLEAU = np.array(
 ERRORS = np.array((E1, 0.0, E3, E4, E5, E6, E7))
 
 
-@inner_kernel
+@bare_kernel
 def _rate(force: Force, law: Vector, mobility: float, direction: float, drive: Vector, t: float, x: float, v: float, q: float) -> float:
     """v' of a slip in `direction`."""
     return (effort(t, x, v, q, drive) - force(v, direction, law)) * mobility
 
 
-@inner_kernel
+@bare_kernel
 def layer_step(
     force: Force, law: Vector, mass: float, direction: float, drive: Vector, t: float, h: float, start: float, y: Vector, slopes: Vector
 ) -> float:
@@ -101,11 +101,10 @@ def layer_step(
     return abs(h * (E1 * a1 + E3 * a3 + E4 * a4 + E5 * a5 + E6 * a6 + E7 * a7))
 
 
-@inner_kernel
+@bare_kernel
 def dense_output(y: Vector, slopes: Vector, h: float, piece: Vector) -> None:
-    """Writes the step as polynomials of the time since its start: `piece` (rows, n), n >= 5, a row for each of `slopes` (rows, 7)."""
+    """Writes the step as polynomials of the time since its start: the first 5 terms of `piece`, a row for each of `slopes` (rows, 7)."""
     for row in range(slopes.shape[0]):
-        piece[row, :] = 0.0
         piece[row, 0] = y[row]
         power = 1.0
         for k in range(4):
@@ -116,7 +115,7 @@ def dense_output(y: Vector, slopes: Vector, h: float, piece: Vector) -> None:
             power *= h
 
 
-@inner_kernel
+@bare_kernel
 def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) -> None:
     """Where the slope of a stage is asked for, in a system of n states: y and `point` (n,), slopes (7, n)."""
     for row in range(y.shape[0]):
@@ -126,7 +125,7 @@ def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) 
         point[row] = y[row] + h * total
 
 
-@inner_kernel
+@bare_kernel
 def local_error(row: int, h: float, slopes: Vector) -> float:
     """The error of one state of such a step."""
     total = 0.0

@@ -90,7 +90,7 @@ def _layer_event(laws: Laws, body: Vector, state: Vector, piece: Vector, spent: 
         level, kind = sign * (laws[2][BOUNDARY] + BELOW * body[LAYER]), ENTERS_LAYER
     else:
         return spent, NO_EVENT
-    crossing = sooner(piece, row, sign, level, spent, probe)
+    crossing = sooner(piece, DENSE_TERMS, row, sign, level, spent, probe)
     return (crossing, kind) if crossing != NEVER else (spent, NO_EVENT)
 
 
@@ -100,11 +100,11 @@ def _slip_event(laws: Laws, body: Vector, state: Vector, piece: Vector, longest:
     regimes, passed, direction = knees(laws[2]), int(state[KNEES_PASSED]), state[DIRECTION]
     spent, kind = longest, NO_EVENT
     below = regimes[2 * passed - 2] if passed > 0 else 0.0
-    crossing = sooner(piece, 1, direction, direction * below, spent, probe)
+    crossing = sooner(piece, DENSE_TERMS, 1, direction, direction * below, spent, probe)
     if crossing != NEVER:
         spent, kind = crossing, PASSES_KNEE if passed > 0 else STOPS
     if 2 * passed < regimes.shape[0]:
-        crossing = sooner(piece, 1, -direction, direction * regimes[2 * passed], spent, probe)
+        crossing = sooner(piece, DENSE_TERMS, 1, -direction, direction * regimes[2 * passed], spent, probe)
         if crossing != NEVER:
             spent, kind = crossing, PASSES_KNEE
     crossing, change = _layer_event(laws, body, state, piece, spent, probe)
@@ -112,7 +112,7 @@ def _slip_event(laws: Laws, body: Vector, state: Vector, piece: Vector, longest:
         spent, kind = crossing, change
     wall = body[UPPER_STOP] if direction > 0.0 else body[LOWER_STOP]
     if math.isfinite(wall):
-        crossing = sooner(piece, 0, -direction, wall, spent, probe)
+        crossing = sooner(piece, DENSE_TERMS, 0, -direction, wall, spent, probe)
         if crossing != NEVER:
             spent, kind = crossing, BOUNCES
     return spent, kind

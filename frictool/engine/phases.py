@@ -35,7 +35,7 @@ from frictool.engine.drive import AMPLITUDE, DERIVATIVE, FREQUENCY, INTEGRAL, OF
 from frictool.engine.polynomial import NEVER, first_fall
 from frictool.engine.series import TERMS, motion, reach
 from frictool.engine.status import NOT_FINITE, OK, STEP_TOO_SMALL
-from frictool.kernels import inner_kernel, kernel
+from frictool.kernels import bare_kernel, kernel
 
 Vector = NDArray[np.float64]
 
@@ -55,7 +55,7 @@ def side(direction: float) -> int:
     return 1 if direction > 0.0 else 0
 
 
-@inner_kernel
+@bare_kernel
 def friction_line(body: Vector, region: float, direction: float) -> tuple[float, float]:
     """(friction, viscous) of the straight law: friction + viscous v, signed."""
     index = side(direction)
@@ -66,7 +66,7 @@ def friction_line(body: Vector, region: float, direction: float) -> tuple[float,
     return coulomb + direction * (viscous - beyond) * body[KNEE], beyond
 
 
-@inner_kernel
+@bare_kernel
 def friction(force: Force, law: Vector, body: Vector, state: Vector, v: float, u: float) -> float:
     """The friction force at speed v; at rest it is the effort, as far as the support and not an end stop holds it."""
     if state[DIRECTION] == 0.0:
@@ -118,7 +118,7 @@ def rest_piece(
     return spent, towards
 
 
-@inner_kernel
+@bare_kernel
 def _acceleration(force: Force, law: Vector, body: Vector, state: Vector, drive: Vector, t: float) -> float:
     """v' at t, with what rounding leaves of it taken out where slip begins."""
     u = effort(t, state[POSITION], state[VELOCITY], state[INTEGRAL_STATE], drive)
@@ -129,7 +129,7 @@ def _acceleration(force: Force, law: Vector, body: Vector, state: Vector, drive:
     return gained
 
 
-@inner_kernel
+@bare_kernel
 def lengthen(pace: Vector, h: float, least: float, error: float) -> None:
     """Sets the length to try after an accepted step of length h with this error, in tolerances, and keeps the error."""
     size = math.log(max(error, LEAST_ERROR))
@@ -137,13 +137,13 @@ def lengthen(pace: Vector, h: float, least: float, error: float) -> None:
     pace[1] = size
 
 
-@inner_kernel
+@bare_kernel
 def shortening(error: float) -> float:
     """By what a refused step is shortened."""
     return max(SHRINKAGE, SAFETY * error**-0.2) if math.isfinite(error) else SHRINKAGE
 
 
-@inner_kernel
+@bare_kernel
 def layer_piece(
     force: Force,
     law: Vector,

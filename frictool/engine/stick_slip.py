@@ -49,12 +49,9 @@ from frictool.engine.polynomial import value
 from frictool.engine.series import TERMS
 from frictool.engine.status import EVENTS_FULL, NOT_FINITE, OK, TOO_MANY_EVENTS
 from frictool.engine.transitions import arrive, region, slip_event
-from frictool.kernels import inner_kernel, kernel
+from frictool.kernels import bare_kernel, kernel
 
 Vector = NDArray[np.float64]
-
-# series (4, TERMS), dense output (4, DENSE_TERMS), probe (TERMS,), slopes (3, STAGES), pace (3,)
-Scratch = tuple[Vector, Vector, Vector, Vector, Vector]
 
 DENSE_TERMS = 5
 STEPS_PER_EVENT = 1000.0
@@ -72,7 +69,7 @@ def pieces_allowed(body: Vector, drive: Vector, span: float, events: int) -> flo
     return allowed
 
 
-@inner_kernel
+@bare_kernel
 def _fill(
     force: Force,
     law: Vector,
@@ -97,7 +94,7 @@ def _fill(
     return filled
 
 
-@inner_kernel
+@bare_kernel
 def _advance_piece(
     force: Force,
     law: Vector,
@@ -107,32 +104,35 @@ def _advance_piece(
     t: float,
     longest: float,
     refused: float,
-    scratch: Scratch,
-) -> tuple[Vector, float, int, float, int]:
-    """The piece that starts at t, its length, the event that ends it, the direction that breaks away, a status."""
-    piece, dense, probe, slopes, pace = scratch
+    piece: Vector,
+    probe: Vector,
+    slopes: Vector,
+    pace: Vector,
+) -> tuple[int, float, int, float, int]:
+    """Fills `piece` from t on; returns its terms, its length, the event that ends it, the direction that breaks away, a status."""
+    terms = TERMS
     if state[DIRECTION] == 0.0:
         spent, towards = rest_piece(state, body, drive, t, longest, refused, piece, probe)
-        return piece, spent, BREAKS_AWAY if towards != 0.0 else NO_EVENT, towards, OK
+        return terms, spent, BREAKS_AWAY if towards != 0.0 else NO_EVENT, towards, OK
     if state[REGION] == IN_LAYER:
-        piece = dense
+        terms = DENSE_TERMS
         spent, status = layer_piece(force, law, body, state, drive, t, longest, pace, slopes, piece)
         if status != OK:
-            return piece, 0.0, NO_EVENT, 0.0, status
+            return terms, 0.0, NO_EVENT, 0.0, status
     else:
         spent = straight_piece(force, law, body, state, drive, t, longest, piece)
-    spent, kind = slip_event(state, body, piece, spent, probe)
+    spent, kind = slip_event(state, body, piece, terms, spent, probe)
     if kind != NO_EVENT:
         pace[0] = 0.0
-    return piece, spent, kind, 0.0, OK
+    return terms, spent, kind, 0.0, OK
 
 
-@inner_kernel
-def _move(state: Vector, piece: Vector, spent: float) -> None:
+@bare_kernel
+def _move(state: Vector, piece: Vector, terms: int, spent: float) -> None:
     """The state at the end of a piece; no views of its rows, whose references would be counted at every step."""
     for row in range(3):
         total = 0.0
-        for k in range(piece.shape[1] - 1, -1, -1):
+        for k in range(terms - 1, -1, -1):
             total = total * spent + piece[row, k]
         state[row] = total
 
@@ -163,18 +163,20 @@ def _segment(
     happened: int,
 ) -> tuple[int, float, int, int]:
     """Under one drive up to `end`: status, the time reached, samples filled and events recorded so far."""
-    scratch = (np.zeros((4, TERMS)), np.zeros((4, DENSE_TERMS)), np.zeros(TERMS), np.empty((3, STAGES)), np.zeros(3))
+    piece, probe, slopes, pace = np.zeros((4, TERMS)), np.zeros(TERMS), np.empty((3, STAGES)), np.zeros(3)
     left = pieces_allowed(body, drive, end - t, events.shape[0])
     refused, began = 0.0, -math.inf
     while t < end:
         left -= 1.0
-        piece, spent, kind, towards, status = _advance_piece(force, law, body, state, drive, t, end - t, refused, scratch)
+        terms, spent, kind, towards, status = _advance_piece(
+            force, law, body, state, drive, t, end - t, refused, piece, probe, slopes, pace
+        )
         if status != OK or left < 0.0:
             return status if status != OK else TOO_MANY_EVENTS, t, filled, happened
         later = t + spent if spent < end - t else end
         if filled < times.shape[0] and times[filled] < later:
-            filled = _fill(force, law, body, state, drive, t, later, piece, times, samples, filled)
-        _move(state, piece, spent)
+            filled = _fill(force, law, body, state, drive, t, later, piece[:, :terms], times, samples, filled)
+        _move(state, piece, terms, spent)
         t = later
         if kind != NO_EVENT:
             if happened == events.shape[0]:

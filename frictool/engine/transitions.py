@@ -34,7 +34,7 @@ from frictool.engine.body import (
 from frictool.engine.drive import effort
 from frictool.engine.phases import friction_line
 from frictool.engine.polynomial import NEVER, first_fall
-from frictool.kernels import inner_kernel, kernel
+from frictool.kernels import bare_kernel, kernel
 
 Vector = NDArray[np.float64]
 
@@ -52,26 +52,25 @@ def region(body: Vector, speed: float) -> float:
 
 
 @kernel
-def sooner(piece: Vector, row: int, sign: float, level: float, longest: float, probe: Vector) -> float:
+def sooner(piece: Vector, terms: int, row: int, sign: float, level: float, longest: float, probe: Vector) -> float:
     """First t at which sign (piece[row] - level) falls to zero within `longest`, or NEVER."""
-    n = piece.shape[1]
-    for k in range(n):
+    for k in range(terms):
         probe[k] = sign * piece[row, k]
     probe[0] -= sign * level
-    return first_fall(probe[:n], longest)
+    return first_fall(probe[:terms], longest)
 
 
-@inner_kernel
-def _swing(piece: Vector, h: float) -> float:
+@bare_kernel
+def _swing(piece: Vector, terms: int, h: float) -> float:
     """What the speed does not change by more than within h."""
     total = 0.0
-    for k in range(piece.shape[1] - 1, 0, -1):
+    for k in range(terms - 1, 0, -1):
         total = (total + abs(piece[1, k])) * h
     return total
 
 
-@inner_kernel
-def slip_event(state: Vector, body: Vector, piece: Vector, longest: float, probe: Vector) -> tuple[float, int]:
+@bare_kernel
+def slip_event(state: Vector, body: Vector, piece: Vector, terms: int, longest: float, probe: Vector) -> tuple[float, int]:
     """The first event on a piece of slip and when: a stop, the layer's or the knee's speed, an end stop."""
     direction, here, spent, kind = state[DIRECTION], state[REGION], longest, NO_EVENT
     upwards, upper = math.inf, NO_EVENT
@@ -84,18 +83,18 @@ def slip_event(state: Vector, body: Vector, piece: Vector, longest: float, probe
             downwards, lower = BELOW * body[LAYER], ENTERS_LAYER
     else:
         downwards, lower = BELOW_KNEE * body[KNEE], PASSES_KNEE
-    now, swing = direction * state[VELOCITY], _swing(piece, spent)
+    now, swing = direction * state[VELOCITY], _swing(piece, terms, spent)
     if now - swing <= downwards:
-        crossing = sooner(piece, 1, direction, direction * downwards, spent, probe)
+        crossing = sooner(piece, terms, 1, direction, direction * downwards, spent, probe)
         if crossing != NEVER:
             spent, kind = crossing, lower
     if now + swing >= upwards:
-        crossing = sooner(piece, 1, -direction, direction * upwards, spent, probe)
+        crossing = sooner(piece, terms, 1, -direction, direction * upwards, spent, probe)
         if crossing != NEVER:
             spent, kind = crossing, upper
     wall = body[UPPER_STOP] if direction > 0.0 else body[LOWER_STOP]
     if math.isfinite(wall):
-        crossing = sooner(piece, 0, -direction, wall, spent, probe)
+        crossing = sooner(piece, terms, 0, -direction, wall, spent, probe)
         if crossing != NEVER:
             spent, kind = crossing, BOUNCES
     return spent, kind
