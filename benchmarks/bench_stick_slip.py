@@ -8,6 +8,7 @@ Calls are prepared: the engine gets packed arrays as diffrax gets a compiled fun
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -21,7 +22,7 @@ from benchmarks.bench_simulate import CLUTCH, PERIOD, START, USUAL, closed_loop,
 from benchmarks.timing import pair
 from frictool.control.packing import pack
 from frictool.engine.batch import replay_axes
-from frictool.engine.body import BREAKS_AWAY, at_rest
+from frictool.engine.body import BREAKS_AWAY, STATE_SIZE
 from frictool.engine.closed_loop import COMMAND
 from frictool.engine.drive import spring
 from frictool.engine.laws import body_of
@@ -40,7 +41,8 @@ MASS, COULOMB, BREAKAWAY, STRIBECK, VISCOUS = 1.0, 1.0, 1.5, 1e-3, 0.4
 STIFFNESS, SPEED, SECONDS, SLIPS = 2.0, 0.1, 60.0, 9
 RTOL, ATOL, FIXED_STEP = 1e-8, 1e-11, 1e-5
 MUJOCO_STEP = 1e-4
-ROUNDS, OURS_IN_A_ROUND, PLANTS = 5, 50, 1000
+ROUNDS, PLANTS = 5, 1000
+LEAST_SECONDS = 0.02  # of a round: both sides then meet the same machine
 
 LAW = LAWS["stribeck"]
 P = LAW.pack({"coulomb": COULOMB, "breakaway": BREAKAWAY, "stribeck_velocity": STRIBECK, "viscous": VISCOUS})
@@ -54,8 +56,12 @@ def prepared() -> Callable[[], Vector]:
     ends, drives = np.array([SECONDS]), DRIVE.as_array()[None]
     none, nothing, events = np.empty(0), np.empty((0, 5)), np.empty((200, 4))
 
+    @numba.njit  # type: ignore[untyped-decorator]
+    def compiled(p: Vector, body: Vector, ends: Vector, drives: Vector, none: Vector, nothing: Vector, events: Vector) -> Any:
+        return run(force, p, body, np.zeros(STATE_SIZE), 0.0, ends, drives, none, nothing, events)
+
     def once() -> Vector:
-        _, _, happened = run(force, P, body, at_rest(), 0.0, ends, drives, none, nothing, events)
+        _, _, happened = compiled(P, body, ends, drives, none, nothing, events)
         return events[:happened][events[:happened, 1] == BREAKS_AWAY, 0]
 
     return once
@@ -175,11 +181,24 @@ def error_of(times: Vector, exact: Vector) -> str:
     return f"{np.max(np.abs(times - exact)):.1e} s"
 
 
+def repeated(call: Callable[[], Any], count: int) -> Callable[[], Any]:
+    return lambda: [call() for _ in range(count)]
+
+
+def timed(call: Callable[[], Any]) -> float:
+    """Seconds of a warm call."""
+    call()
+    start = time.perf_counter()
+    call()
+    return time.perf_counter() - start
+
+
 def row(name: str, peer: str, theirs: Callable[[], Vector], rounds: int = ROUNDS) -> dict[str, Any]:
     """Wall time of 60 s."""
     exact, ours = np.array(reference_breakaways(BODY, DRIVE, SECONDS)[0]), prepared()
-    many, their_seconds = pair(lambda: [ours() for _ in range(OURS_IN_A_ROUND)], theirs, rounds)
-    seconds = many / OURS_IN_A_ROUND
+    counts = [max(1, math.ceil(LEAST_SECONDS / timed(call))) for call in (ours, theirs)]
+    many = pair(*(repeated(call, n) for call, n in zip((ours, theirs), counts, strict=True)), rounds)
+    seconds, their_seconds = (taken / n for taken, n in zip(many, counts, strict=True))
     return {
         "id": name,
         "peer": peer,
