@@ -29,7 +29,7 @@ class Method:
 
 METHODS: dict[str, Method] = {
     "auto": Method(
-        "least squares, the power balance or sines: chosen by what encoder and motion allow (figure 4.4), and says why",
+        "least squares, the power balance, sines or output error: by what encoder and motion allow (figure 4.4), and says why",
         "any log; drops a term that does not help to predict strokes that the fit has not seen",
         ("window",),
     ),

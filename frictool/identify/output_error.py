@@ -24,9 +24,9 @@ from scipy.special import stdtrit
 from frictool.documents.bench import Bench
 from frictool.engine.servo import Servo
 from frictool.identify.clusters import clusters
-from frictool.identify.held_out import choose_terms
+from frictool.identify.held_out import choose_terms, halves, held_out_squares, stroke_squares
 from frictool.identify.load_terms import laws_of, possible
-from frictool.identify.methods import Settings
+from frictool.identify.methods import Settings, run
 from frictool.identify.outcome import SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.power_balance import power_balance
 from frictool.identify.record import Record, Vector
@@ -35,6 +35,7 @@ from frictool.identify.segments import whole
 from frictool.identify.simulated import Matrix, Minimum, Simulated, estimate, observer_rate
 from frictool.identify.strokes import find_strokes
 
+REFINED = 0.9  # of the regression's held-out error
 KNOWN_BETTER = 0.5  # of the simulation's own interval
 MOST_CLUSTERS = 60  # strokes are joined until there are no more: each costs a simulation
 
@@ -175,3 +176,25 @@ def output_error(records: list[Record], bench: Bench, settings: Settings) -> Fit
     terms, errors = choose_terms(records, bench, possible(bench), known, settings.confidence)
     fit = simulation_error(records, bench, settings, terms)
     return replace(fit, details={**fit.details, **{f"held_out_{name}": error for name, error in errors.items()}})
+
+
+def refined(records: list[Record], bench: Bench, settings: Settings, fit: Fit) -> Fit:
+    """`fit`, of the method it names, or output error where that simulates by a tenth better what neither has seen (`held_out`).
+
+    Where the regression refuses a parameter, or the logs are too short for halves, there is nothing to compare.
+    """
+    sides = halves(records)
+    if sides is None or fit.method is None or any(name not in fit.parameters for name in SLIDING):
+        return fit
+    try:
+        seen = [start_values(run(fit.method, side, bench, settings), bench) for side in sides]
+        regressed = [stroke_squares(Simulated(whole(other), bench), values) for other, values in zip(reversed(sides), seen, strict=True)]
+        simulated = held_out_squares(sides, bench, (), start_values(fit, bench))
+        one, other = (float(np.sqrt(np.mean(squares))) for squares in (np.concatenate(regressed), simulated))
+        if other >= REFINED * one:
+            return fit
+        better = output_error(records, bench, settings)
+    except NothingUsable:
+        return fit
+    why = f"simulated on strokes that were not seen, its position is off by {other:.3g}, that of {fit.method} by {one:.3g} (rms, SI)"
+    return replace(better, method="output-error", why=why)
