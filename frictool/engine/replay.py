@@ -110,7 +110,7 @@ def replay(
     positions: Vector,
     velocities: Vector,
 ) -> int:
-    """Replays `effort` (n,) from `state` (7,), which is changed; fills positions and velocities (n,) at the samples. Returns engine/status.py.
+    """Replays `effort` (n,) from `state` (7,), in place; fills positions and velocities (n,) at the samples. Returns engine/status.py.
 
     p: `replayed`. load: plant/load.py. measured (n,) and gains (2,) [-, 1/s]: of the correction; measured is not looked at where
     gains are zero. With a lag in p the effort was measured at the samples, without it is held from each.

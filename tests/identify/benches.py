@@ -97,7 +97,7 @@ def mass_reference(seed: int) -> Vector:
 
 
 def mass_sine(seed: int, top_speed: float = MASS_SPEED) -> Record:
-    """The thesis's trial: 1 Hz, `top_speed` in m/s, 9 s at 1 kHz; three closed-loop poles at -100 rad/s; the effort is held between samples."""
+    """The thesis's trial: 1 Hz, `top_speed` in m/s, 9 s at 1 kHz; three closed-loop poles at -100 rad/s; the effort is held."""
     reference, generator = _sine(seed, top_speed)
     gains = np.array([3.0 * MASS_POLE**2 * MASS.inertia, MASS_POLE**3 * MASS.inertia, 3.0 * MASS_POLE * MASS.inertia - MASS.viscous])
     time = np.arange(MASS_SETTLE + MASS_SAMPLES) * MASS_PERIOD
