@@ -21,6 +21,7 @@ from frictool.identify.methods import Settings, run
 from frictool.identify.outcome import Fit
 from frictool.identify.power_balance import by_speed
 from frictool.identify.record import Record
+from frictool.identify.refusals import refuse_self_explained
 from frictool.identify.samples import Samples
 from frictool.identify.slipping import SMALLEST_SHARE, slipping, weighted_fit
 from frictool.identify.smoothing import bump, position_noise
@@ -47,9 +48,10 @@ def auto(records: list[Record], bench: Bench, settings: Settings) -> Fit:
 
 
 def _refined(records: list[Record], bench: Bench, settings: Settings, fit: Fit) -> Fit:
-    """Step 4, imported when it is used."""
+    """Step 4, imported when it is used. A computed effort is refused before: simulated, it would no longer explain itself."""
     from frictool.identify.output_error import refined
 
+    refuse_self_explained(fit, records)
     return refined(records, bench, settings, fit)
 
 
