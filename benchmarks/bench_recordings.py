@@ -13,7 +13,7 @@ from mcap_ros2._dynamic import serialize_dynamic
 from mcap_ros2.decoder import DecoderFactory
 
 from benchmarks.timing import pair
-from frictool.logs.recording_format import tables
+from frictool.logs.recordings.recording_format import tables
 
 MESSAGES = 60_000
 PEER_MESSAGES = 6_000  # the peer is slow: it is timed on fewer messages, and both are given per second

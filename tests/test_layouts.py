@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from frictool.logs.mcap_format import read_mcap
+from frictool.logs.canonical.mcap_format import read_mcap
 from tests.cli.run import run
 from tests.simulate.example import write_rig
 

@@ -103,7 +103,7 @@ def command(
 
 def _records(paths: tuple[Path, ...], bench: Bench) -> list[Record]:
     from frictool.identify.record import record_of
-    from frictool.logs.matching import matched
+    from frictool.logs.channels.matching import matched
     from frictool.logs.reading import read_log
 
     records = []

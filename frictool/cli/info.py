@@ -13,7 +13,7 @@ from frictool.cli.window import window_of, window_options
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
     from frictool.logs.assembly import Assembly, Window
-    from frictool.logs.survey import Signal, Survey
+    from frictool.logs.quality.survey import Signal, Survey
 
 HELP = """\b
 Example:
@@ -57,7 +57,7 @@ def _surveyed(path: Path, bench: Bench | None, window: Window) -> tuple[Assembly
     """A log of any length, and what its samples show, in bounded memory: it is read twice."""
     from frictool.cli.progress import tell_of_compiling
     from frictool.logs.assembly import assemble, begun
-    from frictool.logs.survey import survey
+    from frictool.logs.quality.survey import survey
 
     limits: dict[str, float] = {} if bench is None else {bench.actuator.drive: bench.actuator.limit.value}
     made = assemble([path], bench)
@@ -73,12 +73,12 @@ def _surveyed(path: Path, bench: Bench | None, window: Window) -> tuple[Assembly
 def summary(made: Assembly, surveys: list[Survey]) -> dict[str, Any]:
     """The machine's view of a log: one row per signal, and what is said of it as a whole."""
     from frictool.identify.feeds import feeds
-    from frictool.logs.alignment import CLOCK_OFFSET
     from frictool.logs.assembly import origins
+    from frictool.logs.canonical.mcap_layout import COLUMNS, message_path
+    from frictool.logs.clocks.alignment import CLOCK_OFFSET
     from frictool.logs.losses import as_rows
-    from frictool.logs.mcap_layout import COLUMNS, message_path
-    from frictool.logs.sign import sign_of
-    from frictool.logs.survey import row
+    from frictool.logs.quality.sign import sign_of
+    from frictool.logs.quality.survey import row
     from frictool.logs.table import LAYOUT
 
     columns = origins(made, [one.topic for one in surveys]).get(COLUMNS, {})
@@ -106,7 +106,7 @@ def summary(made: Assembly, surveys: list[Survey]) -> dict[str, Any]:
 
 def _clocks(main: Survey, surveys: list[Survey]) -> list[dict[str, Any]]:
     """How the clocks of further streams run against that of the main one, by the first signal that both have."""
-    from frictool.logs.drift import of_streams
+    from frictool.logs.clocks.drift import of_streams
 
     found = []
     for other in surveys:
@@ -120,9 +120,9 @@ def _clocks(main: Survey, surveys: list[Survey]) -> list[dict[str, Any]]:
 
 def _test(made: Assembly, main: Survey) -> tuple[str | None, bool]:
     """The kind of test, and whether it was given to `ingest`."""
-    from frictool.logs.kind import kind_of
-    from frictool.logs.kinds import TEST
-    from frictool.logs.mcap_layout import KIND
+    from frictool.logs.canonical.mcap_layout import KIND
+    from frictool.logs.quality.kind import kind_of
+    from frictool.logs.quality.kinds import TEST
 
     given = made.notes.get(KIND, {}).get(TEST)
     return (given, True) if given else (kind_of(main.opening), False)
@@ -132,7 +132,7 @@ def table(made: Assembly, surveys: list[Survey], facts: dict[str, Any]) -> str:
     """The same for people."""
     from frictool.logs.losses import shown
     from frictool.logs.provenance import PROVENANCE
-    from frictool.logs.text_layout import PLAIN
+    from frictool.logs.text.layout import PLAIN
 
     lines = [f"{Path(made.flows[0].source).name}: {facts['duration_s']:.6g} s", *_channels(facts)]
     lines += [line for seen in surveys for line in _signals(seen)]
@@ -197,7 +197,7 @@ def _signals(seen: Survey) -> list[str]:
 
 def _motion(facts: dict[str, Any], surveys: list[Survey]) -> list[str]:
     """The encoder step, or why none is seen; velocities; the kind of test. Nothing where the log has no position."""
-    from frictool.logs.kinds import KINDS
+    from frictool.logs.quality.kinds import KINDS
 
     seen = next((one for one in surveys if "position" in one.signals), None)
     if seen is None:
@@ -214,7 +214,7 @@ def _motion(facts: dict[str, Any], surveys: list[Survey]) -> list[str]:
 
 
 def _step(position: Signal) -> str:
-    from frictool.logs.quality import FEWEST_LEVELS
+    from frictool.logs.quality.quality import FEWEST_LEVELS
 
     if position.step is not None:
         return f"{position.step:.6g} {position.unit}"

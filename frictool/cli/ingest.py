@@ -21,12 +21,12 @@ from frictool.cli.output import (
     say,
 )
 from frictool.cli.window import window_of, window_options
-from frictool.logs.kinds import KINDS, TEST
+from frictool.logs.quality.kinds import KINDS, TEST
 
 if TYPE_CHECKING:
     from frictool.logs.assembly import Assembly
-    from frictool.logs.mcap_layout import Head
-    from frictool.logs.quality import TimeBase
+    from frictool.logs.canonical.mcap_layout import Head
+    from frictool.logs.quality.quality import TimeBase
 
 HELP = """\b
 Example:
@@ -80,12 +80,12 @@ def command(
     document = None if bench is None else load(bench, Bench)
     window = window_of(start, end)
     from frictool.logs.assembly import assemble, write
-    from frictool.logs.mcap_layout import KIND
-    from frictool.logs.mcap_reader import is_canonical
-    from frictool.logs.parts import sources
+    from frictool.logs.canonical.mcap_layout import KIND
+    from frictool.logs.canonical.mcap_reader import is_canonical
     from frictool.logs.provenance import PROVENANCE, provenance_record
+    from frictool.logs.recordings.parts import sources
     from frictool.logs.table import LAYOUT
-    from frictool.logs.text_layout import PLAIN
+    from frictool.logs.text.layout import PLAIN
 
     options = {"--from": start, "--to": end, "--resample": period, "--kind": kind, "--salvage": salvage}
     line = command_line("ingest", {"raw": raw, "--bench": bench, **options})
@@ -119,7 +119,7 @@ def _propose(raw: tuple[Path, ...], axis: Literal["rotary", "linear"] | None, ou
     """Writes the bench that a file tells of. Nothing is read with it: who knows the rig checks it first."""
     from frictool.cli.standard_input import kept
     from frictool.documents.starter import starting_documents
-    from frictool.logs.guess import start_from
+    from frictool.logs.channels.guess import start_from
 
     if len(raw) > 1:
         raise click.UsageError("--guess takes one file; a further instrument's columns are written under `instruments` by hand.")

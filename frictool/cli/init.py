@@ -74,7 +74,7 @@ def _start(folder: Path, axis: str | None, log: Path | None) -> Start:
     name = folder.absolute().name[:80] or "rig"
     if log is None:
         return Start(name, "linear" if axis == "linear" else "rotary", axis_source="example" if axis is None else "given")
-    from frictool.logs.guess import start_from
+    from frictool.logs.channels.guess import start_from
 
     path = os.path.relpath(log.absolute(), folder.absolute())
     given: Axis | None = None if axis is None else "linear" if axis == "linear" else "rotary"

@@ -42,7 +42,7 @@ def command(model: Path, controller: Path, scenario: Path, output: Path, as_json
     inputs = [model, controller, scenario]
     documents = (load(model, Model), load(controller, Controller), load(scenario, Scenario))
     refuse_inputs(output, inputs)
-    from frictool.logs.mcap_format import write_mcap
+    from frictool.logs.canonical.mcap_format import write_mcap
     from frictool.simulate.agreement import Names
     from frictool.simulate.step_test import step_test
 

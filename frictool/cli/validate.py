@@ -63,7 +63,7 @@ def command(
     from frictool.documents.registry import load
     from frictool.identify.record import record_of
     from frictool.identify.validate.validation import validate
-    from frictool.logs.matching import matched
+    from frictool.logs.channels.matching import matched
     from frictool.logs.reading import read_log
 
     document = load(model, Model)

@@ -25,7 +25,7 @@ def window_options(function: F) -> F:
 def window_of(start: float | None, end: float | None) -> Window:
     """The window. Raises UsageError where it ends before it begins, or lies beyond all logs."""
     from frictool.logs.assembly import Window
-    from frictool.logs.mcap_layout import LATEST
+    from frictool.logs.canonical.mcap_layout import LATEST
 
     for key, at in (("--from", start), ("--to", end)):
         if at is not None and abs(at) > LATEST:

@@ -6,7 +6,7 @@ import numpy as np
 
 from frictool.identify.methods import METHODS
 from frictool.identify.record import JITTER, MOST_BROKEN
-from frictool.logs.survey import POSITION, Survey
+from frictool.logs.quality.survey import POSITION, Survey
 
 BREAKAWAY = "breakaway"
 DRIVES = ("effort", "current", "voltage")

@@ -8,7 +8,7 @@ from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
 from frictool.errors import LogError
 from frictool.identify.record import Record
-from frictool.logs.jumps import Jumps, allowance
+from frictool.logs.quality.jumps import Jumps, allowance
 
 MOST_COUNTS = 2.0**53  # from 0: beyond, not even whole numbers are told apart
 MOST_TRAVELS = 10.0  # from the middle: a travel is known roughly, and the zero of an encoder not at all

@@ -16,7 +16,7 @@ from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
 from frictool.identify.outcome import Fit, NothingUsable
 from frictool.identify.record import Record, Vector
-from frictool.logs.saturation import Tops
+from frictool.logs.quality.saturation import Tops
 
 LARGEST_SATURATED_SHARE = 0.01  # of the samples
 AT_THE_LIMIT = 0.99  # of what the actuator gives: flat there, the effort itself is limited, and is known

@@ -13,23 +13,23 @@ from typing import BinaryIO, NamedTuple
 
 from frictool.documents.bench import Bench
 from frictool.errors import LogError
-from frictool.logs.alignment import CLOCK_OFFSET, aligned
-from frictool.logs.binding import bind, topic_for
-from frictool.logs.chunks import chunked, joined
+from frictool.logs.canonical.chunks import chunked, joined
+from frictool.logs.canonical.mcap_layout import COLUMNS, EPOCH_KEY, KIND, NS, TIME, Head, message_path
+from frictool.logs.canonical.mcap_reader import is_canonical, open_mcap
+from frictool.logs.canonical.mcap_writer import CanonicalWriter, Notes, write_streams
+from frictool.logs.channels.binding import bind, topic_for
+from frictool.logs.channels.instruments import view_of
+from frictool.logs.channels.mapping import EFFORT
+from frictool.logs.channels.prepared import Findings, prepared
+from frictool.logs.clocks.alignment import CLOCK_OFFSET, aligned
+from frictool.logs.clocks.intervals import Intervals
+from frictool.logs.clocks.resampling import RESAMPLED, grid, resampled
 from frictool.logs.flow import Flow, Samples
 from frictool.logs.formats import opened
-from frictool.logs.instruments import view_of
-from frictool.logs.intervals import Intervals
 from frictool.logs.log import Log, Stream
 from frictool.logs.losses import LOST, Losses, losses_of, record_of
-from frictool.logs.mapping import EFFORT
-from frictool.logs.mcap_layout import COLUMNS, EPOCH_KEY, KIND, NS, TIME, Head, message_path
-from frictool.logs.mcap_reader import is_canonical, open_mcap
-from frictool.logs.mcap_writer import CanonicalWriter, Notes, write_streams
-from frictool.logs.parts import sources
-from frictool.logs.prepared import Findings, prepared
-from frictool.logs.quality import TimeBase
-from frictool.logs.resampling import RESAMPLED, grid, resampled
+from frictool.logs.quality.quality import TimeBase
+from frictool.logs.recordings.parts import sources
 from frictool.logs.table import LAYOUT, Loss, Table, Told
 
 

@@ -14,12 +14,12 @@ from pathlib import Path
 from typing import BinaryIO, NamedTuple, Protocol, cast
 
 from frictool.errors import LogError
-from frictool.logs.chunks import joined
+from frictool.logs.canonical.chunks import joined
+from frictool.logs.canonical.mcap_layout import NS, Head
+from frictool.logs.canonical.mcap_writer import Notes
 from frictool.logs.extras import library
 from frictool.logs.flow import Samples
 from frictool.logs.log import Vector
-from frictool.logs.mcap_layout import NS, Head
-from frictool.logs.mcap_writer import Notes
 from frictool.logs.table import BLOCK_ROWS
 
 TIME_NAME, TIME_UNIT = "time", "s"
@@ -76,11 +76,11 @@ class Conversion(NamedTuple):
 
 
 CONVERSIONS = {
-    "csv": Conversion((".csv",), "frictool.logs.csv_writer", False),
-    "mat": Conversion((".mat",), "frictool.logs.mat_writer", True),
-    "mdf": Conversion((".mf4", ".mdf"), "frictool.logs.mdf_writer", True, ("asammdf", "mdf")),
-    "npz": Conversion((".npz",), "frictool.logs.npz_writer", True),
-    "parquet": Conversion((".parquet", ".pq"), "frictool.logs.parquet_writer", False, ("pyarrow.parquet", "parquet")),
+    "csv": Conversion((".csv",), "frictool.logs.text.csv_writer", False),
+    "mat": Conversion((".mat",), "frictool.logs.arrays.mat_writer", True),
+    "mdf": Conversion((".mf4", ".mdf"), "frictool.logs.arrays.mdf_writer", True, ("asammdf", "mdf")),
+    "npz": Conversion((".npz",), "frictool.logs.arrays.npz_writer", True),
+    "parquet": Conversion((".parquet", ".pq"), "frictool.logs.arrays.parquet_writer", False, ("pyarrow.parquet", "parquet")),
 }
 
 

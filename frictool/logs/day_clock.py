@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from frictool.logs.mcap_layout import NS
+from frictool.logs.canonical.mcap_layout import NS
 from frictool.logs.table import Nanoseconds
 
 DAY = 86_400 * NS  # ns

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple, Protocol
 
+from frictool.logs.canonical.mcap_layout import Head
 from frictool.logs.log import Vector
 from frictool.logs.losses import Losses
-from frictool.logs.mcap_layout import Head
 from frictool.logs.table import Nanoseconds
 
 

@@ -13,7 +13,7 @@ from typing import NamedTuple, Protocol, cast
 
 from frictool.documents.bench import Layout
 from frictool.errors import LogError
-from frictool.logs.recording_format import tables_of_parts
+from frictool.logs.recordings.recording_format import tables_of_parts
 from frictool.logs.source import head_of
 from frictool.logs.table import Table
 
@@ -27,13 +27,13 @@ class Format(NamedTuple):
 
 # in the order in which they are asked; text takes whatever holds no NUL character
 FORMATS = (
-    Format("recordings (MCAP, ROS bags)", "frictool.logs.recording_format"),
-    Format("MATLAB", "frictool.logs.mat_format"),
-    Format("MATLAB 7.3", "frictool.logs.mat73_format"),
-    Format("MDF", "frictool.logs.mdf_format"),
-    Format("Parquet", "frictool.logs.parquet_format"),
-    Format("NumPy", "frictool.logs.npz_format"),
-    Format("text with columns (CSV)", "frictool.logs.csv_format"),
+    Format("recordings (MCAP, ROS bags)", "frictool.logs.recordings.recording_format"),
+    Format("MATLAB", "frictool.logs.arrays.mat_format"),
+    Format("MATLAB 7.3", "frictool.logs.arrays.mat73_format"),
+    Format("MDF", "frictool.logs.arrays.mdf_format"),
+    Format("Parquet", "frictool.logs.arrays.parquet_format"),
+    Format("NumPy", "frictool.logs.arrays.npz_format"),
+    Format("text with columns (CSV)", "frictool.logs.text.csv_format"),
 )
 
 # what is no log but may hold one: first bytes -> what it is, and what to do

@@ -14,7 +14,7 @@ from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
 from frictool.errors import LogError
 from frictool.logs.log import MAIN_TOPIC, Log, Stream, Vector
-from frictool.logs.quality import encoder_step
+from frictool.logs.quality.quality import encoder_step
 from frictool.metrics.holds import Hold, find_holds
 
 

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from frictool.logs.chunks import chunked
+from frictool.logs.canonical.chunks import chunked
+from frictool.logs.canonical.mcap_layout import Head
+from frictool.logs.canonical.mcap_writer import CanonicalWriter, write_streams
 from frictool.logs.flow import Samples
-from frictool.logs.mcap_layout import Head
-from frictool.logs.mcap_writer import CanonicalWriter, write_streams
 from tests.logs.example import ROOT
 
 SEED = 11

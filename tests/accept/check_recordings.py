@@ -6,7 +6,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from frictool.logs.mcap_reader import open_mcap
+from frictool.logs.canonical.mcap_reader import open_mcap
 from tests.cli.test_ingest_recordings import CLUTCH, COLUMNS
 from tests.cli.test_ingest_stream import peak_mb
 from tests.logs.recordings import long_joint_states

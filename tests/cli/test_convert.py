@@ -15,9 +15,9 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from frictool.logs.canonical.mcap_format import read_mcap, write_mcap
 from frictool.logs.conversion import CONVERSIONS
 from frictool.logs.log import Log, Stream
-from frictool.logs.mcap_format import read_mcap, write_mcap
 from frictool.logs.table import BLOCK_ROWS
 from tests.cli.run import Result, refused, run
 from tests.logs.example import ROOT, as_bytes, golden_log

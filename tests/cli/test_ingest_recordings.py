@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictool.logs.mcap_format import read_mcap
+from frictool.logs.canonical.mcap_format import read_mcap
 from sample_logs.make import TRUTH
 from tests.cli.run import refused, run
 from tests.logs.example import ROOT, measured

@@ -10,7 +10,7 @@ import pytest
 
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
-from frictool.logs.mcap_format import read_mcap
+from frictool.logs.canonical.mcap_format import read_mcap
 from tests.cli.run import refused, run
 from tests.logs.example import ROOT, measured
 

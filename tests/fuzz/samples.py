@@ -14,9 +14,9 @@ import numpy as np
 from frictool.documents.bench import Bench, Column, Encoder
 from frictool.documents.writing import to_yaml
 from frictool.errors import LogError
+from frictool.logs.canonical.mcap_reader import is_canonical
 from frictool.logs.formats import opened
-from frictool.logs.mcap_reader import is_canonical
-from frictool.logs.parts import METADATA, sources
+from frictool.logs.recordings.parts import METADATA, sources
 from frictool.logs.table import Block, Table
 from tests.logs.example import GOLDEN, as_bytes, bench, golden_log
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from frictool.logs.canonical.mcap_reader import is_canonical
 from frictool.logs.formats import FORMATS, format_of
-from frictool.logs.mcap_reader import is_canonical
 from tests.cli.run import Result
 from tests.fuzz import child, samples
 from tests.fuzz.harness import SEED, fuzz

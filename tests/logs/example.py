@@ -12,8 +12,8 @@ import pytest
 from frictool.documents.bench import Actuator, Bench, Column, Encoder, Mechanics
 from frictool.documents.quantity import Quantity
 from frictool.logs.assembly import Assembly, add_tables, whole
+from frictool.logs.canonical.mcap_format import write_mcap
 from frictool.logs.log import Log, Stream
-from frictool.logs.mcap_format import write_mcap
 from frictool.logs.table import Table
 
 GOLDEN = Path(__file__).parent / "golden"

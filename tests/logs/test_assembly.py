@@ -16,13 +16,13 @@ from mcap.reader import make_reader
 
 from frictool.documents.bench import Column, Encoder
 from frictool.errors import LogError
+from frictool.logs.arrays.memory_table import MemoryTable
 from frictool.logs.assembly import Assembly, Window, add_tables, assemble, whole, write
-from frictool.logs.increasing import increasing
-from frictool.logs.intervals import Intervals
+from frictool.logs.canonical.mcap_reader import read_mcap
+from frictool.logs.clocks.increasing import increasing
+from frictool.logs.clocks.intervals import Intervals
 from frictool.logs.log import Log
-from frictool.logs.mcap_reader import read_mcap
-from frictool.logs.memory_table import MemoryTable
-from frictool.logs.quality import time_base
+from frictool.logs.quality.quality import time_base
 from frictool.logs.table import Block, Loss
 from tests.logs.example import as_bytes, bench, golden_log, mapped, same
 

@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 from mcap_ros2._dynamic import generate_dynamic, serialize_dynamic
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from frictool.logs.cdr import MOST_LAYOUTS, MessageDecoder
-from frictool.logs.messages import packed
-from frictool.logs.ros_definitions import DEFINITIONS
-from frictool.logs.ros_idl import parse_idl
-from frictool.logs.ros_message import NUMBERS, parse_message
+from frictool.logs.recordings.cdr import MOST_LAYOUTS, MessageDecoder
+from frictool.logs.recordings.messages import packed
+from frictool.logs.recordings.ros_definitions import DEFINITIONS
+from frictool.logs.recordings.ros_idl import parse_idl
+from frictool.logs.recordings.ros_message import NUMBERS, parse_message
 from tests.logs.recordings import IMU, JOINT_STATE, joint_states, ros2_mcap
 
 RANGES = {"u1": (0, 255), "i1": (-128, 127), "u2": (0, 65535), "i2": (-32768, 32767), "u4": (0, 2**32 - 1), "i4": (-(2**31), 2**31 - 1)}

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from frictool.documents.bench import Layout
 from frictool.errors import LogError
-from frictool.logs import text_batches as text_batches_module
-from frictool.logs import text_bytes as text_bytes_module
-from frictool.logs.csv_format import NO_END, CsvTable, sniff, tables
 from frictool.logs.table import BLOCK_ROWS, Loss
+from frictool.logs.text import batches as text_batches_module
+from frictool.logs.text import bytes as text_bytes_module
+from frictool.logs.text.csv_format import NO_END, CsvTable, sniff, tables
 from tests.logs.tables import columns, times
 
 GOOD = "time [s],encoder [count],current [A]\n0.000,40,-0.080\n0.001,41,0.5\n0.002,42,1e-3\n"

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.logs.drift import TwoClocks, of_messages, of_streams
+from frictool.logs.clocks.drift import TwoClocks, of_messages, of_streams
 from frictool.logs.log import Stream
 
 

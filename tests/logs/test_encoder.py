@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from frictool.documents.bench import Bench, Encoder
 from frictool.documents.quantity import Quantity
-from frictool.logs.encoder import Counter, folded, outside
+from frictool.logs.channels.encoder import Counter, folded, outside
 from tests.logs.example import bench
 
 REVOLUTION = 100

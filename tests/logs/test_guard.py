@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from frictool.errors import LogError
-from frictool.logs import guard
+from frictool.logs.arrays import guard
 from frictool.logs.formats import tables_of
 from frictool.logs.table import Block, Loss
 from tests.logs.example import GOLDEN

@@ -14,9 +14,9 @@ from frictool.documents.bench import Bench, ClockEstimate, Column, Instrument, L
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.errors import LogError
-from frictool.logs.alignment import CLOCK_OFFSET
 from frictool.logs.assembly import assemble, whole
-from frictool.logs.clock_offset import clock_offset
+from frictool.logs.clocks.alignment import CLOCK_OFFSET
+from frictool.logs.clocks.clock_offset import clock_offset
 from frictool.logs.log import Log
 from tests.logs.example import ROOT, bench, measured
 

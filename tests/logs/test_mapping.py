@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from frictool.documents.bench import Column, Encoder
 from frictool.errors import LogError
+from frictool.logs.arrays.memory_table import MemoryTable
 from frictool.logs.log import Log
-from frictool.logs.memory_table import MemoryTable
 from tests.logs import example
 from tests.logs.example import bench
 

@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 
 from frictool.documents.bench import Column
 from frictool.errors import LogError
-from frictool.logs import mat_format
-from frictool.logs.array_table import ArrayTable
+from frictool.logs.arrays import mat_format
+from frictool.logs.arrays.array_table import ArrayTable
 from frictool.logs.assembly import Assembly, add_tables
 from frictool.logs.assembly import whole as whole_log
 from frictool.logs.log import Log

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis.extra import numpy as arrays_of
 
 from frictool.errors import LogError
-from frictool.logs import mat73_format
+from frictool.logs.arrays import mat73_format
 from frictool.logs.table import BLOCK_ROWS, Loss
 from tests.logs.example import GOLDEN
 from tests.logs.tables import columns, one_line

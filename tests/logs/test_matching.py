@@ -9,9 +9,9 @@ import pytest
 from frictool.documents.bench import Bench, Column
 from frictool.documents.quantity import Quantity
 from frictool.errors import LogError
+from frictool.logs.arrays.memory_table import MemoryTable
+from frictool.logs.channels.matching import matched
 from frictool.logs.log import Log, Stream
-from frictool.logs.matching import matched
-from frictool.logs.memory_table import MemoryTable
 from tests.logs.example import bench, mapped
 
 COLUMNS = {"position": Column("encoder", "count"), "current": Column("i", "A")}

@@ -18,10 +18,10 @@ from mcap.writer import CompressionType, Writer
 from mcap_ros2.decoder import DecoderFactory
 
 from frictool.errors import LogError
+from frictool.logs.canonical.mcap_format import read_mcap, write_mcap
+from frictool.logs.canonical.mcap_layout import Head
+from frictool.logs.canonical.mcap_writer import CanonicalWriter
 from frictool.logs.log import Log, Stream
-from frictool.logs.mcap_format import read_mcap, write_mcap
-from frictool.logs.mcap_layout import Head
-from frictool.logs.mcap_writer import CanonicalWriter
 from tests.logs.example import GOLDEN, as_bytes, golden_log, measured, same
 
 
@@ -152,7 +152,7 @@ def test_a_huge_declared_length_is_refused_before_it_is_allocated():
 
 def test_a_chunk_that_declares_more_than_it_holds_is_refused():
     plain = b"\0" * 1000
-    from frictool.logs.mcap_chunk import chunk_data
+    from frictool.logs.canonical.mcap_chunk import chunk_data
 
     def body(size: int, compression: bytes, packed: bytes) -> bytes:
         head = struct.pack("<QQQII", 0, 0, size, zlib.crc32(plain), len(compression))

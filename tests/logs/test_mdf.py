@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.errors import LogError
-from frictool.logs import mdf_format
-from frictool.logs.binding import bind
+from frictool.logs.arrays import mdf_format
+from frictool.logs.channels.binding import bind
 from frictool.logs.table import BLOCK_ROWS, Loss
 from tests.logs.example import GOLDEN, measured
 from tests.logs.tables import columns, one_line, times

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays_of
 
 from frictool.errors import LogError
-from frictool.logs import npz_format
-from frictool.logs.array_table import ArrayTable
+from frictool.logs.arrays import npz_format
+from frictool.logs.arrays.array_table import ArrayTable
 from frictool.logs.table import BLOCK_ROWS, Loss
 from tests.logs.example import GOLDEN
 from tests.logs.tables import columns, times

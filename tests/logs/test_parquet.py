@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.errors import LogError
-from frictool.logs import parquet_format
+from frictool.logs.arrays import parquet_format
 from frictool.logs.table import BLOCK_ROWS, Loss
 from tests.logs.example import GOLDEN
 from tests.logs.tables import columns, one_line, times

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictool.logs.held import Held
-from frictool.logs.levels import MOST, Levels
-from frictool.logs.saturation import FlatTop, Tops
-from frictool.logs.speed import Speed
+from frictool.logs.quality.held import Held
+from frictool.logs.quality.levels import MOST, Levels
+from frictool.logs.quality.saturation import FlatTop, Tops
+from frictool.logs.quality.speed import Speed
 
 CUTS = st.lists(st.integers(1, 3999), max_size=4, unique=True)
 K = np.arange(4000)

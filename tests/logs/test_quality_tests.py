@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 import scipy.io
 
-from frictool.logs.kind import Kind, kind_of
-from frictool.logs.kinds import KINDS
 from frictool.logs.log import Stream
-from frictool.logs.sign import sign_of
+from frictool.logs.quality.kind import Kind, kind_of
+from frictool.logs.quality.kinds import KINDS
+from frictool.logs.quality.sign import sign_of
 from tests.logs.example import ROOT, measured
 
 T = np.arange(8000) / 1000.0

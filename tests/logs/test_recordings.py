@@ -16,10 +16,10 @@ from mcap.writer import CompressionType, IndexType
 
 from frictool.documents.bench import Column, Layout
 from frictool.errors import LogError
-from frictool.logs.mcap_records import FileRecords, Record
-from frictool.logs.parts import are_parts, parts_of, sources
+from frictool.logs.canonical.mcap_records import FileRecords, Record
 from frictool.logs.reading import read_log
-from frictool.logs.recording_format import sniff, tables, tables_of_parts
+from frictool.logs.recordings.parts import are_parts, parts_of, sources
+from frictool.logs.recordings.recording_format import sniff, tables, tables_of_parts
 from frictool.logs.table import Loss, Table
 from tests.logs.example import GOLDEN, bench, measured
 from tests.logs.recordings import (

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from frictool.logs.canonical.mcap_layout import Head
+from frictool.logs.clocks.resampling import grid, resampled
 from frictool.logs.flow import Samples
-from frictool.logs.mcap_layout import Head
-from frictool.logs.resampling import grid, resampled
 
 AXIS = Head("/axis", ("position", "current", "effort"), ("rad", "A", "N m"))
 FORCE = Head("/axis/force", ("effort", "position"), ("N m", "rad"))

@@ -11,12 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.identify.feeds import feeds
-from frictool.logs import survey as module
 from frictool.logs.flow import Samples
-from frictool.logs.kind import kind_of
 from frictool.logs.log import Stream
-from frictool.logs.quality import time_base
-from frictool.logs.survey import Survey, in_memory, row, survey
+from frictool.logs.quality import survey as module
+from frictool.logs.quality.kind import kind_of
+from frictool.logs.quality.quality import time_base
+from frictool.logs.quality.survey import Survey, in_memory, row, survey
 
 STEP = 2 * np.pi / 56
 UNITS = {"position": "rad", "current": "A", "command": "A", "reference": "rad"}

@@ -15,8 +15,8 @@ import pytest
 
 from frictool.documents.spec import Spec
 from frictool.documents.writing import to_yaml
+from frictool.logs.canonical.mcap_format import write_mcap
 from frictool.logs.log import Log
-from frictool.logs.mcap_format import write_mcap
 from tests.cli.run import refused, run
 from tests.report.example import ENCODER_STEP, ROOT, clutch_log, clutch_spec, controller, smooth_log, stream
 from tests.verify.truthful import truthful

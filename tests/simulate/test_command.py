@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictool.logs.mcap_format import read_mcap
+from frictool.logs.canonical.mcap_format import read_mcap
 from tests.cli.run import Result, refused, run
 from tests.simulate.example import write_rig
 

@@ -9,10 +9,10 @@ import numpy as np
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import drive_dimension, si_unit
 from frictool.identify.excite.information import Vector
+from frictool.logs.canonical.mcap_layout import NS, Head
 from frictool.logs.conversion import Outgoing
 from frictool.logs.flow import Samples
 from frictool.logs.log import MAIN_TOPIC, Log, Stream
-from frictool.logs.mcap_layout import NS, Head
 
 ABOUT = "excitation"  # the metadata record of a test
 

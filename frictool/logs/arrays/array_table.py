@@ -1,0 +1,161 @@
+"""A table of arrays that a file holds one after the other (MATLAB, NumPy): each column is read from a stream of its own, in step."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.errors import LogError
+from frictool.logs.arrays.byte_streams import Bytes
+from frictool.logs.table import BLOCK_ROWS, BehindDamage, Block, Loss, Nanoseconds, find, listed
+
+_LINE = re.compile(r"(.+)([\[(])(:,)?([0-9]{1,6})(,:)?[\])]")
+FIRST_YEAR, LAST_YEAR = 1678, 2261  # what ns since 1970 in 64 bits can tell
+STRIDED_BYTES = 1 << 22  # of the rows of a matrix that are read at once for one of its columns
+
+
+@dataclass(frozen=True)
+class Column:
+    """Numbers inside a stream: `rows` of `dtype`, from byte `offset` on, each `step` bytes after the one before."""
+
+    open: Callable[[], Bytes]
+    offset: int
+    dtype: np.dtype[Any]
+    rows: int
+    step: int
+    unit: str | None = None
+
+
+class Feed:
+    """The numbers of a column, some at a time."""
+
+    def __init__(self, column: Column) -> None:
+        self.column = column
+        self.stream = column.open()
+        self._before = column.offset  # bytes to pass over before the next number
+
+    def __enter__(self) -> Feed:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stream.__exit__()
+
+    def take(self, n: int) -> NDArray[Any]:
+        """The next n numbers, or as many as there are."""
+        size, step = self.column.dtype.itemsize, self.column.step
+        at_once = max(1, STRIDED_BYTES // step)
+        parts = []
+        for first in range(0, n, at_once):
+            rows = min(at_once, n - first)
+            self.stream.skip(self._before)
+            data = self.stream.read((rows - 1) * step + size)
+            self._before = step - size
+            there = max(0, len(data) - size + step) // step
+            parts.append(np.ndarray((there,), self.column.dtype, data, strides=(step,)))
+        return np.concatenate(parts)
+
+
+@dataclass
+class ArrayTable:
+    """The columns of one file; `others` says of what else lies in it what it is; `damage` what was wrong beside the columns."""
+
+    source: str
+    columns: Mapping[str, Column]
+    size: int
+    others: Mapping[str, str] = field(default_factory=dict)
+    damage: str | None = None
+    dated: Column | None = None  # dates (datetime64), the clock of the rows
+    topic: str = ""
+    clock: str | None = None
+
+    def __post_init__(self) -> None:
+        self.names = tuple(self.columns)
+        self.units: Mapping[str, str | None] = {name: column.unit for name, column in self.columns.items()}
+
+    def line(self, row: int) -> int | None:
+        """None: the file has no lines."""
+        return None
+
+    def find(self, wanted: str | int) -> str | None:
+        """As `Table.find`; a column of a matrix is `x(:,1)` as MATLAB counts, or `x[:, 0]` as NumPy does.
+
+        Raises LogError where it is no real vector, and where it may lie behind what is damaged.
+        """
+        if isinstance(wanted, str) and wanted in self.others and wanted != self.clock:
+            raise LogError(self.source, f"variable {wanted!r} is a {self.others[wanted]}; allowed: a real vector: {listed(self.names)}")
+        found = find(self.names, wanted) or other_notation(self.names, str(wanted))
+        if found is None and self.damage is not None:
+            raise BehindDamage(self.source, f"is damaged: {self.damage}; read before that: {listed(self.names)}, and no {wanted!r}")
+        return found
+
+    def blocks(self, wanted: Sequence[str], losses: list[Loss] | None = None) -> Iterator[tuple[Block, int]]:
+        """As `Table.blocks`. Raises LogError where the columns differ in length, and where one is cut off or damaged."""
+        chosen = {name: self.columns[name] for name in wanted}
+        every = {**({} if self.dated is None else {str(self.clock): self.dated}), **chosen}
+        rows, read = common_rows(self.source, {name: column.rows for name, column in every.items()}), 0
+        if self.damage is not None and losses is None:
+            raise LogError(self.source, f"is damaged: {self.damage}")
+        with ExitStack() as stack:
+            feeds = {name: stack.enter_context(Feed(column)) for name, column in every.items()}
+            while read < rows:
+                n = min(BLOCK_ROWS, rows - read)
+                taken = {name: feed.take(n) for name, feed in feeds.items()}
+                there = min(values.size for values in taken.values())
+                if there:
+                    time = None if self.dated is None else self._stamps(read, taken[str(self.clock)][:there])
+                    block = Block(read, {name: taken[name][:there].astype(np.float64) for name in chosen}, time)
+                    read += there
+                    yield block, self.size * read // rows
+                if there < n:
+                    break
+            self._check({name: feed.stream for name, feed in feeds.items()}, rows, read, losses)
+
+    def _stamps(self, row: int, dates: NDArray[Any]) -> Nanoseconds:
+        with np.errstate(invalid="ignore"):
+            years = dates.astype("M8[Y]").astype(np.float64) + 1970
+        missing = np.flatnonzero(np.isnat(dates) | (years < FIRST_YEAR) | (years > LAST_YEAR))
+        if missing.size:
+            found = f"{self.clock!r} has {dates[missing[0]]} at sample {row + int(missing[0]) + 1}"
+            raise LogError(self.source, f"{found}; allowed: a time in the years {FIRST_YEAR} to {LAST_YEAR}")
+        return dates.astype("M8[ns]").astype(np.int64)
+
+    def _check(self, streams: Mapping[str, Bytes], rows: int, read: int, losses: list[Loss] | None) -> None:
+        """Tells of each stream that ended early; where all were whole, reads them to their end, where their checksums are."""
+        if read == rows:
+            for stream in streams.values():
+                stream.check()
+        after = f" after {read} of {rows} samples" if read < rows else ""
+        found = [Loss((name,), f"variable {name!r} {s.damage}{after}", samples=rows - read) for name, s in streams.items() if s.damage]
+        if self.damage is not None and not found:  # of something else in the file
+            found = [Loss((), self.damage, samples=0)]
+        for loss in found:
+            if losses is None:
+                raise LogError(self.source, f"is damaged: {loss.reason}")
+            losses.append(loss)
+
+
+def common_rows(source: str, rows: Mapping[str, int]) -> int:
+    """The number of rows that all columns have, 0 of no column. Raises LogError where they differ."""
+    first = next(iter(rows), "")
+    for name, n in rows.items():
+        if n != rows[first]:
+            found = f"{first!r} has {rows[first]} samples, {name!r} has {n}"
+            raise LogError(source, f"{found}; the columns of one log have one time base")
+    return rows.get(first, 0)
+
+
+def other_notation(names: Sequence[str], wanted: str) -> str | None:
+    """The name of a matrix's column or row that is asked for with other blanks, or in NumPy's notation where the name is in MATLAB's."""
+    compact = {name.replace(" ", ""): name for name in names}
+    match = _LINE.fullmatch(wanted.replace(" ", ""))
+    if match is None:
+        return None
+    array, bracket, before, number, after = match.groups(default="")
+    other = f"({before}{int(number) + 1}{after})" if bracket == "[" else f"[{before}{int(number) - 1}{after}]"
+    return compact.get(match.group()) or compact.get(array + other)

@@ -1,0 +1,88 @@
+"""The arrays of a MATLAB file of version 4: one after the other, each a head of 20 bytes, a name, and its numbers in column order."""
+
+from __future__ import annotations
+
+import re
+import struct
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from frictool.logs.arrays.array_table import Column
+from frictool.logs.arrays.byte_streams import Plain
+from frictool.logs.arrays.mat_array import MatArray
+
+HEAD = 20
+LONGEST_NAME = 64
+ORDERS = {0: "<", 1: ">"}
+NUMBERS = ("f8", "f4", "i4", "i2", "u2", "u1")
+CLASSES = ("double", "single", "int32", "int16", "uint16", "uint8")
+KINDS = ("", "char", "sparse")
+_NAME = re.compile(rb"[A-Za-z][A-Za-z0-9_]*\0+")
+
+
+class Head(NamedTuple):
+    """The head of an array: byte order, type of its numbers (a position in NUMBERS), kind (in KINDS), shape, length of its name."""
+
+    order: str
+    number: int
+    kind: int
+    shape: tuple[int, int]
+    is_complex: bool
+    name_bytes: int
+
+    @property
+    def bytes(self) -> int:
+        """Of its numbers."""
+        return np.dtype(NUMBERS[self.number]).itemsize * self.shape[0] * self.shape[1] * (2 if self.is_complex else 1)
+
+
+def looks_like(head: bytes) -> bool:
+    """Whether a file of this version may begin so: it has no signature."""
+    found = _head(head[:HEAD])
+    return found is not None and _NAME.fullmatch(head[HEAD : HEAD + found.name_bytes]) is not None
+
+
+def arrays(path: Path, size: int) -> Iterator[MatArray]:
+    """The arrays of a file of `size` bytes. Raises ValueError where it is cut off or damaged; an array that is cut off is given before."""
+    position = 0
+    with path.open("rb") as file:
+        while position < size:
+            file.seek(position)
+            head = _head(file.read(HEAD))
+            if head is None:
+                raise ValueError(f"no array begins at byte {position}")
+            name = file.read(head.name_bytes)
+            if not _NAME.fullmatch(name):
+                raise ValueError(f"an array at byte {position} has no name")
+            start = position + HEAD + head.name_bytes
+            yield _array(path, head, name.rstrip(b"\0").decode("ascii"), start, size)
+            position = start + head.bytes
+            if position > size:
+                raise ValueError(f"an array at byte {start} announces {head.bytes} bytes, {size - start} are there")
+
+
+def _array(path: Path, head: Head, name: str, start: int, size: int) -> MatArray:
+    if head.kind or head.is_complex:
+        return MatArray(name, head.shape, KINDS[head.kind] or f"complex {CLASSES[head.number]}")
+    dtype = np.dtype(head.order + NUMBERS[head.number])
+    place = Column(partial(Plain, path, start, size - start), 0, dtype, head.shape[0] * head.shape[1], dtype.itemsize)
+    return MatArray(name, head.shape, CLASSES[head.number], place)
+
+
+def _head(data: bytes) -> Head | None:
+    """The head in 20 bytes, or None where there is none. Its first number is 1000 order + 10 number + kind."""
+    if len(data) < HEAD:
+        return None
+    for code, order in ORDERS.items():
+        kind, rows, columns, imaginary, name_bytes = struct.unpack(order + "5i", data)
+        order_code, rest = divmod(kind, 1000)
+        hundreds, rest = divmod(rest, 100)
+        number, kind = divmod(rest, 10)
+        fits = order_code == code and hundreds == 0 and number < len(NUMBERS) and kind < len(KINDS)
+        if fits and rows >= 0 and columns >= 0 and imaginary in (0, 1) and 2 <= name_bytes <= LONGEST_NAME:
+            return Head(order, number, kind, (rows, columns), bool(imaginary), name_bytes)
+    return None

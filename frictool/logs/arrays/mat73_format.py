@@ -1,0 +1,177 @@
+"""MATLAB files of version 7.3, which are HDF5, through h5py (extra `mat73`); other HDF5 files as well.
+
+Names are those of mat_format.py: `data.signals.values(:,2)`, `runs(2).x`, `cells{1}`. Nothing that a file links to in another file is read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from frictool.errors import LogError
+from frictool.logs.arrays.array_table import common_rows
+from frictool.logs.arrays.guard import Described, guarded
+from frictool.logs.arrays.mat_array import ADVICE, lines
+from frictool.logs.extras import library
+from frictool.logs.log import Vector
+from frictool.logs.source import open_log
+from frictool.logs.table import BLOCK_ROWS, Block, Loss, Table, find, listed
+
+if TYPE_CHECKING:
+    from frictool.documents.bench import Layout
+
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+HEADS = (0, 512, 1024, 2048)  # where it may stand; MATLAB has 512 bytes before it
+CLASS, OBJECT, EMPTY = "MATLAB_class", "MATLAB_object_decode", "MATLAB_empty"
+DEEPEST, MOST = 12, 100_000  # structures within structures, arrays
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    """Whether the file has HDF5's signature."""
+    return any(head[at : at + 8] == SIGNATURE for at in HEADS)
+
+
+def tables(path: Path, layout: Layout | None = None) -> tuple[Table, ...]:
+    """The one table of the file: all its vectors, of which those have to be of one length that are asked for together."""
+    open_log(path).close()
+    library(path, "h5py", "mat73")
+    return guarded(path, _open)
+
+
+def _open(path: Path) -> Sequence[Described]:
+    import h5py
+
+    file = h5py.File(path, "r")
+    columns: dict[str, Line] = {}
+    others: dict[str, str] = {}
+    for number, (name, item) in enumerate(_inside("", file, 0)):
+        if number > MOST:
+            raise LogError(path, f"has more than {MOST} arrays")
+        found = dict(_columns(name, item)) if isinstance(item, h5py.Dataset) else {}
+        columns |= found
+        if name not in found:
+            others[name] = _described(item)
+    if not columns:
+        raise LogError(path, f"has no real numeric vector; found: {listed([f'{name} ({text})' for name, text in others.items()])}")
+    return (HdfTable(str(path), columns, others),)
+
+
+def _inside(prefix: str, group: Any, depth: int) -> Iterator[tuple[str, Any]]:
+    """Everything inside a group by its path."""
+    import h5py
+
+    for key in group:
+        if not key.startswith("#") and isinstance(group.get(key, getlink=True), h5py.HardLink):  # `#refs#` is what references lead to
+            yield from _item(f"{prefix}.{key}" if prefix else key, group[key], depth)
+
+
+def _item(name: str, item: Any, depth: int) -> Iterator[tuple[str, Any]]:
+    """An array or a structure, and what is inside it; `runs(2).x` is field x of the second structure of an array of them."""
+    import h5py
+
+    yield name, item
+    if depth >= DEEPEST or OBJECT in item.attrs:
+        return
+    if isinstance(item, h5py.Group):
+        yield from _inside(name, item, depth + 1)
+    elif item.dtype == h5py.ref_dtype and EMPTY not in item.attrs:
+        is_cell = _class(item) == "cell"
+        owner, _, key = name.rpartition(".")
+        for number, reference in enumerate(item[()].ravel() if item.size <= MOST else (), start=1):
+            if reference:
+                yield from _item(f"{name}{{{number}}}" if is_cell else f"{owner}({number}).{key}", item.file[reference], depth + 1)
+
+
+def _class(item: Any) -> str:
+    value = item.attrs.get(CLASS, b"")
+    return value.decode("latin-1") if isinstance(value, bytes) else str(value)
+
+
+def _described(item: Any) -> str:
+    """What is no column, in words."""
+    import h5py
+
+    if OBJECT in item.attrs:
+        return f"{_class(item)}: {ADVICE}"
+    if isinstance(item, h5py.Group):
+        return _class(item) or "a group"
+    shape = item.shape[::-1] if CLASS in item.attrs else item.shape
+    kind = "complex" if item.dtype.names else _class(item) or str(item.dtype)
+    return f"{'empty ' * (EMPTY in item.attrs)}{'x'.join(map(str, shape))} {kind}"
+
+
+@dataclass(frozen=True)
+class Line:
+    """A vector inside a dataset: the index of each axis, None on the one that runs."""
+
+    dataset: Any
+    index: tuple[int | None, ...]
+    rows: int
+
+    def read(self, first: int, n: int) -> Vector:
+        where = tuple(slice(first, first + n) if one is None else one for one in self.index)
+        return np.asarray(self.dataset[where]).astype(np.float64)
+
+
+def _columns(name: str, dataset: Any) -> Iterator[tuple[str, Line]]:
+    """The vectors in a dataset by their names. MATLAB's first axis is HDF5's last."""
+    elsewhere = dataset.external is not None or dataset.is_virtual
+    if dataset.dtype.kind not in "iufb" or _class(dataset) == "char" or not dataset.shape or elsewhere:
+        return
+    if EMPTY in dataset.attrs or OBJECT in dataset.attrs:
+        return
+    is_matlab = CLASS in dataset.attrs
+    shape = dataset.shape[::-1] if is_matlab else dataset.shape
+    for line in lines(name, shape):
+        sides = [number for number, n in enumerate(shape) if n != 1]
+        if len(sides) == 1:
+            index: list[int | None] = [None if number == sides[0] else 0 for number in range(len(shape))]
+        elif line.stride == 1:
+            index = [None, line.first // shape[0]]
+        else:
+            index = [line.first, None]
+        yield line.name, Line(dataset, tuple(index[::-1] if is_matlab else index), line.rows)
+
+
+@dataclass
+class HdfTable:
+    """The vectors of an open file."""
+
+    source: str
+    columns: Mapping[str, Line]
+    others: Mapping[str, str]
+    topic: str = ""
+    clock: str | None = None
+
+    def __post_init__(self) -> None:
+        self.names = tuple(self.columns)
+        self.units: Mapping[str, str | None] = dict.fromkeys(self.names)
+        self.size = Path(self.source).stat().st_size
+
+    def find(self, wanted: str | int) -> str | None:
+        """As `Table.find`: the guard has looked at what is no number."""
+        return find(self.names, wanted)
+
+    def line(self, row: int) -> int | None:
+        """None: the file has no lines."""
+        return None
+
+    def blocks(self, wanted: Sequence[str], losses: list[Loss] | None = None) -> Iterator[tuple[Block, int]]:
+        """As `Table.blocks`; from a block on that cannot be decoded, the rest is lost."""
+        chosen = {name: self.columns[name] for name in wanted}
+        rows = common_rows(self.source, {name: line.rows for name, line in chosen.items()})
+        for first in range(0, rows, BLOCK_ROWS):
+            n = min(BLOCK_ROWS, rows - first)
+            try:
+                columns = {name: line.read(first, n) for name, line in chosen.items()}
+            except (OSError, ValueError, RuntimeError) as error:  # what h5py makes of HDF5's errors
+                reason = f"is damaged after {first} of {rows} samples: {error}"
+                if losses is None:
+                    raise LogError(self.source, reason) from None
+                losses.append(Loss((), reason, samples=rows - first))
+                return
+            yield Block(first, columns), self.size * (first + n) // rows

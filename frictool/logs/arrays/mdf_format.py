@@ -1,0 +1,188 @@
+"""ASAM MDF (2 to 4) through asammdf (extra `mdf`): a table for each channel group, dated by its master channel.
+
+Channels are called as in the file, `nAct\\ETKC:1`; the same name in several groups is `GROUP/NAME`. Values are physical ones; a channel
+whose conversion gives texts keeps its raw numbers. A sample that is marked invalid is an empty cell, and damage without salvage.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.errors import LogError
+from frictool.logs.arrays.guard import Described, guarded
+from frictool.logs.arrays.mdf_cut import Padded, records_before
+from frictool.logs.extras import library
+from frictool.logs.log import Vector
+from frictool.logs.source import open_log
+from frictool.logs.table import BLOCK_ROWS, Block, Loss, Nanoseconds, Table, find, listed
+
+if TYPE_CHECKING:
+    from frictool.documents.bench import Layout
+
+MAGIC = (b"MDF     ", b"UnFinMF ")  # whole, and as a logger leaves it that was switched off
+TO_TEXT = {4: (7, 8), 3: (11, 12), 2: (11, 12)}  # conversions of a version that give texts
+TIME = 1  # what a master channel of version 4 holds, beside angle, distance and index
+LATEST = 9e9  # s
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    """Whether the file begins with MDF's signature."""
+    return head.startswith(MAGIC)
+
+
+def tables(path: Path, layout: Layout | None = None) -> tuple[Table, ...]:
+    """The channel groups that have samples. Raises LogError where there is none, or the file is damaged."""
+    open_log(path).close()
+    library(path, "asammdf", "mdf")
+    return guarded(path, _open)
+
+
+def _open(path: Path) -> Sequence[Described]:
+    from asammdf import MDF
+
+    logging.disable(logging.CRITICAL)
+    try:
+        file, end = MDF(path.open("rb")), None
+    except Exception as error:  # the library raises what its parts raise
+        try:
+            file, end = MDF(Padded(path)), path.stat().st_size
+        except Exception:
+            raise error from None
+    version = int(file.version[0])
+    start = int(file.header.abs_time) if version == 4 else int(file.start_time.timestamp()) * 1_000_000_000
+    groups: Sequence[Any] = file.groups
+    named = [(index, _group_name(index, group)) for index, group in enumerate(groups) if group.channel_group.cycles_nr]
+    count = Counter(name for _, name in named)
+    found = [_group(path, file, index, name if count[name] == 1 else f"{name} {index + 1}", start, end) for index, name in named]
+    if not any(table.names for table in found):
+        empty = [f"{name} ({what})" for table in found for name, what in table.others.items()]
+        raise LogError(path, f"has no channel of numbers with samples; found: {listed(empty)}")
+    return [table for table in found if table.names]
+
+
+def _group_name(index: int, group: Any) -> str:
+    """What the file calls a group, else its number."""
+    return getattr(group.channel_group, "acq_name", "") or f"group {index + 1}"
+
+
+def _group(path: Path, file: Any, index: int, topic: str, start: int, end: int | None) -> MdfTable:
+    """The table of a group; `end` is where the file ends, if too early."""
+    version = int(file.version[0])
+    group: Any = file.groups[index]
+    count = Counter(channel.name for channel in group.channels)
+    master, columns, units, others = file.masters_db.get(index), {}, {}, {}
+    for number, channel in enumerate(group.channels):
+        name = channel.name if count[channel.name] == 1 else f"{channel.name} (channel {number + 1})"
+        conversion = getattr(channel.conversion, "conversion_type", None)
+        raw = conversion in TO_TEXT[version]
+        sample, _ = file.get(group=index, index=number, samples_only=True, raw=raw, ignore_invalidation_bits=True, record_count=1)
+        if sample.dtype.kind in "iufb" and sample.ndim == 1:
+            columns[name] = Channel(number, raw)
+            units[name] = None if raw else file.get_channel_unit(group=index, index=number).strip() or None
+        else:
+            others[name] = "an array" if sample.ndim > 1 or sample.dtype.names else "no number but a text"
+    is_time = master is not None and (version < 4 or group.channels[master].sync_type == TIME)
+    clock = next((name for name, channel in columns.items() if channel.index == master), None) if is_time else None
+    whole = None if end is None else records_before(group, end)
+    return MdfTable(str(path), topic, columns, units, others, clock, file, index, start, whole)
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A channel by its number in the group, and whether its raw numbers are taken."""
+
+    index: int
+    raw: bool
+
+
+@dataclass
+class MdfTable:
+    """A channel group of an open file. start: the time of the file, in ns since 1970. whole: how many records are there of a cut file."""
+
+    source: str
+    topic: str
+    columns: Mapping[str, Channel]
+    units: Mapping[str, str | None]
+    others: Mapping[str, str]
+    clock: str | None
+    file: Any
+    group: int
+    start: int
+    whole: int | None = None
+
+    def __post_init__(self) -> None:
+        self.names = tuple(self.columns)
+        self.rows = int(self.file.groups[self.group].channel_group.cycles_nr)
+        self.size = Path(self.source).stat().st_size
+
+    def find(self, wanted: str | int) -> str | None:
+        """As `Table.find`: the guard has looked at what is no number."""
+        return find(self.names, wanted)
+
+    def line(self, row: int) -> int | None:
+        """None: the file has no lines."""
+        return None
+
+    def blocks(self, wanted: Sequence[str], losses: list[Loss] | None = None) -> Iterator[tuple[Block, int]]:
+        """As `Table.blocks`; from a block on that cannot be decoded, the rest is lost."""
+        readable = self.rows if self.whole is None else self.whole
+        cut = f"the file is cut off; group {self.topic!r} has {readable} of {self.rows} samples"
+        if self.whole is not None and losses is None:
+            raise LogError(self.source, cut)
+        for first in range(0, readable, BLOCK_ROWS):
+            n = min(BLOCK_ROWS, readable - first)
+            try:
+                columns = {name: self._read(name, first, n, losses) for name in wanted}
+                time = None if self.clock is None else self._stamps(first, n, losses)
+            except LogError:
+                raise
+            except Exception as error:  # the library raises what its parts raise
+                reason = f"group {self.topic!r} is damaged or cut off: {str(error) or type(error).__name__}"
+                if losses is None:
+                    raise LogError(self.source, f"{reason}; read before it: {first} samples") from None
+                losses.append(Loss((), reason, samples=self.rows - first))
+                return
+            yield Block(first, columns, time), self.size * (first + n) // self.rows
+        if self.whole is not None and losses is not None:
+            losses.append(Loss((), cut, samples=self.rows - readable))
+
+    def _read(self, name: str, first: int, n: int, losses: list[Loss] | None) -> Vector:
+        """Samples of a channel; nan where they are invalid."""
+        values, invalid = self._samples(name, first, n)
+        if invalid is None or not invalid.any():
+            return values
+        if losses is None:
+            row = first + int(np.flatnonzero(invalid)[0])
+            found = f"group {self.topic!r}, channel {name!r}: sample {row + 1} is marked as invalid"
+            raise LogError(self.source, f"{found}; allowed: valid samples, or --salvage to leave them out")
+        return np.where(invalid, np.nan, values)
+
+    def _samples(self, name: str, first: int, n: int) -> tuple[Vector, NDArray[np.bool_] | None]:
+        channel = self.columns[name]
+        values, invalid = self.file.get(
+            group=self.group,
+            index=channel.index,
+            samples_only=True,
+            raw=channel.raw,
+            ignore_invalidation_bits=True,
+            record_offset=first,
+            record_count=n,
+        )
+        if values.shape != (n,):
+            raise ValueError(f"{len(values)} samples of {n} are there")
+        return values.astype(np.float64), invalid
+
+    def _stamps(self, first: int, n: int, losses: list[Loss] | None) -> Nanoseconds:
+        seconds, _ = self._samples(str(self.clock), first, n)
+        if not np.isfinite(seconds).all() or np.abs(seconds).max() > LATEST:
+            raise ValueError(f"times of the samples {first + 1} to {first + n} are no times")
+        stamps: Nanoseconds = self.start + np.rint(seconds * 1e9).astype(np.int64)
+        return stamps

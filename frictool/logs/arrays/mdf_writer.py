@@ -1,0 +1,57 @@
+"""Streams as MDF 4.10, one channel group each, through asammdf (extra `mdf`). The file starts when the log's clock says, else in 1970."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, BinaryIO
+from xml.sax.saxutils import escape
+
+from frictool.logs.canonical.mcap_layout import EPOCH_KEY, TIME
+from frictool.logs.canonical.mcap_writer import Notes
+from frictool.logs.conversion import TIME_NAME, Outgoing
+from frictool.logs.provenance import PROVENANCE
+
+VERSION = "4.10"
+
+
+def write(streams: Sequence[Outgoing], notes: Notes, target: BinaryIO) -> None:
+    """Writes all streams, one after the other; what is not written yet lies in a temporary file."""
+    from asammdf import MDF
+
+    with tempfile.TemporaryDirectory(prefix="frictool-") as folder, MDF(version=VERSION, temporary_folder=folder) as file:
+        for index, stream in enumerate(streams):
+            _append(file, index, stream)
+        file.header.abs_time = max(0, int(notes.get(TIME, {}).get(EPOCH_KEY, 0)))
+        file.file_history.append(_history(notes))
+        # 2: transposed and deflated
+        written = file.save(Path(folder, "log.mf4"), compression=2, add_history_block=False)
+        with written.open("rb") as saved:
+            shutil.copyfileobj(saved, target, 1 << 20)
+
+
+def _append(file: Any, index: int, stream: Outgoing) -> None:
+    """A stream as a group: asammdf takes its first block with names and units, the others as bare numbers."""
+    from asammdf import Signal
+
+    for number, (time, *columns) in enumerate(stream.blocks()):
+        if number:
+            file.extend(index, [(time, None), *((column, None) for column in columns)])
+            continue
+        named = zip(stream.head.fields, stream.head.units, columns, strict=True)
+        signals = [Signal(column, time, name=name, unit=unit) for name, unit, column in named]
+        file.append(signals, acq_name=stream.head.topic, common_timebase=True)
+        file.groups[index].channels[0].name = TIME_NAME
+
+
+def _history(notes: Notes) -> Any:
+    """The block that says what made the file, without a clock."""
+    from asammdf.blocks.v4_blocks import FileHistory
+
+    history = FileHistory(abs_time=0)
+    history.abs_time = 0
+    made = escape("; ".join(f"{key}: {text}" for key, text in notes.get(PROVENANCE, {}).items()))
+    history.comment = f"<FHcomment><TX>{made}</TX><tool_id>frictool</tool_id><tool_vendor>frictool</tool_vendor></FHcomment>"
+    return history

@@ -1,0 +1,35 @@
+"""Streams as NumPy arrays, `np.load(file)["position"]`; of several streams `axis_force.position`. Units and notes are arrays of text."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Sequence
+from typing import BinaryIO
+
+import numpy as np
+from numpy.lib import format as npy
+
+from frictool.logs.canonical.mcap_writer import Notes
+from frictool.logs.conversion import Outgoing, flat_names
+
+UNITS, NOTES = "units", "notes"  # (n, 2): names and units; JSON
+START = (1980, 1, 1, 0, 0, 0)  # of every member: the earliest that an archive knows
+
+
+def write(streams: Sequence[Outgoing], notes: Notes, target: BinaryIO) -> None:
+    """Writes all streams, one after the other."""
+    units = []
+    with zipfile.ZipFile(target, "w") as archive:
+        for stream, key in zip(streams, flat_names(streams), strict=True):
+            prefix = f"{key}." if len(streams) > 1 else ""
+            for name, unit, column in zip(stream.names, stream.units, stream.whole(), strict=True):
+                units.append((prefix + name, unit))
+                _put(archive, prefix + name, column)
+        _put(archive, UNITS, np.array(units))
+        _put(archive, NOTES, np.array(json.dumps(notes, ensure_ascii=False)))
+
+
+def _put(archive: zipfile.ZipFile, name: str, array: np.ndarray[tuple[int, ...], np.dtype[np.generic]]) -> None:
+    with archive.open(zipfile.ZipInfo(f"{name}.npy", START), "w", force_zip64=True) as member:
+        npy.write_array(member, array, version=(1, 0), allow_pickle=False)

@@ -1,0 +1,171 @@
+"""Parquet through pyarrow (extra `parquet`): row groups in batches, nested fields as `a.b`, units from the fields' metadata.
+
+The first column of timestamps is the clock of the rows, exact to the nanosecond.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from frictool.errors import LogError
+from frictool.logs.arrays.guard import Described, guarded
+from frictool.logs.extras import library
+from frictool.logs.log import Vector
+from frictool.logs.source import open_log
+from frictool.logs.table import BLOCK_ROWS, Block, Loss, Nanoseconds, Table, find, listed
+
+if TYPE_CHECKING:
+    from frictool.documents.bench import Layout
+
+MAGIC = b"PAR1"
+UNIT = b"unit"  # key of a field's metadata
+BUFFER = 1 << 20  # bytes of a column that are read at once
+DEEPEST = 8  # structures within structures
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    """Whether the file begins with Parquet's signature."""
+    return head.startswith(MAGIC)
+
+
+def tables(path: Path, layout: Layout | None = None) -> tuple[Table, ...]:
+    """The one table of the file. Raises LogError where its end, which says what is in it, is damaged or missing."""
+    with open_log(path) as stream:
+        stream.seek(-min(len(MAGIC), path.stat().st_size), 2)
+        if stream.read() != MAGIC:
+            raise LogError(path, "is cut off: a Parquet file says at its end what is in it, and has no such end; nothing can be salvaged")
+    library(path, "pyarrow.parquet", "parquet")
+    return guarded(path, _open)
+
+
+def _open(path: Path) -> Sequence[Described]:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    pa.set_cpu_count(1)
+    pa.set_io_thread_count(1)
+    pa.set_memory_pool(pa.system_memory_pool())  # which gives back what is free
+    file = pq.ParquetFile(path, buffer_size=BUFFER, pre_buffer=False, page_checksum_verification=True)
+    fields = {name: field for one in file.schema_arrow for name, field in _flat(one.name, one, 0)}
+    columns = {name: field for name, field in fields.items() if _is_number(field.type)}
+    clock = next((name for name, field in fields.items() if pa.types.is_timestamp(field.type)), None)
+    others = {name: f"a column of {field.type}" for name, field in fields.items() if name not in columns}
+    if not columns:
+        raise LogError(
+            path, f"has no column of real numbers; found: {listed([f'{name} ({field.type})' for name, field in fields.items()])}"
+        )
+    return (ParquetTable(str(path), file, tuple(columns), {name: _unit(field) for name, field in columns.items()}, others, clock),)
+
+
+def _flat(name: str, field: Any, depth: int) -> Iterator[tuple[str, Any]]:
+    """The fields inside a field, each by its path."""
+    import pyarrow as pa
+
+    if not pa.types.is_struct(field.type) or depth == DEEPEST:
+        yield name, field
+        return
+    for inner in field.type:
+        yield from _flat(f"{name}.{inner.name}", inner, depth + 1)
+
+
+def _is_number(kind: Any) -> bool:
+    import pyarrow as pa
+
+    checks = (pa.types.is_integer, pa.types.is_floating, pa.types.is_boolean, pa.types.is_decimal, pa.types.is_duration)
+    return any(check(kind) for check in checks)
+
+
+def _unit(field: Any) -> str | None:
+    import pyarrow as pa
+
+    if pa.types.is_duration(field.type):
+        return str(field.type.unit)
+    return (field.metadata or {}).get(UNIT, b"").decode(errors="replace") or None
+
+
+@dataclass
+class ParquetTable:
+    """The rows of an open file."""
+
+    source: str
+    file: Any
+    names: tuple[str, ...]
+    units: Mapping[str, str | None]
+    others: Mapping[str, str]
+    clock: str | None
+    topic: str = ""
+
+    def __post_init__(self) -> None:
+        self.size = Path(self.source).stat().st_size
+
+    def find(self, wanted: str | int) -> str | None:
+        """As `Table.find`: the guard has looked at what is no number."""
+        return find(self.names, wanted)
+
+    def blocks(self, wanted: Sequence[str], losses: list[Loss] | None = None) -> Iterator[tuple[Block, int]]:
+        """As `Table.blocks`; a row group that cannot be decoded is lost from there on, the next one is read."""
+        chosen = [*wanted, *([] if self.clock is None else [self.clock])]
+        total, row = self.file.metadata.num_rows, 0
+        for group in range(self.file.num_row_groups):
+            end = row + self.file.metadata.row_group(group).num_rows
+            try:
+                for batch in self.file.iter_batches(BLOCK_ROWS, row_groups=[group], columns=chosen, use_threads=False):
+                    if batch.num_rows:
+                        yield self._block(row, batch, wanted), self.size * min(row + batch.num_rows, total) // max(total, 1)
+                    row += batch.num_rows
+                if row != end:
+                    raise ValueError(f"it announces {end} rows up to there, {row} are there")
+            except (OSError, ValueError) as error:  # pyarrow's own errors are these
+                reason = f"row group {group + 1} is damaged: {error}"
+                if losses is None:
+                    raise LogError(self.source, f"{reason}; read before it: {row} rows") from None
+                losses.append(Loss((), reason, samples=max(end - row, 0)))
+                row = end
+
+    def line(self, row: int) -> int | None:
+        """None: the file has no lines."""
+        return None
+
+    def _block(self, row: int, batch: Any, wanted: Sequence[str]) -> Block:
+        arrays = {name: _inside(batch, name) for name in wanted}
+        time = None if self.clock is None else self._stamps(row, _inside(batch, self.clock))
+        return Block(row, {name: _numbers(array) for name, array in arrays.items()}, time)
+
+    def _stamps(self, row: int, array: Any) -> Nanoseconds:
+        import pyarrow as pa
+
+        if array.null_count:
+            raise LogError(self.source, f"column {self.clock!r} has no time in some of the rows {row + 1} to {row + len(array)}")
+        exact: Nanoseconds = array.cast(pa.timestamp("ns", array.type.tz)).cast(pa.int64()).to_numpy(zero_copy_only=False)
+        return exact
+
+
+def _inside(batch: Any, path: str) -> Any:
+    """The array of a column, or of a field in it; null where one of its structures is."""
+    import pyarrow.compute as pc
+
+    names = batch.schema.names
+    name = max((one for one in names if path == one or path.startswith(f"{one}.")), key=len)
+    array = batch.column(names.index(name))
+    rest = path.removeprefix(name).removeprefix(".")
+    while rest:
+        inner = max((field.name for field in array.type if rest == field.name or rest.startswith(f"{field.name}.")), key=len)
+        array, rest = pc.struct_field(array, inner), rest.removeprefix(inner).removeprefix(".")
+    return array
+
+
+def _numbers(array: Any) -> Vector:
+    """As float64; nan where it is null."""
+    import pyarrow as pa
+
+    if pa.types.is_duration(array.type):
+        array = array.cast(pa.int64())
+    if pa.types.is_boolean(array.type):
+        array = array.cast(pa.uint8())
+    numbers: Vector = array.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False).astype(np.float64)
+    return numbers

@@ -1,0 +1,1 @@
+"""The canonical log: MCAP, its writer and its reader side by side."""

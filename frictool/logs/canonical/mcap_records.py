@@ -1,0 +1,265 @@
+"""The records of an MCAP file in their order: each is checked, and what cannot be read is named and stepped over.
+
+    file ──▶ Record, Record, Damage, Record, Loose, ...
+
+A `Damage` stands where bytes cannot be records, where a CRC is wrong, where the file ends too early. The walk goes on at the next record
+that can be one, so that a caller who salvages simply carries on; any other raises an error at the first `Damage`.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+import zlib
+from collections.abc import Iterator
+from typing import BinaryIO, NamedTuple
+
+import numpy as np
+from mcap.opcode import Opcode
+from numpy.typing import NDArray
+
+from frictool.logs.canonical.mcap_layout import MAGIC, RECORD_HEAD
+
+RECORD_BYTES = 1 << 30  # no record that is read whole comes near
+LONGEST_REST = 64_000_000  # bytes of a chunk that the end of the file cut
+WINDOW = 1 << 20
+PEEKED = 64  # first bytes of a body in which its lengths stand
+MESSAGE_HEAD = 22  # channel (2), sequence (4), log time (8), publish time (8)
+FRAMED = (Opcode.CHUNK, Opcode.MESSAGE_INDEX)  # have lengths of their own, which tell whether the record's is right
+_HEAD = struct.Struct("<BQ")
+_LENGTH = struct.Struct("<Q")
+_CHUNK = struct.Struct("<QQQII")  # start, end, uncompressed size, CRC, length of the compression's name
+_INDEX = struct.Struct("<HI")  # channel, bytes of entries
+_CANDIDATE = re.compile(rb"[\x01-\x0f].{5}\0\0\0", re.DOTALL)  # an opcode and a length below 1 TB
+_COMPRESSIONS = (b"", b"lz4", b"zstd")
+_KINDS = frozenset(int(opcode) for opcode in Opcode)
+
+
+class Record(NamedTuple):
+    """One record: its body is empty where it is an attachment, which no log needs."""
+
+    opcode: int
+    body: bytes
+    offset: int
+
+
+class Loose(NamedTuple):
+    """Messages outside chunks that follow one another, as they stand in the file: whole records, the first of them at `offset`."""
+
+    data: bytes
+    offset: int
+
+
+class Damage(NamedTuple):
+    """Bytes `start` to `end` of the file that are lost, and why. rest: what is there of a chunk that the end of the file cut.
+
+    bare: these are no more than the head of a chunk whose records follow one by one.
+    """
+
+    start: int
+    end: int
+    reason: str
+    rest: bytes = b""
+    bare: bool = False
+
+
+class FileRecords:
+    """Walks a file of `size` bytes; `offset` is where it stands."""
+
+    def __init__(self, stream: BinaryIO, size: int) -> None:
+        self._stream = stream
+        self._size = size
+        self._crc: int | None = 0  # of what has been read since the last check; None once bytes were stepped over
+        self._doubtful: int | None = None  # where the last message begins, if it is what was read last
+        self.offset = 0
+
+    def __iter__(self) -> Iterator[Record | Loose | Damage]:
+        """The records up to the footer. Raises OSError."""
+        if self._take(len(MAGIC)) != MAGIC:
+            yield Damage(0, len(MAGIC), "its first bytes are not those of an MCAP file of version 0")
+        opcode = 0
+        while opcode != Opcode.FOOTER:
+            start, before = self.offset, self._crc
+            head = self._take(RECORD_HEAD)
+            if not head:
+                yield Damage(start, start, "the file ends without a footer")
+                return
+            opcode, length = _HEAD.unpack(head) if len(head) == RECORD_HEAD else (0, 1)
+            fits = self._may_be(opcode, length)
+            if fits and opcode == Opcode.ATTACHMENT:
+                self._skip(length)
+                continue
+            if fits and opcode == Opcode.MESSAGE:
+                self._doubtful = start
+                yield Loose(head + self._take(length) + self._following(), start)
+                continue
+            body = self._take(length) if fits else b""
+            if not fits or (opcode in FRAMED and not _coherent(opcode, length, body[:PEEKED])):
+                yield self._stepped_over(start, opcode, length)
+                if self.offset == self._size:
+                    return
+                opcode = 0
+                continue
+            self._doubtful = None
+            if wrong := self._wrong_crc(opcode, head, body, before):
+                yield Damage(start, start, wrong)
+            yield Record(opcode, body, start)
+        if self._take(len(MAGIC) + 1) != MAGIC:
+            yield Damage(self.offset, self._size, "the closing magic is not at the end of the file")
+
+    def _take(self, length: int) -> bytes:
+        data = self._stream.read(min(length, self._size - self.offset))
+        self.offset += len(data)
+        if self._crc is not None:
+            self._crc = zlib.crc32(data, self._crc)
+        return data
+
+    def _following(self) -> bytes:
+        """The messages that come next, some at a time."""
+        data = self._stream.read(min(WINDOW, self._size - self.offset))
+        bounds, end = whole_records(data)
+        others = np.flatnonzero((bounds.opcode != Opcode.MESSAGE) | (bounds.length < MESSAGE_HEAD))
+        if others.size:
+            end = int(bounds.start[others[0]]) - RECORD_HEAD
+            bounds = bounds.first(int(others[0]))
+        if bounds.start.size:
+            self._doubtful = self.offset + int(bounds.start[-1]) - RECORD_HEAD
+        self.offset += end
+        self._stream.seek(self.offset)
+        if self._crc is not None:
+            self._crc = zlib.crc32(data[:end], self._crc)
+        return data[:end]
+
+    def _skip(self, length: int) -> None:
+        end = self.offset + length
+        while self.offset < end and self._take(min(WINDOW, end - self.offset)):
+            pass
+
+    def _may_be(self, opcode: int, length: int) -> bool:
+        known = opcode in _KINDS or opcode >= 0x80  # from there on, opcodes are private
+        fits = length <= self._size - self.offset and (length <= RECORD_BYTES or opcode == Opcode.ATTACHMENT)
+        fits &= opcode != Opcode.MESSAGE or length >= MESSAGE_HEAD
+        return known and fits
+
+    def _wrong_crc(self, opcode: int, head: bytes, body: bytes, before: int | None) -> str | None:
+        """What is wrong at the end of the data section, or of the summary. before: the CRC up to it; 0 stands for no CRC."""
+        if opcode not in (Opcode.DATA_END, Opcode.FOOTER) or len(body) < 4:
+            return None
+        self._crc = 0
+        section, wanted, covered = ("data", body[:4], b"") if opcode == Opcode.DATA_END else ("summary", body[-4:], head + body[:-4])
+        right = before is None or int.from_bytes(wanted, "little") in (0, zlib.crc32(covered, before))
+        return None if right else f"the CRC of the {section} is wrong"
+
+    def _stepped_over(self, start: int, opcode: int, length: int) -> Damage:
+        """Goes on at the next record; what lies between is lost. A message before it may have had a wrong length, and others be in it."""
+        found = self._next_record((start if self._doubtful is None else self._doubtful) + 1)
+        self._doubtful = None
+        bare = opcode == Opcode.CHUNK and found == start + RECORD_HEAD + _CHUNK.size + _LENGTH.size
+        end = self._size if found is None else found
+        rest = b""
+        if found is None and opcode == Opcode.CHUNK and end - start <= LONGEST_REST:
+            self._stream.seek(start + RECORD_HEAD)
+            rest = self._stream.read(end - start - RECORD_HEAD)
+        self._stream.seek(end)
+        self.offset, self._crc = end, None
+        if opcode in _KINDS and found is None:
+            return Damage(start, end, f"a record of {length} bytes is announced, {end - start - RECORD_HEAD} remain", rest)
+        return Damage(min(start, end), end, f"no record begins here: kind {opcode:#04x}, {length} bytes announced", rest, bare)
+
+    def _next_record(self, start: int) -> int | None:
+        """Where the next record begins, from `start` on."""
+        while start < self._size:
+            self._stream.seek(start)
+            window = self._stream.read(WINDOW)
+            for match in _CANDIDATE.finditer(window):
+                if self._begins(start + match.start()):
+                    return start + match.start()
+            start += max(1, len(window) - RECORD_HEAD + 1)
+        return None
+
+    def _begins(self, at: int) -> bool:
+        """Whether a record begins here: its lengths agree with one another, and another record or the end follows it."""
+        self._stream.seek(at)
+        data = self._stream.read(RECORD_HEAD + PEEKED)
+        opcode, length = _HEAD.unpack_from(data)
+        after = at + RECORD_HEAD + length
+        if after > self._size or not _coherent(opcode, length, data[RECORD_HEAD:]):
+            return False
+        self._stream.seek(after)
+        following = self._stream.read(RECORD_HEAD)
+        if len(following) < RECORD_HEAD:
+            return opcode != Opcode.MESSAGE or not following
+        return following.startswith(MAGIC) if opcode == Opcode.FOOTER else following[0] in _KINDS or following[0] >= 0x80
+
+
+def _coherent(opcode: int, length: int, body: bytes) -> bool:
+    """Whether the lengths in the first bytes of a body agree with its own; kinds without such lengths are not gone on with."""
+    if opcode == Opcode.CHUNK and len(body) >= _CHUNK.size + 12:
+        start, end, _, _, name = _CHUNK.unpack_from(body)
+        packed = int.from_bytes(body[_CHUNK.size + name : _CHUNK.size + name + 8], "little") if name <= 4 else -1
+        known = body[_CHUNK.size : _CHUNK.size + name] in _COMPRESSIONS
+        return known and start <= end and packed == length - _CHUNK.size - name - 8
+    if opcode == Opcode.MESSAGE_INDEX and length >= _INDEX.size:
+        entries = _INDEX.unpack_from(body)[1]
+        return bool(entries == length - _INDEX.size and entries % 16 == 0)
+    if opcode == Opcode.SCHEMA and length >= 14:
+        return 2 + 4 + int.from_bytes(body[2:6], "little") <= length
+    if opcode == Opcode.CHANNEL and length >= 16:
+        return 4 + 4 + int.from_bytes(body[4:8], "little") <= length
+    if opcode == Opcode.MESSAGE and length >= MESSAGE_HEAD:
+        return body[13] < 0x80 and body[21] < 0x80  # times fit 63 bits
+    return (opcode, length) in ((Opcode.DATA_END, 4), (Opcode.FOOTER, 20))
+
+
+class Bounds(NamedTuple):
+    """Records that lie one behind the other in `data`: kind (n,), where the body begins (n,), its bytes (n,)."""
+
+    opcode: NDArray[np.uint8]
+    start: NDArray[np.int64]
+    length: NDArray[np.int64]
+
+    def first(self, n: int) -> Bounds:
+        return Bounds(self.opcode[:n], self.start[:n], self.length[:n])
+
+
+def record_bounds(data: bytes) -> Bounds:
+    """Where the records of a chunk lie. Raises ValueError where a length does not fit; `whole_records` tells how far they do."""
+    bounds, end = whole_records(data)
+    if end != len(data):
+        raise ValueError(f"a record is announced that does not fit the {len(data) - end} bytes left of its chunk")
+    return bounds
+
+
+def whole_records(data: bytes) -> tuple[Bounds, int]:
+    """The records that are whole, and where the last of them ends."""
+    uniform = _uniform(data)
+    if uniform is not None:
+        return uniform, len(data)
+    begins = []
+    position, last = 0, len(data) - RECORD_HEAD
+    length_at = _LENGTH.unpack_from
+    while position <= last:
+        end = position + RECORD_HEAD + length_at(data, position + 1)[0]
+        if end > len(data):
+            break
+        begins.append(position)
+        position = end
+    heads = np.array(begins, np.int64)
+    lengths = np.diff(heads, append=position) - RECORD_HEAD
+    return Bounds(np.frombuffer(data, np.uint8)[heads], heads + RECORD_HEAD, lengths), position
+
+
+def _uniform(data: bytes) -> Bounds | None:
+    """The same without a loop, where all records are of one kind and one length."""
+    if len(data) < RECORD_HEAD:
+        return None
+    opcode, length = _HEAD.unpack_from(data)
+    step = RECORD_HEAD + length
+    if len(data) % step:
+        return None
+    heads = np.ndarray((len(data) // step, RECORD_HEAD), np.uint8, data, strides=(step, 1))
+    if not (heads == heads[0]).all():
+        return None
+    count = heads.shape[0]
+    starts = np.arange(count, dtype=np.int64) * step + RECORD_HEAD
+    return Bounds(np.full(count, opcode, np.uint8), starts, np.full(count, length, np.int64))

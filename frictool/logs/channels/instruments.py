@@ -1,0 +1,42 @@
+"""The bench as one file's instrument has it: the instrument's columns, layout and period where it says them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+import msgspec
+
+from frictool.documents.bench import Bench, ClockEstimate
+from frictool.errors import LogError
+from frictool.logs.canonical.mcap_layout import NS
+
+
+@dataclass(frozen=True)
+class View:
+    """name: of the instrument, None where the file is no instrument's. ahead_ns: of its clock, where that is given; else `estimate`."""
+
+    name: str | None
+    bench: Bench
+    ahead_ns: int = 0
+    estimate: ClockEstimate | None = None
+
+
+def view_of(path: Path, bench: Bench) -> View:
+    """The bench as it is for a file, by the file's name. Raises LogError where it is of several instruments."""
+    fitting = {name: one for name, one in (bench.instruments or {}).items() if fnmatchcase(path.name, one.files)}
+    if not fitting:
+        return View(None, bench)
+    if len(fitting) > 1:
+        raise LogError(path, f"is of several instruments of bench {bench.name!r}: {', '.join(fitting)}; make their `files` tell them apart")
+    ((name, one),) = fitting.items()
+    seen = msgspec.structs.replace(
+        bench,
+        columns=one.columns,
+        layout=one.layout or bench.layout,
+        quadrature=one.quadrature,
+        sample_period_s=one.sample_period_s or bench.sample_period_s,
+    )
+    ahead = 0 if one.clock_offset is None else round(one.clock_offset.value * NS)
+    return View(name, seen, ahead, one.clock_estimate)

@@ -1,0 +1,251 @@
+"""Raw columns to channels: `bench.columns` says which column is what, in which unit; here it becomes SI, block by block.
+
+A channel is (scale * raw + offset) in the unit of the bench. In `count`, it is times the encoder's resolution and direction, and a
+position is unwrapped first where the counter wraps.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from frictool.documents.bench import Bench, Column
+from frictool.documents.quantity import CHANNEL_DIMENSIONS, factor_to_si, si_unit
+from frictool.errors import LogError
+from frictool.logs.canonical.mcap_layout import LATEST, NS, Head, message_path
+from frictool.logs.channels.encoder import Counter, outside
+from frictool.logs.channels.ledger import Dropped, Ledger, Rows
+from frictool.logs.clocks.drift import TwoClocks
+from frictool.logs.clocks.increasing import increasing
+from frictool.logs.clocks.intervals import Intervals
+from frictool.logs.flow import Samples
+from frictool.logs.log import Vector
+from frictool.logs.losses import Losses
+from frictool.logs.quality.opening import Opening
+from frictool.logs.quality.quality import TimeBase
+from frictool.logs.quality.sign import sign_of
+from frictool.logs.table import Block, Loss, Nanoseconds, Table, fail_at
+from frictool.logs.text.units import ISO_8601
+
+TIME = "time"
+LARGEST = 1e100  # of a raw number: what is made of it stays finite
+COUNT = "count"
+EFFORT = "effort"
+
+MOST_COUNTS = 2.0**53  # beyond, a float does not tell one count from the next
+RATE_NOTED = 0.01  # relative difference of the log's period from the bench's
+RATE_REFUSED = 0.2
+
+
+class Source(NamedTuple):
+    """Where a channel comes from: the column of the file by its name, what the bench says of it, and the factor to SI of its numbers."""
+
+    channel: str
+    name: str
+    column: Column
+    factor: float
+
+    def si(self, raw: Vector) -> Vector:
+        values: Vector = (raw * self.column.scale + self.column.offset) * self.factor
+        return values
+
+
+class Mapper:
+    """A table's columns on their way to one stream (a Flow).
+
+    Args:
+        table: where they come from.
+        bench: the rig.
+        columns: channel -> the bench's column and its name in the table; `time` where a column gives it.
+        topic: of the stream.
+        derive: whether `effort` is made from the drive where no column gives it.
+        period: what the rate is checked against, in s; None leaves it unchecked.
+
+    Raises LogError where a unit contradicts the file's.
+    """
+
+    def __init__(
+        self, table: Table, bench: Bench, columns: Mapping[str, tuple[Column, str]], topic: str, derive: bool, period: float | None
+    ) -> None:
+        self._table, self._bench, self._period = table, bench, period
+        sources = [Source(channel, name, one, _factor(table, bench, channel, name, one)) for channel, (one, name) in columns.items()]
+        self._time = next((one for one in sources if one.channel == TIME), None)
+        self._sources = [one for one in sources if one.channel != TIME]
+        self._wanted = tuple(dict.fromkeys(one.name for one in sources))
+        self._drive = bench.actuator.drive if derive else None
+        fields = [one.channel for one in self._sources] + ([EFFORT] if self._drive else [])
+        self.head = Head(topic, tuple(fields), tuple(si_unit(CHANNEL_DIMENSIONS[name], bench.axis) for name in fields))
+        self.columns: Mapping[str, str] = {one.channel: f"{one.name} [{one.column.unit}]" for one in sources}
+        self.source = table.source
+        self.clock = table.clock if self._time is None else None
+        self.size = table.size
+        self.warnings: tuple[str, ...] = ()
+        self._paths = {
+            one.name: tuple(message_path(topic, other.channel) for other in sources if other.name == one.name) for one in sources
+        }
+        self._begin()
+
+    def _begin(self) -> None:
+        """Forgets what has been read."""
+        self.done, self.losses, self.warnings = 0, Losses(), ()
+        self._counter, self._intervals, self._opening = Counter(self._bench), Intervals(), Opening(self.head)
+        self._clocks = TwoClocks()
+        self._ledger = Ledger(self.losses, self._paths, tuple(message_path(self.head.topic, name) for name in self.head.fields))
+
+    def samples(self, salvage: bool = False) -> Iterator[Samples]:
+        """See Flow. Also refuses times that do not increase, fewer than 2 samples, and a period that is not the bench's by 20 %."""
+        self._begin()
+        inbox: list[Loss] | None = [] if salvage else None
+        for block, done in self._table.blocks(self._wanted, inbox):
+            self._ledger.take(inbox, self._last)
+            rows, dropped = self._finite(block, salvage)
+            rows, time, unordered = self._in_order(block, rows, self._times(block, rows), salvage)
+            if time.size:
+                mapped = self._mapped(block, rows, time)
+                self._ledger.reach(int(time[0]))
+            self._ledger.drop([*dropped, *unordered], rows, time, self._last)
+            self._intervals.add(time)
+            self.done = done
+            if block.time_ns is not None and block.recorded_ns is not None:
+                self._clocks.take(block.time_ns, block.recorded_ns)
+            if time.size:
+                self._opening.take(mapped)
+                yield mapped
+        self._ledger.take(inbox, self._last)
+        self._ledger.close()
+        if self._intervals.samples < 2:
+            raise LogError(self.source, f"has {self._intervals.samples} row{'s' * (not self._intervals.samples)}; a log has at least 2")
+        sign = sign_of(self._opening.stream).text
+        rate = check_rate(self.source, self._intervals.base(), self._period)
+        drift = self._clocks.finding(self.clock, 1.0 / self._intervals.base().rate_hz)
+        self.warnings = (*rate, *self._counter.findings(), *(text for text in (drift, sign) if text))
+
+    @property
+    def _last(self) -> int | None:
+        """The time of the last sample, in ns."""
+        return self._intervals.last_ns if self._intervals.samples else None
+
+    def _finite(self, block: Block, salvage: bool) -> tuple[Rows, list[Dropped]]:
+        """The rows without nan, inf and numbers that nothing measures, and the others."""
+        bad = {name: ~(np.abs(block.columns[name]) <= LARGEST) for name in self._wanted}
+        bad = {name: mask for name, mask in bad.items() if mask.any()}
+        if not bad:
+            return np.arange(next(iter(block.columns.values())).size), []
+        if not salvage:
+            name, mask = next(iter(bad.items()))
+            row = int(np.argmax(mask))
+            found = f"column {name!r}: found {block.columns[name][row]}; allowed: a finite number, {LARGEST:g} at most"
+            raise fail_at(self._table, block.first_row + row, found)
+        dropped, left = [], np.ones(next(iter(bad.values())).size, np.bool_)
+        for name, mask in bad.items():
+            rows = np.flatnonzero(mask & left)  # a row that lacks several numbers is lost once
+            if rows.size:
+                dropped.append(Dropped(f"column {name!r} has no finite number there", rows))
+            left &= ~mask
+        return np.flatnonzero(left), dropped
+
+    def _times(self, block: Block, rows: Rows) -> Nanoseconds:
+        """The times of rows of a block, in ns."""
+        if self._time is None and block.time_ns is not None:
+            return block.time_ns[rows]
+        if self._time is None:
+            seconds = (block.first_row + rows) * self._bench.sample_period_s
+        else:
+            seconds = self._time.si(block.columns[self._time.name][rows])
+        if seconds.size and np.abs(seconds).max() > LATEST:
+            worst = int(np.argmax(np.abs(seconds)))
+            found = f"time {seconds[worst]:g} s is beyond {LATEST:g} s; is its unit right?"
+            raise fail_at(self._table, block.first_row + int(rows[worst]), found)
+        time: Nanoseconds = np.rint(seconds * NS).astype(np.int64)
+        return time
+
+    def _in_order(self, block: Block, rows: Rows, time: Nanoseconds, salvage: bool) -> tuple[Rows, Nanoseconds, list[Dropped]]:
+        """The rows and their times without those whose time does not increase."""
+        back = np.flatnonzero(time[1:] <= time[:-1]) + 1
+        if time.size and self._last is not None and time[0] <= self._last:
+            back = np.insert(back, 0, 0)
+        if not back.size:
+            return rows, time, []
+        if not salvage:
+            row = int(back[0])
+            before = time[row - 1] if row else self._last
+            found = f"time does not increase: {time[row] / NS:.9g} s after {(before or 0) / NS:.9g} s"
+            if time[row] == before and self._time is not None:
+                found += "; if it is too coarse, leave time out of columns (rows are then sample_period_s apart), or the rows, by --salvage"
+            raise fail_at(self._table, block.first_row + int(rows[row]), found)
+        kept = increasing(time, self._last)
+        return rows[kept], time[kept], [Dropped("time does not increase", np.delete(rows, kept))]
+
+    def _mapped(self, block: Block, rows: Rows, time: Nanoseconds) -> Samples:
+        """The rows in SI."""
+        every = rows.size == next(iter(block.columns.values())).size
+        values: dict[str, Vector] = {}
+        for one in self._sources:
+            raw = block.columns[one.name] if every else block.columns[one.name][rows]
+            values[one.channel] = one.si(self._counted(block, one, rows, time, raw) if _in_counts(one) else raw)
+        if self._drive is not None:
+            values[EFFORT] = self._bench.actuator.constant.value * values[self._drive]
+        return Samples(time, tuple(values.values()))
+
+    def _counted(self, block: Block, source: Source, rows: Rows, time: Nanoseconds, raw: Vector) -> Vector:
+        """The encoder's counts without the jumps of its counter."""
+        bits = self._bench.encoder.wrap_bits
+        if bits is None:
+            allowed, bad = "at most 2^53 counts", next(iter(np.flatnonzero(np.abs(raw) > MOST_COUNTS).tolist()), None)
+        else:
+            allowed, bad = f"a counter of encoder.wrap_bits = {bits}", outside(raw, bits)
+        if bad is not None:
+            found = f"column {source.name!r}: found {raw[bad]:.17g}; allowed: {allowed}"
+            raise fail_at(self._table, block.first_row + int(rows[bad]), found)
+        return self._counter.follow(time / NS, raw)
+
+
+def _in_counts(source: Source) -> bool:
+    return source.channel == "position" and source.column.unit == COUNT
+
+
+def _factor(table: Table, bench: Bench, channel: str, name: str, column: Column) -> float:
+    """What the scaled numbers of a channel are multiplied by to be in SI, checked against the unit in the file."""
+    unit, given, dimension = column.unit, table.units.get(name), CHANNEL_DIMENSIONS.get(channel, TIME)
+    key = f"columns.{channel}.unit of bench {bench.name!r}"
+    if given == ISO_8601:
+        dates = "holds dates and dates the rows by itself; leave it out of columns"
+        raise LogError(table.source, f"column {name!r} {dates} (found in columns.{channel} of bench {bench.name!r})")
+    if unit == COUNT and dimension == "position":
+        factor = bench.encoder.resolution * bench.encoder.direction
+        agrees = given is None or given.lower() in (COUNT, "counts")
+    else:
+        try:
+            factor = factor_to_si(unit, dimension, bench.axis)
+        except ValueError as error:
+            raise LogError(table.source, f"{key}: {error}") from None
+        agrees = given in (None, unit) or _same(str(given), dimension, bench, factor)
+    if not agrees and column.scale == 1.0:  # a scale may be what turns one unit into the other
+        raise LogError(table.source, f"column {name!r} is in {given!r}, but {key} says {unit!r}; make them agree")
+    return factor
+
+
+def _same(unit: str, dimension: str, bench: Bench, factor: float) -> bool:
+    try:
+        return math.isclose(factor_to_si(unit, dimension, bench.axis), factor, rel_tol=1e-9)
+    except ValueError:
+        return False
+
+
+def check_rate(source: str, base: TimeBase, wanted: float | None) -> tuple[str, ...]:
+    """Raises LogError where a stream's period is not the one that is wanted, in s; returns what is merely odd about its times."""
+    period = 1.0 / base.rate_hz
+    noted = []
+    if wanted is not None:
+        difference = abs(period / wanted - 1.0)
+        rates = f"the period is {period:.6g} s, the bench's sample_period_s {wanted:.6g} s"
+        if difference > RATE_REFUSED:
+            raise LogError(source, f"{rates}; allowed: within {RATE_REFUSED:.0%}; is the unit of time right?")
+        if difference > RATE_NOTED:
+            noted.append(rates)
+    if base.gaps:
+        noted.append(f"{base.gaps} gap{'s' * (base.gaps != 1)} in time, the longest {base.longest_gap_s:.6g} s")
+    return tuple(noted)

@@ -1,0 +1,1 @@
+"""Time: clocks against each other, their gaps, and streams on one grid."""

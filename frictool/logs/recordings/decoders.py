@@ -1,0 +1,43 @@
+"""Which decoder takes the numbers out of a topic's messages: by the encodings that a recording names."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from frictool.errors import LogError
+from frictool.logs.recordings.cdr import MessageDecoder
+from frictool.logs.recordings.json_messages import JsonDecoder
+from frictool.logs.recordings.protobuf_messages import protobuf_decoder
+from frictool.logs.recordings.recording import Decoder, Topic
+from frictool.logs.recordings.ros_definitions import DEFINITIONS
+from frictool.logs.recordings.ros_idl import parse_idl
+from frictool.logs.recordings.ros_message import parse_message, short_name
+
+
+def topic_of(path: Path, name: str, kind: str, encoding: str, form: str, definition: bytes) -> Topic:
+    """A topic of messages of the type `kind`, written in `encoding` (`cdr`, `ros1`, `json`, `protobuf`), defined by `definition` in the
+    language `form` (`ros2msg`, ...). Where they cannot be decoded, the topic says why.
+    """
+    try:
+        return Topic(name, kind, _decoder(path, kind, encoding, form, definition))
+    except LogError as error:  # a library is missing; told where the topic is asked for
+        return Topic(name, kind, refused=str(error).removeprefix(f"{path}: "))
+    except (ValueError, RecursionError) as error:
+        return Topic(name, kind, refused=f"the definition of {kind or 'its messages'} cannot be read: {error}")
+
+
+def _decoder(path: Path, kind: str, encoding: str, form: str, definition: bytes) -> Decoder:
+    if encoding == "json":
+        return JsonDecoder()
+    if encoding == "protobuf":
+        return protobuf_decoder(path, kind, definition)
+    if encoding not in ("cdr", "ros1"):
+        raise ValueError(f"encoding {encoding!r}; allowed: cdr, ros1, json, protobuf")
+    text = definition.decode("utf-8", "replace")
+    if form in ("ros2idl", "omgidl"):
+        return MessageDecoder(parse_idl(kind, text))
+    if not text.strip() and form in ("", "ros2msg"):  # older recorders leave the definition out
+        if short_name(kind) not in DEFINITIONS:
+            raise ValueError("it is not in the recording, and no common one")
+        text = DEFINITIONS[short_name(kind)]
+    return MessageDecoder(parse_message(kind, text), aligned=encoding == "cdr")

@@ -1,0 +1,22 @@
+"""Messages in JSON, with or without a schema: the numbers stand in them by name."""
+
+from __future__ import annotations
+
+import msgspec
+
+from frictool.logs.recordings.object_numbers import ObjectDecoder
+
+
+def _decoded(data: bytes) -> object:
+    try:
+        found: object = msgspec.json.decode(data)
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"is no JSON ({error})") from None
+    return found
+
+
+class JsonDecoder(ObjectDecoder):
+    """Numbers of JSON messages; true is 1, false 0, null nothing."""
+
+    def __init__(self) -> None:
+        super().__init__(_decoded)

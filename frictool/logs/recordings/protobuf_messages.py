@@ -1,0 +1,64 @@
+"""Messages in protobuf, whose schema is the FileDescriptorSet that the recording carries."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from frictool.logs.extras import library
+from frictool.logs.recordings.object_numbers import ObjectDecoder
+
+EXTRA = "protobuf"
+
+
+def protobuf_decoder(path: Path, kind: str, definition: bytes) -> ObjectDecoder:
+    """The decoder of the type `kind`.
+
+    Raises LogError where the library is missing, ValueError where the descriptors are damaged or do not hold the type.
+    """
+    descriptors, message, factory, pools = (
+        library(path, f"google.protobuf.{name}", EXTRA) for name in ("descriptor_pb2", "message", "message_factory", "descriptor_pool")
+    )
+    try:
+        given = descriptors.FileDescriptorSet.FromString(definition)
+        pool = pools.DescriptorPool()
+        _add(pool, {file.name: file for file in given.file})
+        Message = factory.GetMessageClass(pool.FindMessageTypeByName(kind))
+    except (message.DecodeError, TypeError, KeyError, ValueError) as error:
+        raise ValueError(f"its descriptors are damaged ({' '.join(str(error).split())})") from None
+
+    def objects(data: bytes) -> object:
+        try:
+            return _mapping(Message.FromString(data))
+        except (message.DecodeError, UnicodeDecodeError) as error:
+            raise ValueError(f"is no {kind} ({' '.join(str(error).split())})") from None
+
+    return ObjectDecoder(objects)
+
+
+def _add(pool: Any, files: dict[str, Any]) -> None:
+    """Adds files to a pool, each after those that it builds on."""
+    while files:
+        name = next((name for name, file in files.items() if not any(other in files for other in file.dependency)), None)
+        if name is None:
+            raise ValueError("files of descriptors build on each other")
+        pool.Add(files.pop(name))
+
+
+def _mapping(found: Any) -> dict[str, object]:
+    """A message as a mapping of its fields: those that are not set have their default, except messages and what is optional."""
+    values: dict[str, object] = {}
+    for field in found.DESCRIPTOR.fields:
+        if field.has_presence and not found.HasField(field.name):
+            continue
+        value = getattr(found, field.name)
+        if field.message_type is None:
+            values[field.name] = list(value) if field.is_repeated else value
+        elif field.message_type.GetOptions().map_entry:
+            values[field.name] = {
+                str(key): value[key] if field.message_type.fields_by_name["value"].message_type is None else _mapping(value[key])
+                for key in value
+            }
+        else:
+            values[field.name] = [_mapping(one) for one in value] if field.is_repeated else _mapping(value)
+    return values

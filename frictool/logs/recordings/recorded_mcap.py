@@ -1,0 +1,239 @@
+"""MCAP as other tools record it: messages on any topics, in chunks or without, with a summary or without."""
+
+from __future__ import annotations
+
+import io
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import groupby
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import Channel, Schema, Statistics
+
+from frictool.errors import LogError
+from frictool.logs.canonical.mcap_chunk import chunk_data, chunk_prefix
+from frictool.logs.canonical.mcap_layout import MAGIC
+from frictool.logs.canonical.mcap_records import MESSAGE_HEAD, Bounds, Damage, FileRecords, Loose, Record, record_bounds, whole_records
+from frictool.logs.recordings.decoders import topic_of
+from frictool.logs.recordings.messages import Messages, gather
+from frictool.logs.recordings.recording import SAMPLED, Gap, Topic
+from frictool.logs.source import open_log
+
+LONGEST_SUMMARY = 64_000_000
+_FOOTER = struct.Struct("<BQQQI")
+_INDEX = struct.Struct("<HI")
+_UNREADABLE = (McapError, struct.error, ValueError)
+
+Grouped = dict[int, Messages]  # channel -> its messages
+
+
+@dataclass
+class Lost:
+    """What cannot be read; of: how many messages of each channel were in it, None where nobody knows."""
+
+    reason: str
+    of: dict[int, int] | None = None
+
+
+@dataclass
+class _Pass:
+    """One way through the file, with the channels declared so far."""
+
+    stream: BinaryIO
+    size: int
+    schemas: dict[int, Schema] = field(default_factory=dict)
+    channels: dict[int, Channel] = field(default_factory=dict)
+    counts: dict[int, int] = field(default_factory=dict)  # of messages, by the statistics
+
+    def pieces(self) -> Iterator[tuple[Grouped | Lost, int]]:
+        """The messages, chunk by chunk, and what is lost between them, each with the bytes worked through. Raises OSError."""
+        records = FileRecords(self.stream, self.size)
+        lost: Lost | None = None  # a chunk; the indexes behind it tell what was in it
+        over = False
+        for opcode, run in groupby(records, lambda item: item.opcode if isinstance(item, Record) else None):
+            if lost is not None:
+                lost.of = _indexed(run) if opcode == Opcode.MESSAGE_INDEX else None
+                yield lost, records.offset
+                lost = None
+            for piece in self._of_run(run, over):
+                if lost is not None:
+                    yield lost, records.offset
+                lost = piece if isinstance(piece, Lost) and opcode == Opcode.CHUNK else None
+                if lost is None:
+                    yield piece, records.offset
+            over |= opcode == Opcode.DATA_END
+        if lost is not None:
+            yield lost, records.offset
+
+    def _of_run(self, run: Iterator[Record | Loose | Damage], over: bool) -> Iterator[Grouped | Lost]:
+        """The messages of records of one kind that follow one another. over: these lie behind the data, where no message is lost."""
+        for item in run:
+            if isinstance(item, Damage):
+                yield self._prefix(item.rest)
+                yield Lost(f"is damaged or cut off at byte {item.start} of {self.size}: {item.reason}", {} if over or item.bare else None)
+            elif isinstance(item, Loose):
+                yield self._records(item.data)
+            elif item.opcode == Opcode.CHUNK:
+                yield self._chunk(item)
+            else:
+                self.take(item)
+
+    def _chunk(self, item: Record) -> Grouped | Lost:
+        try:
+            data = chunk_data(item.body)
+            return self._grouped(data, record_bounds(data))
+        except _UNREADABLE as error:
+            return Lost(f"the chunk at byte {item.offset} of {self.size} cannot be read: {error}")
+
+    def _prefix(self, rest: bytes) -> Grouped:
+        """The messages of a chunk that the end of the file cut, as far as they are whole."""
+        try:
+            data = chunk_prefix(rest)
+            return self._grouped(data, whole_records(data)[0])
+        except _UNREADABLE:
+            return {}
+
+    def _records(self, data: bytes) -> Grouped | Lost:
+        try:
+            return self._grouped(data, record_bounds(data))
+        except _UNREADABLE as error:
+            return Lost(f"messages cannot be read: {error}")
+
+    def _grouped(self, data: bytes, bounds: Bounds) -> Grouped:
+        """Messages by their channel; what the records declare is taken in."""
+        for index in np.flatnonzero(bounds.opcode != Opcode.MESSAGE).tolist():
+            start = int(bounds.start[index])
+            self.take(Record(int(bounds.opcode[index]), data[start : start + int(bounds.length[index])], start))
+        which = bounds.opcode == Opcode.MESSAGE
+        start, length = bounds.start[which], bounds.length[which] - MESSAGE_HEAD
+        if (length < 0).any():
+            raise ValueError("a message is shorter than its head")
+        plain = np.frombuffer(data, np.uint8)
+        channel = gather(plain, start, 2).view("<u2")[:, 0]
+        log_time = gather(plain, start + 6, 8).view("<i8")[:, 0]
+        if (log_time < 0).any():
+            raise ValueError("a message was recorded after the year 2262")
+        messages = Messages(log_time, plain, start + MESSAGE_HEAD, length)
+        return {number: messages.at(np.flatnonzero(channel == number)) for number in np.unique(channel).tolist()}
+
+    def take(self, item: Record) -> None:
+        """A declaration; one that is damaged is missed where its messages are."""
+        stream = ReadDataStream(io.BytesIO(item.body))
+        try:
+            if item.opcode == Opcode.SCHEMA:
+                schema = Schema.read(stream)
+                self.schemas[schema.id] = schema
+            elif item.opcode == Opcode.CHANNEL:
+                channel = Channel.read(stream)
+                self.channels[channel.id] = channel
+            elif item.opcode == Opcode.STATISTICS:
+                self.counts = dict(Statistics.read(stream).channel_message_counts)
+        except _UNREADABLE:
+            return
+
+
+def _indexed(run: Iterator[Record | Loose | Damage]) -> dict[int, int]:
+    """Messages of each channel, by the indexes behind their chunk."""
+    heads = [_INDEX.unpack_from(item.body) for item in run if isinstance(item, Record) and len(item.body) >= _INDEX.size]
+    return {channel: size // 16 for channel, size in heads}
+
+
+class McapRecording:
+    """An MCAP file, opened: what it carries is known, its messages are still to be read (a `Container`)."""
+
+    def __init__(self, path: Path) -> None:
+        """Raises LogError where the file cannot be read."""
+        self.source, self._path = str(path), path
+        self.topics: dict[str, Topic] = {}
+        with open_log(path) as stream:
+            try:
+                self.size = stream.seek(0, 2)
+                self._look(stream)
+            except OSError as error:
+                raise LogError(path, f"cannot be read: {error.strerror or error}") from None
+
+    def messages(self, topic: str) -> Iterator[tuple[Messages | Gap, int]]:
+        """See `Container`. Raises LogError where the file cannot be read."""
+        told, unknown = 0, False
+        with open_log(self._path) as stream:
+            one = _Pass(stream, self.size, dict(self._schemas), dict(self._channels))
+            try:
+                for piece, done in one.pieces():
+                    for found in self._of_topic(one, piece, topic):
+                        told += found.start.size if isinstance(found, Messages) else (found.samples or 0)
+                        unknown |= isinstance(found, Gap) and found.samples is None
+                        yield found, done
+            except OSError as error:
+                raise LogError(self._path, f"cannot be read: {error.strerror or error}") from None
+        declared = sum(one.counts.get(number, 0) for number, channel in one.channels.items() if channel.topic == topic)
+        if told < declared and not unknown:
+            yield Gap(f"{told} messages are there, the statistics count {declared}", declared - told), self.size
+
+    def _of_topic(self, one: _Pass, piece: Grouped | Lost, topic: str) -> Iterator[Messages | Gap]:
+        mine = {number for number, channel in one.channels.items() if channel.topic == topic}
+        if isinstance(piece, Lost):
+            counts = (
+                None if piece.of is None else [count for number, count in piece.of.items() if number in mine or number not in one.channels]
+            )
+            if counts != [] or not piece.of:
+                yield Gap(piece.reason, None if counts is None else sum(counts))
+            return
+        for number, messages in piece.items():
+            if number in mine and self._kind(one, number) == self.topics[topic].kind:
+                yield messages
+            elif number in mine or number not in one.channels:
+                kind = self._kind(one, number) if number in mine else "a channel that is not declared"
+                yield Gap(f"{messages.start.size} messages are of {kind}", messages.start.size if number in mine else None)
+
+    @staticmethod
+    def _kind(one: _Pass, number: int) -> str:
+        schema = one.schemas.get(one.channels[number].schema_id)
+        return "" if schema is None else schema.name
+
+    def _look(self, stream: BinaryIO) -> None:
+        """Learns the topics: from the summary where there is one, and from the first messages of each."""
+        one = _Pass(stream, self.size)
+        self._summary(stream, one)
+        left = {number for number, count in one.counts.items() if count}
+        known = bool(left)
+        stream.seek(0)
+        for piece, _ in one.pieces():
+            for number, channel in one.channels.items():
+                self._declared(one, number, channel)
+            for number, messages in piece.items() if isinstance(piece, dict) else ():
+                if number not in one.channels:
+                    continue
+                topic = self.topics[one.channels[number].topic]
+                topic.sample(messages)
+                if topic.sampled >= min(SAMPLED, one.counts.get(number, 0)):
+                    left.discard(number)
+            if known and not left:
+                break
+        self._schemas, self._channels = one.schemas, one.channels
+
+    def _declared(self, one: _Pass, number: int, channel: Channel) -> None:
+        if channel.topic not in self.topics:
+            schema = one.schemas.get(channel.schema_id)
+            kind, form, text = ("", "", b"") if schema is None else (schema.name, schema.encoding, schema.data)
+            self.topics[channel.topic] = topic_of(self._path, channel.topic, kind, channel.message_encoding, form, text)
+
+    def _summary(self, stream: BinaryIO, one: _Pass) -> None:
+        """Takes in what the summary tells, where there is one. Raises OSError."""
+        end = self.size - len(MAGIC) - _FOOTER.size
+        if end < 0:
+            return
+        stream.seek(end)
+        opcode, _, start, _, _ = _FOOTER.unpack(stream.read(_FOOTER.size))
+        if opcode != Opcode.FOOTER or not 0 < start <= end or end - start > LONGEST_SUMMARY:
+            return
+        stream.seek(start)
+        data = stream.read(end - start)
+        bounds, _ = whole_records(data)
+        for kind, first, length in zip(bounds.opcode.tolist(), bounds.start.tolist(), bounds.length.tolist(), strict=True):
+            one.take(Record(kind, data[first : first + length], first))

@@ -1,0 +1,1 @@
+"""Text: CSV and its kin, as instruments write it."""
