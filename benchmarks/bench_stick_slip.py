@@ -56,7 +56,7 @@ def prepared() -> Callable[[], Vector]:
     ends, drives = np.array([SECONDS]), DRIVE.as_array()[None]
     none, nothing, events = np.empty(0), np.empty((0, 5)), np.empty((200, 4))
 
-    @numba.njit  # type: ignore[untyped-decorator]
+    @numba.njit  # type: ignore[untyped-decorator]  # numba types no decorator
     def compiled(p: Vector, body: Vector, ends: Vector, drives: Vector, none: Vector, nothing: Vector, events: Vector) -> Any:
         return run(force, p, body, np.zeros(STATE_SIZE), 0.0, ends, drives, none, nothing, events)
 

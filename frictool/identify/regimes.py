@@ -116,7 +116,7 @@ def _with_one_more(means: Means, knees: tuple[float, ...]) -> tuple[float, ...] 
             others = tuple(knee for other, knee in enumerate(current) if other != index)
             reach = places[1] - places[0]
             bounds = (max(start - reach, low), min(start + reach, high))
-            current[index] = float(minimize_scalar(lambda place: _squares(means, (*others, place)), bounds=bounds, method="bounded").x)  # noqa: B023
+            current[index] = float(minimize_scalar(lambda place: _squares(means, (*others, place)), bounds=bounds, method="bounded").x)  # noqa: B023  # used at once
     return tuple(sorted(current))
 
 

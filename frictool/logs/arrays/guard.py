@@ -119,7 +119,7 @@ def _child(path: Path, work: Callable[..., None], arguments: tuple[Any, ...]) ->
     method = "fork" if "fork" in multiprocessing.get_all_start_methods() and sys.platform != "darwin" else "spawn"
     context = multiprocessing.get_context(method)
     ours, theirs = context.Pipe(duplex=False)
-    process = context.Process(target=_run, args=(theirs, path, work, arguments), daemon=True)  # type: ignore[attr-defined]
+    process = context.Process(target=_run, args=(theirs, path, work, arguments), daemon=True)  # type: ignore[attr-defined]  # not of every context
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # forking beside threads: the child starts none of their work anew
         process.start()
