@@ -23,7 +23,7 @@ def page(found: Comparison, provenance: Provenance) -> str:
         setting=found.setting,
         scaling=text.scaling(found),
         tables=[
-            ("Figures", text.figures(found)),
+            ("What was measured", text.figures(found)),
             ("The four tests of 3.7", text.verdicts(found)),
             ("Properties of the laws", text.properties(found)),
         ],

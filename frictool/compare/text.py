@@ -84,8 +84,7 @@ def lines(found: Comparison) -> list[str]:
     for table in (figures(found), verdicts(found), properties(found)):
         out += [*_aligned(table), ""]
     for item in found.differences:
-        why = f": {item.reason}" if item.reason else ""
-        out.append(f"table {item.table}, {item.law}, {ROWS[item.row]}: computed {item.computed}, printed {item.printed}{why}")
+        out.append(f"table {item.table}, {item.law}, {ROWS[item.row]}: computed {item.computed}, printed {item.printed}: {item.reason}")
     return out
 
 
