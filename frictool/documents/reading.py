@@ -115,6 +115,8 @@ class Reader:
         fields = {field.encode_name: field for field in msgspec.structs.fields(kind)}
         hints = typing.get_type_hints(kind, include_extras=True)
         given = self._pairs(node, key)
+        if "format" in given and "format" in fields:  # of a document of another kind every key would be unknown
+            self.read(given["format"][1], hints["format"], _join(key, "format"))
         self._known(given, list(fields), key)
         values: dict[str, Any] = {}
         # the axis and what drives it decide which units the rest is in: read them first

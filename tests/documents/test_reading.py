@@ -102,6 +102,11 @@ def test_what_is_no_document_is_one_line(content: bytes, tmp_path: Path) -> None
     assert "\n" not in str(caught.value)
 
 
+def test_a_document_of_another_kind_is_refused_for_its_format() -> None:
+    with pytest.raises(DocumentError, match=r"bench.yaml:\d+: format: found 'bench/1'; allowed: model/1"):
+        load(CLUTCH, DOCUMENTS["model"])
+
+
 def test_missing_file_and_directory(tmp_path: Path) -> None:
     with pytest.raises(InputFileError, match="no such file"):
         load(tmp_path / "none.yaml", Bench)
