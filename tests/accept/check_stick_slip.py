@@ -8,14 +8,16 @@ import numpy as np
 
 from frictool.engine.body import BREAKS_AWAY, SLIPS_BACK, moving
 from frictool.engine.drive import Drive, pid, spring
-from frictool.engine.laws import run_law
+from frictool.engine.laws import body_of, run_law
 from frictool.engine.status import EVENTS_FULL, OK
 from frictool.engine.trajectory import simulate
+from frictool.friction.extension import Extension
 from frictool.friction.table import LAWS
+from tests.engine.extended_reference import MASS, Slow
 from tests.engine.table31 import reference_breakaways, table31
-from tests.friction.sets import TABLE_3_1
+from tests.friction.sets import STRIBECK, TABLE_3_1
 
-RUNS, REPLAYS = 20_000, 40
+RUNS, REPLAYS, EXTENDED = 20_000, 40, 30
 PID = pid(3.0, 6.0, 4.0, 1.0)
 # half peak-to-peak [m], period [s] of the limit cycle; step [s]; relative tolerance
 LIMIT_CYCLES = {
@@ -74,6 +76,50 @@ def agrees_with_an_integrator() -> dict[str, Any]:
     return {"passed": worst < 1e-6, "breakaways": compared, "worst_difference_s_or_m": worst}
 
 
+def _extension(rng: np.random.Generator) -> Extension:
+    """Each part or not: levels of the other direction, polynomials of position, dwell, knees, memory, boundary lubrication."""
+
+    def maybe(value: Any, otherwise: Any) -> Any:
+        return value if rng.random() < 0.6 else otherwise
+
+    def factor() -> tuple[float, ...]:
+        return (float(rng.uniform(0.8, 1.2)), *rng.uniform(-0.08, 0.08, 2).tolist())
+
+    coulomb = float(rng.uniform(0.7, 1.3))
+    slopes = rng.uniform(0.0, 0.5, 2).tolist()
+    return Extension(
+        backward_values=maybe({"coulomb": coulomb, "breakaway": 1.45 * coulomb}, {}),
+        forward=maybe(factor(), (1.0,)),
+        backward=maybe(factor(), (1.0,)),
+        travel=(-1.0, 1.5),
+        fresh=float(rng.uniform(0.72, 1.0)),
+        rise_time=maybe(float(10.0 ** rng.uniform(-2, 1)), 0.0),
+        regimes=maybe(((0.1, slopes[0]), (0.2, slopes[1])), ()),
+        lag=maybe(float(10.0 ** rng.uniform(-3.5, -2)), 0.0),
+        boundary=maybe(float(rng.uniform(1e-4, 5e-4)), 0.0),
+    )
+
+
+def extended_agrees_with_an_integrator() -> dict[str, Any]:
+    """Random extensions and drives from rest against the formulae of tests/engine/extended_reference.py under DOP853 with events."""
+    rng, law, worst, compared = np.random.default_rng(32), LAWS["stribeck"], 0.0, 0
+    for _ in range(EXTENDED):
+        extension = _extension(rng)
+        drive = spring(float(rng.uniform(1.0, 20.0)), float(rng.uniform(0.02, 0.3)))
+        if rng.random() < 0.5:
+            drive = pid(float(rng.uniform(1.0, 6.0)), float(rng.uniform(0.0, 6.0)), float(rng.uniform(0.5, 6.0)), 1.0)
+        expected, last = Slow(extension, drive).breakaways(8.0)
+        run = simulate(body_of(law, law.pack(STRIBECK), MASS, extension), [(8.0, drive)], [8.0])
+        found = np.sort(np.concatenate([run.times_of(BREAKS_AWAY), run.times_of(SLIPS_BACK)]))
+        if run.status != OK or found.size != len(expected):
+            return {"passed": False, "drive": str(drive), "extension": str(extension), "found": found.tolist(), "expected": expected}
+        difference = float(np.max(np.abs(found - expected), initial=abs(run.state[0] - last[0])))
+        if difference > 1e-6:
+            return {"passed": False, "drive": str(drive), "extension": str(extension), "difference_s_or_m": difference}
+        worst, compared = max(worst, difference), compared + found.size
+    return {"passed": True, "breakaways": compared, "worst_difference_s_or_m": worst}
+
+
 def limit_cycles() -> dict[str, Any]:
     """300 s of (3.40): half the peak-to-peak of the last 100 s, and the period between passages of the target to the same side."""
     figures: dict[str, Any] = {"passed": True}
@@ -92,5 +138,6 @@ def limit_cycles() -> dict[str, Any]:
 CHECKS = {
     "stick_slip_always_ends": always_ends,
     "stick_slip_agrees_with_an_integrator": agrees_with_an_integrator,
+    "stick_slip_extended_agrees_with_an_integrator": extended_agrees_with_an_integrator,
     "limit_cycles_of_the_laws": limit_cycles,
 }
