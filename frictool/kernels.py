@@ -20,6 +20,7 @@ import numba
 ROOMS = ("friction", "control", "plant", "engine", "identify", "logs/kernels")
 F = TypeVar("F", bound=Callable[..., Any])
 settings: Any = numba.config
+compiler: Any = numba.njit  # its own signature does not list every option
 
 
 def _source_digest(package: Path) -> str:
@@ -59,15 +60,25 @@ if FOLDER is not None:
 def kernel(function: F) -> F:
     """Compiles a function of floats and arrays on its first call: no Python objects, IEEE arithmetic in the order written.
 
-    Other threads go on while it runs. References are counted even where a `bare_kernel` calls it first, whose option it would inherit.
+    Other threads go on while it runs. References are counted and nothing is copied into callers, even where an `inner_kernel` or a
+    `bare_kernel` calls it first, whose options it would inherit.
     """
-    compiler: Any = numba.njit
-    return cast(F, compiler(cache=FOLDER is not None, nogil=True, _nrt=True)(function))
+    options = {"cache": FOLDER is not None, "nogil": True, "no_cfunc_wrapper": True, "_nrt": True, "forceinline": False}
+    return cast(F, compiler(**options)(function))
+
+
+def _inner_options(function: Callable[..., Any]) -> dict[str, Any]:
+    """Beside each function numba compiles an entry for C, which `pointer` makes where one is needed, and one for Python.
+
+    With many arrays they take longer than the function. A private one (`_name`) has none: only kernels may call it.
+    """
+    private = function.__name__.startswith("_")
+    return {"cache": FOLDER is not None, "forceinline": True, "no_cfunc_wrapper": True, "no_cpython_wrapper": private}
 
 
 def inner_kernel(function: F) -> F:
     """As `kernel`, copied into its callers: for what an inner loop calls with many arrays, which would be passed word by word."""
-    return cast(F, numba.njit(cache=FOLDER is not None, forceinline=True)(function))
+    return cast(F, compiler(**_inner_options(function))(function))
 
 
 def bare_kernel(function: F) -> F:
@@ -75,8 +86,7 @@ def bare_kernel(function: F) -> F:
 
     Its arrays are its caller's. It makes none, which numba refuses; it must return none, and call nothing that does.
     """
-    compiler: Any = numba.njit  # its own signature does not list the option
-    return cast(F, compiler(cache=FOLDER is not None, forceinline=True, _nrt=False)(function))
+    return cast(F, compiler(**_inner_options(function), _nrt=False)(function))
 
 
 def parallel_kernel(function: F) -> F:

@@ -59,3 +59,24 @@ def test_compiled_kernels_are_found_by_name(tmp_path: Path, monkeypatch: pytest.
     (tmp_path / "engine" / "closed_loop.run-47.py311.nbi").write_bytes(b"")
     assert kernels.is_compiled("closed_loop", "run")
     assert not kernels.is_compiled("closed_loop", "measure")
+
+
+def test_a_kernel_inherits_nothing_from_an_inner_kernel_that_calls_it_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else all that an inner kernel calls would be copied into each of its callers, and compiled anew at every level."""
+    monkeypatch.setattr(kernels, "FOLDER", None)  # what comes from disk cannot be looked into
+
+    @kernels.kernel
+    def called(x: float) -> float:
+        return x + 1.0
+
+    @kernels.inner_kernel
+    def caller(x: float) -> float:
+        return called(x)
+
+    @kernels.kernel
+    def outermost(x: float) -> float:
+        return caller(x)
+
+    assert outermost(1.0) == 2.0
+    for function, copied in ((called, False), (caller, True)):
+        assert ("alwaysinline" in next(iter(function.inspect_llvm().values()))) == copied
