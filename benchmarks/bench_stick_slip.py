@@ -1,4 +1,4 @@
-"""60 s of the stick-slip test (3.7.2, table 3.1): the exact engine against integrators; and 1000 clutch steps against two of scipy's.
+"""60 s of the stick-slip test (3.7.2, table 3.1), plain and with extended friction, and 1000 clutch steps: the engine against integrators.
 
 Errors are those of the breakaway times, the worst of nine, against DOP853 at a relative tolerance of 1e-12. Between a stop and the next
 breakaway nothing has to be integrated: every peer that knows when the mass stops gets the wait for nothing, as the engine does.
@@ -17,6 +17,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 from benchmarks.bench_simulate import CLUTCH, PERIOD, START, USUAL, closed_loop, replay
 from benchmarks.timing import pair
@@ -25,13 +26,17 @@ from frictool.engine.batch import replay_axes
 from frictool.engine.body import BREAKS_AWAY, STATE_SIZE
 from frictool.engine.closed_loop import COMMAND
 from frictool.engine.drive import spring
+from frictool.engine.extended import run_extended
+from frictool.engine.extended_phases import EXTENDED_SIZE
 from frictool.engine.laws import body_of
 from frictool.engine.stick_slip import run
+from frictool.friction.extension import Extension
 from frictool.friction.signatures import SLIP_FORCE
 from frictool.friction.table import LAWS
 from frictool.kernels import kernel, pointer
 from frictool.plant.axis import rest
 from tests.control.example import clutch_controller
+from tests.engine.extended_reference import Slow
 from tests.engine.reference import TIGHT
 from tests.engine.table31 import reference_breakaways
 
@@ -49,6 +54,10 @@ P = LAW.pack({"coulomb": COULOMB, "breakaway": BREAKAWAY, "stribeck_velocity": S
 TOLERANCE = 1.5e-6  # for the peers' accuracy, not more
 BODY, DRIVE = replace(body_of(LAW, P, MASS), tolerance=TOLERANCE), spring(STIFFNESS, SPEED)
 
+FACTOR, FRESH, RISE_TIME, MEMORY = (1.0, 0.02), 0.8, 0.5, 2e-3
+EXTENSION = Extension(forward=FACTOR, backward=FACTOR, travel=(0.0, 10.0), fresh=FRESH, rise_time=RISE_TIME, lag=MEMORY)
+EXTENDED = replace(body_of(LAW, P, MASS, EXTENSION), tolerance=1e-9)  # the peer is as accurate here: the film's lag keeps steps short
+
 
 def prepared() -> Callable[[], Vector]:
     """The engine's run: a function that returns the breakaway times."""
@@ -62,6 +71,19 @@ def prepared() -> Callable[[], Vector]:
 
     def once() -> Vector:
         _, _, happened = compiled(P, body, ends, drives, none, nothing, events)
+        return events[:happened][events[:happened, 1] == BREAKS_AWAY, 0]
+
+    return once
+
+
+def prepared_extended() -> Callable[[], Vector]:
+    """As `prepared`, of the body whose friction is extended."""
+    force, packed, body = pointer(LAW.kernels.slip_force, SLIP_FORCE), EXTENSION.pack(LAW, P), EXTENDED.as_array()
+    ends, drives = np.array([SECONDS]), DRIVE.as_array()[None]
+    none, nothing, events = np.empty(0), np.empty((0, 5)), np.empty((200, 4))
+
+    def once() -> Vector:
+        _, _, happened = run_extended(force, *packed, body, np.zeros(EXTENDED_SIZE), 0.0, ends, drives, none, nothing, events)
         return events[:happened][events[:happened, 1] == BREAKS_AWAY, 0]
 
     return once
@@ -94,6 +116,38 @@ def with_solve_ivp() -> Vector:
             break
         x = float(slip.y[0, -1])
         t = next_breakaway(x)
+    return np.array(times)
+
+
+def extended_with_solve_ivp() -> Vector:
+    """RK45 on x, v and the film's velocity w; at rest w fades and the root finder looks for the breakaway."""
+    t, x, w, times = 0.0, 0.0, 0.0, []
+
+    def dry(x: float, w: float, rested: float) -> float:
+        fallen = math.exp(-((w / STRIBECK) ** 2))
+        grown = 1.0 - (1.0 - FRESH) * RISE_TIME / (RISE_TIME + rested)
+        return (FACTOR[0] + FACTOR[1] * x) * (COULOMB + (BREAKAWAY * grown - COULOMB) * fallen)
+
+    def missing(rested: float) -> float:
+        return dry(x, w * math.exp(-rested / MEMORY), rested) - STIFFNESS * (SPEED * (t + rested) - x)
+
+    while t < SECONDS:
+        rested = brentq(missing, 0.0, 2.0 * SECONDS, xtol=1e-12) if missing(0.0) > 0.0 else 0.0
+        t, w = t + rested, w * math.exp(-rested / MEMORY)
+        if t >= SECONDS:
+            break
+        times.append(t)
+
+        def field(t: float, y: Vector, rested: float = rested) -> list[float]:
+            friction = dry(y[0], y[2], rested) + VISCOUS * y[1]
+            return [y[1], (STIFFNESS * (SPEED * t - y[0]) - friction) / MASS, (y[1] - y[2]) / MEMORY]
+
+        def stop(_: float, y: Vector) -> float:
+            return float(y[1])
+
+        stop.terminal, stop.direction = True, -1  # type: ignore[attr-defined]  # how solve_ivp wants it
+        run = solve_ivp(field, (t, SECONDS), [x, 0.0, w], events=stop, rtol=RTOL, atol=ATOL)
+        t, x, w = float(run.t[-1]), float(run.y[0, -1]), float(run.y[2, -1])
     return np.array(times)
 
 
@@ -193,9 +247,10 @@ def timed(call: Callable[[], Any]) -> float:
     return time.perf_counter() - start
 
 
-def row(name: str, peer: str, theirs: Callable[[], Vector], rounds: int = ROUNDS) -> dict[str, Any]:
+def row(name: str, peer: str, theirs: Callable[[], Vector], rounds: int = ROUNDS, extended: bool = False) -> dict[str, Any]:
     """Wall time of 60 s."""
-    exact, ours = np.array(reference_breakaways(BODY, DRIVE, SECONDS)[0]), prepared()
+    ours = prepared_extended() if extended else prepared()
+    exact = np.array((Slow(EXTENSION, DRIVE).breakaways(SECONDS) if extended else reference_breakaways(BODY, DRIVE, SECONDS))[0])
     counts = [max(1, math.ceil(LEAST_SECONDS / timed(call))) for call in (ours, theirs)]
     many = pair(*(repeated(call, n) for call, n in zip((ours, theirs), counts, strict=True)), rounds)
     seconds, their_seconds = (taken / n for taken, n in zip(many, counts, strict=True))
@@ -233,6 +288,11 @@ def stick_slip_mujoco() -> dict[str, Any]:
     return row("stick_slip.mujoco", "mujoco", with_mujoco(), rounds=1)
 
 
+def stick_slip_extended() -> dict[str, Any]:
+    """Friction that varies with position, a breakaway that grows with the time at rest, frictional memory: against scipy's RK45."""
+    return row("stick_slip.extended", "scipy solve_ivp", extended_with_solve_ivp, extended=True)
+
+
 def clutch_batch_solve_ivp() -> dict[str, Any]:
     """1000 steps of 1.1 s of clutches that differ, against two by `solve_ivp`: plants alone under given commands (simulate.clutch_step)."""
     acting = np.concatenate([[0.0], closed_loop(pack(clutch_controller()))[:-1, COMMAND]])
@@ -268,6 +328,6 @@ def clutch_batch_solve_ivp() -> dict[str, Any]:
     }
 
 
-ROWS = [stick_slip_solve_ivp, stick_slip_fixed_step, stick_slip_diffrax, stick_slip_mujoco, clutch_batch_solve_ivp]
+ROWS = [stick_slip_solve_ivp, stick_slip_extended, stick_slip_fixed_step, stick_slip_diffrax, stick_slip_mujoco, clutch_batch_solve_ivp]
 for _row in ROWS:
     _row.id = _row.__name__.replace("_solve_ivp", ".solve_ivp").replace("stick_slip_", "stick_slip.")  # type: ignore[attr-defined]  # a function's attribute
