@@ -106,7 +106,7 @@ def _save(sequence: Sequence, output: Path, words: str, inputs: list[Path]) -> N
     log = with_provenance(sequence.as_log(output.name), record(words, inputs))
     with replacing(output, inputs) as stream:
         if output.suffix.lower() == ".mcap":
-            from frictool.logs.canonical.mcap_writer import write_mcap
+            from frictool.logs.canonical.mcap_format import write_mcap
 
             write_mcap(log, stream)
         else:

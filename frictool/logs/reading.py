@@ -6,7 +6,8 @@ from pathlib import Path
 
 from frictool.documents.bench import Bench
 from frictool.logs.assembly import assemble, whole
-from frictool.logs.canonical.mcap_reader import is_canonical, read_mcap
+from frictool.logs.canonical.mcap_format import read_mcap
+from frictool.logs.canonical.mcap_reader import is_canonical
 from frictool.logs.log import Log
 
 

@@ -18,7 +18,7 @@ from frictool.cli.progress import tell_of_compiling
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
 from frictool.logs.assembly import assemble
-from frictool.logs.canonical.mcap_reader import read_mcap
+from frictool.logs.canonical.mcap_format import read_mcap
 from tests.cli.run import Result, refused, run
 from tests.logs.example import ROOT, as_bytes, golden_log
 

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from frictool.errors import LogError
-from frictool.logs.canonical.mcap_reader import read_mcap
+from frictool.logs.canonical.mcap_format import read_mcap
 from tests.cli.run import Result, run
 from tests.fuzz import samples
 from tests.fuzz.mutations import mutated

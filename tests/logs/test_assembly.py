@@ -18,7 +18,7 @@ from frictool.documents.bench import Column, Encoder
 from frictool.errors import LogError
 from frictool.logs.arrays.memory_table import MemoryTable
 from frictool.logs.assembly import Assembly, Window, add_tables, assemble, whole, write
-from frictool.logs.canonical.mcap_reader import read_mcap
+from frictool.logs.canonical.mcap_format import read_mcap
 from frictool.logs.clocks.increasing import increasing
 from frictool.logs.clocks.intervals import Intervals
 from frictool.logs.log import Log

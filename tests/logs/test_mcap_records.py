@@ -13,7 +13,8 @@ from mcap.opcode import Opcode
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType
 
-from frictool.logs.canonical.mcap_records import Damage, FileRecords, Loose, Record, record_bounds, whole_records
+from frictool.logs.canonical.mcap_bounds import record_bounds, whole_records
+from frictool.logs.canonical.mcap_records import Damage, FileRecords, Loose, Record
 from tests.logs.recordings import float64s, in_order, joint_states, ros2_mcap
 
 SENT = in_order(joint_states(np.arange(60.0).tolist()), float64s(np.arange(60.0).tolist()))

@@ -318,7 +318,7 @@ def test_a_damaged_chunk_costs_itself_and_its_index_counts_it():
     found = opened(bytes(damaged))
     whole = opened(CHUNKED)
     for topic, name in (("/joint_states", ARM), ("/motor", "/motor.data")):
-        with pytest.raises(LogError, match=rf"the chunk at byte {lost.offset} of {len(damaged)} cannot be read"):
+        with pytest.raises(LogError, match=rf"at byte {lost.offset} of {len(damaged)}: a chunk cannot be read"):
             columns(found[topic], [name])
         losses: list[Loss] = []
         left = columns(found[topic], [name], losses)[name]

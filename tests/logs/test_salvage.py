@@ -14,8 +14,8 @@ from mcap.writer import CompressionType, Writer
 
 from frictool.errors import LogError
 from frictool.logs.assembly import assemble, write
+from frictool.logs.canonical.mcap_format import read_mcap
 from frictool.logs.canonical.mcap_layout import schema_text
-from frictool.logs.canonical.mcap_reader import read_mcap
 from frictool.logs.log import Log, Stream
 from frictool.logs.losses import Losses, losses_of
 from frictool.logs.table import Loss

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import threading
 import zlib
 
 import zstandard
@@ -11,7 +12,16 @@ LARGEST = 256_000_000  # bytes; ours hold at most 4 million
 PIECE = 1 << 16
 _FIXED = struct.Struct("<QQQII")  # start, end, uncompressed size, CRC, length of the compression's name
 _U64 = struct.Struct("<Q")
-_DECOMPRESSOR = zstandard.ZstdDecompressor()
+
+
+class _Own(threading.local):
+    """A decompressor for each thread: one works on one frame at a time."""
+
+    def __init__(self) -> None:
+        self.zstd = zstandard.ZstdDecompressor()
+
+
+_own = _Own()
 
 
 def chunk_data(body: bytes) -> bytes:
@@ -23,7 +33,7 @@ def chunk_data(body: bytes) -> bytes:
     name_end = _FIXED.size + name_length
     compression = body[_FIXED.size : name_end].decode()
     (length,) = _U64.unpack_from(body, name_end)
-    packed = body[name_end + _U64.size :]
+    packed = memoryview(body)[name_end + _U64.size :]
     if length != len(packed):
         raise ValueError(f"a chunk of {length} bytes is announced, {len(packed)} are there")
     if size > LARGEST:
@@ -36,14 +46,19 @@ def chunk_data(body: bytes) -> bytes:
     return data
 
 
-def _decompress(compression: str, packed: bytes, size: int) -> bytes:
+def plain_size(body: bytes) -> int:
+    """The bytes of the records in a chunk, as its head announces them, or as many as are looked at; 0 where the head is cut."""
+    return min(int(_FIXED.unpack_from(body)[2]), LARGEST) if len(body) >= _FIXED.size else 0
+
+
+def _decompress(compression: str, packed: memoryview, size: int) -> bytes:
     if compression == "":
-        return packed
+        return bytes(packed)
     if compression == "zstd":
         try:
             if zstandard.frame_content_size(packed) not in (-1, size):  # -1: the frame does not say
                 raise ValueError("a zstd frame announces another size than its chunk")
-            return _DECOMPRESSOR.decompress(packed, max_output_size=size)
+            return _own.zstd.decompress(packed, max_output_size=size)
         except zstandard.ZstdError as error:
             raise ValueError(str(error)) from None
     if compression == "lz4":
@@ -71,7 +86,7 @@ def chunk_prefix(rest: bytes) -> bytes:
     if compression == b"zstd":
         pieces = []
         try:
-            with _DECOMPRESSOR.stream_reader(packed) as stream:
+            with _own.zstd.stream_reader(packed) as stream:
                 while size > 0 and (piece := stream.read(min(size, PIECE))):
                     pieces.append(piece)
                     size -= len(piece)

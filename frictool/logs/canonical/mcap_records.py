@@ -16,16 +16,17 @@ from typing import BinaryIO, NamedTuple
 
 import numpy as np
 from mcap.opcode import Opcode
-from numpy.typing import NDArray
 
+from frictool.logs.canonical.counted_bytes import PIECE, CountedBytes
+from frictool.logs.canonical.mcap_bounds import whole_records
 from frictool.logs.canonical.mcap_layout import MAGIC, RECORD_HEAD
 
 RECORD_BYTES = 1 << 30  # no record that is read whole comes near
 LONGEST_REST = 64_000_000  # bytes of a chunk that the end of the file cut
-WINDOW = 1 << 20
 PEEKED = 64  # first bytes of a body in which its lengths stand
 MESSAGE_HEAD = 22  # channel (2), sequence (4), log time (8), publish time (8)
 FRAMED = (Opcode.CHUNK, Opcode.MESSAGE_INDEX)  # have lengths of their own, which tell whether the record's is right
+CHECKED = (Opcode.DATA_END, Opcode.FOOTER)  # have the CRC of what is before them
 _HEAD = struct.Struct("<BQ")
 _LENGTH = struct.Struct("<Q")
 _CHUNK = struct.Struct("<QQQII")  # start, end, uncompressed size, CRC, length of the compression's name
@@ -69,31 +70,36 @@ class FileRecords:
     def __init__(self, stream: BinaryIO, size: int) -> None:
         self._stream = stream
         self._size = size
-        self._crc: int | None = 0  # of what has been read since the last check; None once bytes were stepped over
+        self._bytes = CountedBytes(stream, size)
         self._doubtful: int | None = None  # where the last message begins, if it is what was read last
-        self.offset = 0
+
+    @property
+    def offset(self) -> int:
+        return self._bytes.offset
 
     def __iter__(self) -> Iterator[Record | Loose | Damage]:
         """The records up to the footer. Raises OSError."""
-        if self._take(len(MAGIC)) != MAGIC:
+        take = self._bytes.take
+        if take(len(MAGIC)) != MAGIC:
             yield Damage(0, len(MAGIC), "its first bytes are not those of an MCAP file of version 0")
         opcode = 0
         while opcode != Opcode.FOOTER:
-            start, before = self.offset, self._crc
-            head = self._take(RECORD_HEAD)
+            start, head = self.offset, self._bytes.peek(RECORD_HEAD)
             if not head:
                 yield Damage(start, start, "the file ends without a footer")
                 return
             opcode, length = _HEAD.unpack(head) if len(head) == RECORD_HEAD else (0, 1)
+            before = self._bytes.crc() if opcode in CHECKED else None
+            take(RECORD_HEAD)
             fits = self._may_be(opcode, length)
             if fits and opcode == Opcode.ATTACHMENT:
                 self._skip(length)
                 continue
             if fits and opcode == Opcode.MESSAGE:
                 self._doubtful = start
-                yield Loose(head + self._take(length) + self._following(), start)
+                yield Loose(head + take(length) + self._following(), start)
                 continue
-            body = self._take(length) if fits else b""
+            body = take(length) if fits else b""
             if not fits or (opcode in FRAMED and not _coherent(opcode, length, body[:PEEKED])):
                 yield self._stepped_over(start, opcode, length)
                 if self.offset == self._size:
@@ -101,38 +107,26 @@ class FileRecords:
                 opcode = 0
                 continue
             self._doubtful = None
-            if wrong := self._wrong_crc(opcode, head, body, before):
+            if opcode in CHECKED and (wrong := self._wrong_crc(opcode, head, body, before)):
                 yield Damage(start, start, wrong)
             yield Record(opcode, body, start)
-        if self._take(len(MAGIC) + 1) != MAGIC:
+        if take(len(MAGIC) + 1) != MAGIC:
             yield Damage(self.offset, self._size, "the closing magic is not at the end of the file")
-
-    def _take(self, length: int) -> bytes:
-        data = self._stream.read(min(length, self._size - self.offset))
-        self.offset += len(data)
-        if self._crc is not None:
-            self._crc = zlib.crc32(data, self._crc)
-        return data
 
     def _following(self) -> bytes:
         """The messages that come next, some at a time."""
-        data = self._stream.read(min(WINDOW, self._size - self.offset))
-        bounds, end = whole_records(data)
+        bounds, end = whole_records(self._bytes.peek(PIECE))
         others = np.flatnonzero((bounds.opcode != Opcode.MESSAGE) | (bounds.length < MESSAGE_HEAD))
         if others.size:
             end = int(bounds.start[others[0]]) - RECORD_HEAD
             bounds = bounds.first(int(others[0]))
         if bounds.start.size:
             self._doubtful = self.offset + int(bounds.start[-1]) - RECORD_HEAD
-        self.offset += end
-        self._stream.seek(self.offset)
-        if self._crc is not None:
-            self._crc = zlib.crc32(data[:end], self._crc)
-        return data[:end]
+        return self._bytes.take(end)
 
     def _skip(self, length: int) -> None:
         end = self.offset + length
-        while self.offset < end and self._take(min(WINDOW, end - self.offset)):
+        while self.offset < end and self._bytes.take(min(PIECE, end - self.offset)):
             pass
 
     def _may_be(self, opcode: int, length: int) -> bool:
@@ -143,9 +137,9 @@ class FileRecords:
 
     def _wrong_crc(self, opcode: int, head: bytes, body: bytes, before: int | None) -> str | None:
         """What is wrong at the end of the data section, or of the summary. before: the CRC up to it; 0 stands for no CRC."""
-        if opcode not in (Opcode.DATA_END, Opcode.FOOTER) or len(body) < 4:
+        if len(body) < 4:
             return None
-        self._crc = 0
+        self._bytes.begin_crc()
         section, wanted, covered = ("data", body[:4], b"") if opcode == Opcode.DATA_END else ("summary", body[-4:], head + body[:-4])
         right = before is None or int.from_bytes(wanted, "little") in (0, zlib.crc32(covered, before))
         return None if right else f"the CRC of the {section} is wrong"
@@ -160,8 +154,7 @@ class FileRecords:
         if found is None and opcode == Opcode.CHUNK and end - start <= LONGEST_REST:
             self._stream.seek(start + RECORD_HEAD)
             rest = self._stream.read(end - start - RECORD_HEAD)
-        self._stream.seek(end)
-        self.offset, self._crc = end, None
+        self._bytes.step_to(end)
         if opcode in _KINDS and found is None:
             return Damage(start, end, f"a record of {length} bytes is announced, {end - start - RECORD_HEAD} remain", rest)
         return Damage(min(start, end), end, f"no record begins here: kind {opcode:#04x}, {length} bytes announced", rest, bare)
@@ -170,7 +163,7 @@ class FileRecords:
         """Where the next record begins, from `start` on."""
         while start < self._size:
             self._stream.seek(start)
-            window = self._stream.read(WINDOW)
+            window = self._stream.read(PIECE)
             for match in _CANDIDATE.finditer(window):
                 if self._begins(start + match.start()):
                     return start + match.start()
@@ -209,57 +202,3 @@ def _coherent(opcode: int, length: int, body: bytes) -> bool:
     if opcode == Opcode.MESSAGE and length >= MESSAGE_HEAD:
         return body[13] < 0x80 and body[21] < 0x80  # times fit 63 bits
     return (opcode, length) in ((Opcode.DATA_END, 4), (Opcode.FOOTER, 20))
-
-
-class Bounds(NamedTuple):
-    """Records that lie one behind the other in `data`: kind (n,), where the body begins (n,), its bytes (n,)."""
-
-    opcode: NDArray[np.uint8]
-    start: NDArray[np.int64]
-    length: NDArray[np.int64]
-
-    def first(self, n: int) -> Bounds:
-        return Bounds(self.opcode[:n], self.start[:n], self.length[:n])
-
-
-def record_bounds(data: bytes) -> Bounds:
-    """Where the records of a chunk lie. Raises ValueError where a length does not fit; `whole_records` tells how far they do."""
-    bounds, end = whole_records(data)
-    if end != len(data):
-        raise ValueError(f"a record is announced that does not fit the {len(data) - end} bytes left of its chunk")
-    return bounds
-
-
-def whole_records(data: bytes) -> tuple[Bounds, int]:
-    """The records that are whole, and where the last of them ends."""
-    uniform = _uniform(data)
-    if uniform is not None:
-        return uniform, len(data)
-    begins = []
-    position, last = 0, len(data) - RECORD_HEAD
-    length_at = _LENGTH.unpack_from
-    while position <= last:
-        end = position + RECORD_HEAD + length_at(data, position + 1)[0]
-        if end > len(data):
-            break
-        begins.append(position)
-        position = end
-    heads = np.array(begins, np.int64)
-    lengths = np.diff(heads, append=position) - RECORD_HEAD
-    return Bounds(np.frombuffer(data, np.uint8)[heads], heads + RECORD_HEAD, lengths), position
-
-
-def _uniform(data: bytes) -> Bounds | None:
-    """The same without a loop, where all records are of one kind and one length."""
-    if len(data) < RECORD_HEAD:
-        return None
-    opcode, length = _HEAD.unpack_from(data)
-    step = RECORD_HEAD + length
-    if len(data) % step:
-        return None
-    heads = np.ndarray((len(data) // step, RECORD_HEAD), np.uint8, data, strides=(step, 1))
-    if not (heads == heads[0]).all():
-        return None
-    count = heads.shape[0]
-    starts = np.arange(count, dtype=np.int64) * step + RECORD_HEAD
-    return Bounds(np.full(count, opcode, np.uint8), starts, np.full(count, length, np.int64))

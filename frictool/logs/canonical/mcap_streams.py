@@ -1,10 +1,11 @@
-"""What a canonical log holds, channel by channel, while it is read: streams as declared, pieces of them, and what is lost."""
+"""What a canonical log holds, channel by channel, while it is read: streams as declared, and pieces of them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
 from mcap.records import Channel, Schema
 
 from frictool.logs.canonical.mcap_layout import (
@@ -20,6 +21,8 @@ from frictool.logs.canonical.mcap_layout import (
 )
 from frictool.logs.flow import Samples
 
+_WORDS = ["front", "back", "cdr"]  # of a message's head, what is the same in all of a stream
+
 
 @dataclass
 class Declared:
@@ -29,34 +32,28 @@ class Declared:
     topic: str
     fields: tuple[str, ...]
     samples: int = 0
-    first: int | None = None
     last: int | None = None
 
     def __post_init__(self) -> None:
         self.dtype = message_dtype(len(self.fields))
+        size = self.dtype.itemsize  # kind, length and channel take 11 bytes: two words that overlap are compared, not three fields
+        self._heads = np.dtype({"names": _WORDS, "formats": ["<u8", "<u8", "<u4"], "offsets": [0, 3, 31], "itemsize": size})
+        head = np.zeros(1, self.dtype)
+        head["opcode"], head["length"], head["channel"], head["cdr"] = MESSAGE_OPCODE, size - RECORD_HEAD, self.number, CDR_HEAD
+        self._head = head.view(self._heads)[0]
 
     def are_mine(self, records: Records) -> bool:
         """Whether records are messages of this channel and of its layout."""
-        like = (records["opcode"] == MESSAGE_OPCODE) & (records["length"] == self.dtype.itemsize - RECORD_HEAD)
-        return bool((like & (records["channel"] == self.number) & (records["cdr"] == CDR_HEAD)).all())
-
-
-class Lost(NamedTuple):
-    """What cannot be read: of one channel, or of all; when, in ns as stored; how many samples; None is not known."""
-
-    reason: str
-    channel: int | None = None
-    first: int | None = None
-    last: int | None = None
-    samples: int | None = None
+        heads = records.view(self._heads)
+        return all(bool((heads[name] == self._head[name]).all()) for name in _WORDS)
 
 
 class Piece(NamedTuple):
-    """Samples of a channel, times as stored; at: the byte where the record begins in which they lie."""
+    """Samples of a channel, times as stored; chunks: the bytes where the records begin in which they lie."""
 
     channel: int
     samples: Samples
-    at: int
+    chunks: tuple[int, ...]
 
 
 def axis_fields(channel: Channel, schema: Schema | None) -> tuple[str, ...] | None:

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import struct
 import zlib
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import BinaryIO, NamedTuple
+from typing import BinaryIO
 
-import numpy as np
-import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import (
@@ -26,63 +23,30 @@ from mcap.records import (
     SummaryOffset,
 )
 
-from frictool.errors import LogError
-from frictool.logs.canonical.chunks import chunked, merged
+from frictool.logs.canonical.chunks import merged
 from frictool.logs.canonical.mcap_layout import (
-    CDR_HEAD,
-    LATEST,
     MAGIC,
     MESSAGE_ENCODING,
-    MESSAGE_OPCODE,
-    NS,
     PROFILE,
-    RECORD_HEAD,
     SCHEMA_ENCODING,
     SCHEMA_NAME,
     SHIFT_KEY,
     TIME,
     UNITS,
     Head,
-    message_dtype,
     message_path,
     schema_text,
 )
+from frictool.logs.canonical.mcap_packing import Packed, Packer, Unpacked
 from frictool.logs.flow import Samples
-from frictool.logs.log import Log, Stream, Vector
+from frictool.logs.log import Vector
 from frictool.logs.table import Nanoseconds
 
 LIBRARY = "frictool"
-ZSTD_LEVEL = -3  # a fast one: level 1 is 14 % smaller and takes a third more time to write and to read
 BATCH_BYTES = 1 << 20  # of values that are packed at once: chunks of a slow log are small
 MOST_PACKING = 4  # batches that wait to be written
 
-ZSTD = b"zstd"
-
-# two records that are many; what is behind each is as long as it says
-_CHUNK = struct.Struct("<BQ QQQI I4s Q")  # start, end, plain size, CRC, name of the compression, packed size
-_CHUNK_INDEX = struct.Struct("<BQ QQQQ IHQ Q I4s QQ")  # start, end, offset, length, {channel: its index}, all indexes, name, packed, plain
-_CHANNEL_OFFSET = struct.Struct("<HQ")
-_INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])
 Notes = dict[str, dict[str, str]]  # metadata records: name -> key -> text
-
-
-class _Chunk(NamedTuple):
-    """Samples on their way into the file: of which stream, how many were before them, and themselves."""
-
-    stream: int
-    before: int
-    time: Nanoseconds
-    values: Sequence[Vector]
-
-
-class _Packed(NamedTuple):
-    """A chunk and its index behind it, as they are written. span: first and last time. sizes: of the content, compressed and plain."""
-
-    channel: int
-    span: tuple[int, int]
-    record: bytes
-    behind: bytes
-    sizes: tuple[int, int]
 
 
 class CanonicalWriter:
@@ -101,16 +65,15 @@ class CanonicalWriter:
         self._offset = 0
         self._crc = 0
         self._schemas, self._channels = _declarations(heads)
-        self._blanks = [_blank(number, head) for number, head in enumerate(heads)]
+        self._packer = Packer(heads)
         self._counts = [0] * len(heads)
         self._span: tuple[int, int] | None = None
         self._chunks: list[bytes] = []  # their indexes
         self._metadata: list[MetadataIndex] = []
-        self._compressor = zstandard.ZstdCompressor(level=ZSTD_LEVEL)
-        self._packer = ThreadPoolExecutor(1)  # compresses while the next samples are read
-        self._batch: list[_Chunk] = []
+        self._thread = ThreadPoolExecutor(1)  # compresses while the next samples are read
+        self._batch: list[Unpacked] = []
         self._held = 0  # bytes in the batch
-        self._packing: deque[Future[tuple[list[_Packed], bytes]]] = deque()
+        self._packing: deque[Future[tuple[list[Packed], bytes]]] = deque()
         self._put(MAGIC)
         for record in (Header(PROFILE, LIBRARY), *self._schemas, *self._channels):
             self._put(_bytes(record))
@@ -121,7 +84,7 @@ class CanonicalWriter:
 
     def chunk(self, index: int, time: Nanoseconds, values: Sequence[Vector]) -> None:
         """Appends samples of stream `index`: time (n,) in ns, not negative; one vector (n,) for each of its fields."""
-        self._batch.append(_Chunk(index, self._counts[index], time, values))
+        self._batch.append(Unpacked(index, self._counts[index], time, values))
         self._counts[index] += time.size
         first, last = int(time[0]), int(time[-1])
         self._span = (first, last) if self._span is None else (min(self._span[0], first), max(self._span[1], last))
@@ -130,48 +93,26 @@ class CanonicalWriter:
             self._submit()
 
     def _submit(self) -> None:
-        self._packing.append(self._packer.submit(self._pack, self._batch))
+        self._packing.append(self._thread.submit(self._pack, self._batch))
         self._batch, self._held = [], 0
         if len(self._packing) > MOST_PACKING:
             self._put_chunks(*self._packing.popleft().result())
 
-    def _pack(self, batch: list[_Chunk]) -> tuple[list[_Packed], bytes]:
-        chunks = [self._packed(one) for one in batch]
+    def _pack(self, batch: list[Unpacked]) -> tuple[list[Packed], bytes]:
+        chunks = [self._packer.packed(one) for one in batch]
         return chunks, b"".join(part for one in chunks for part in (one.record, one.behind))
 
-    def _packed(self, chunk: _Chunk) -> _Packed:
-        channel, time, n = chunk.stream + 1, chunk.time, chunk.time.size
-        dtype, blank = self._blanks[chunk.stream]
-        if len(blank) < n * dtype.itemsize:
-            blank = blank[: dtype.itemsize] * n
-            self._blanks[chunk.stream] = dtype, blank
-        records = np.frombuffer(bytearray(memoryview(blank)[: n * dtype.itemsize]), dtype)
-        records["sequence"] = np.arange(chunk.before, chunk.before + n) & 0xFFFFFFFF
-        records["log_time"] = records["publish_time"] = time
-        for column, vector in enumerate(chunk.values):
-            records["values"][:, column] = vector
-        packed, plain, span = self._compressor.compress(records.data), records.nbytes, (int(time[0]), int(time[-1]))
-        length = _CHUNK.size - RECORD_HEAD + len(packed)
-        head = _CHUNK.pack(Opcode.CHUNK, length, *span, plain, zlib.crc32(records.data), len(ZSTD), ZSTD, len(packed))
-        entries = np.empty(n, _INDEX_ENTRY)
-        entries["time"], entries["offset"] = time, np.arange(n) * records.itemsize
-        index_head = struct.pack("<BQHI", Opcode.MESSAGE_INDEX, 6 + entries.nbytes, channel, entries.nbytes)
-        return _Packed(channel, span, head + packed, index_head + entries.tobytes(), (len(packed), plain))
-
-    def _put_chunks(self, chunks: list[_Packed], together: bytes) -> None:
+    def _put_chunks(self, chunks: list[Packed], together: bytes) -> None:
         start = self._offset
         self._put(together)
         for one in chunks:
-            length, behind = len(one.record), len(one.behind)
-            offsets = (_CHANNEL_OFFSET.size, one.channel, start + length)
-            index = (*one.span, start, length, *offsets, behind, len(ZSTD), ZSTD, *one.sizes)
-            self._chunks.append(_CHUNK_INDEX.pack(Opcode.CHUNK_INDEX, _CHUNK_INDEX.size - RECORD_HEAD, *index))
-            start += length + behind
+            self._chunks.append(one.summed_up(start))
+            start += len(one.record) + len(one.behind)
 
     def finish(self) -> None:
         """Writes the end of the data, the summary and the footer. The stream stays open."""
         self._drain()
-        self._packer.shutdown()
+        self._thread.shutdown()
         self._put(_bytes(DataEnd(self._crc)))
         start = self._offset
         groups = (
@@ -223,22 +164,6 @@ class CanonicalWriter:
         self._offset += len(data)
 
 
-def write_mcap(log: Log, stream: BinaryIO) -> None:
-    """Writes a log as canonical MCAP. Times are rounded to ns; a log that starts before 0 is shifted, and the reader shifts it back.
-
-    Raises LogError where a stream is empty, a value is not finite, or times do not increase by at least 1 ns; ValueError where a topic
-    or a signal has a name that ROS 2 tools would refuse.
-    """
-    heads = tuple(_head(one) for one in log.streams)
-    times = [_nanoseconds(log.source, one) for one in log.streams]
-    shift = max([0, *(-int(time[0]) for time in times)])
-    metadata = {name: entries for name, entries in log.metadata.items() if name != UNITS}
-    streams = [
-        Samples(time, tuple(one.signals[name] for name in head.fields)) for one, head, time in zip(log.streams, heads, times, strict=True)
-    ]
-    write_streams(CanonicalWriter(stream, heads, metadata, shift), [chunked(iter([one])) for one in streams])
-
-
 def write_streams(writer: CanonicalWriter, streams: list[Iterator[Samples]], last: Callable[[], Notes] = dict) -> None:
     """Writes the chunks of all streams in the order of time, and the file's end. Times are in ns, before the writer's shift.
 
@@ -249,35 +174,6 @@ def write_streams(writer: CanonicalWriter, streams: list[Iterator[Samples]], las
     for name, entries in last().items():
         writer.describe(name, entries)
     writer.finish()
-
-
-def _head(stream: Stream) -> Head:
-    return Head(stream.topic, tuple(stream.signals), tuple(stream.units[name] for name in stream.signals))
-
-
-def _nanoseconds(source: str, stream: Stream) -> Nanoseconds:
-    if not stream.time.size or not stream.signals:
-        raise LogError(source, f"stream {stream.topic} has no {'signals' if stream.time.size else 'samples'}; nothing to write")
-    for name, values in {"time": stream.time, **stream.signals}.items():
-        if not np.isfinite(values).all():
-            sample = int(np.flatnonzero(~np.isfinite(values))[0])
-            raise LogError(source, f"stream {stream.topic}, {name}: sample {sample + 1} is {values[sample]}; allowed: finite numbers")
-    if np.abs(stream.time).max() > LATEST:
-        raise LogError(source, f"stream {stream.topic}: time {stream.time[-1]:g} s is beyond {LATEST:g} s; is its unit right?")
-    time = np.rint(stream.time * NS).astype(np.int64)
-    if time.size > 1 and np.diff(time).min() <= 0:
-        sample = int(np.flatnonzero(np.diff(time) <= 0)[0]) + 1
-        raise LogError(source, f"stream {stream.topic}: time does not increase by 1 ns or more at sample {sample + 1}")
-    return time
-
-
-def _blank(stream: int, head: Head) -> tuple[np.dtype[np.void], bytes]:
-    """The layout of a stream's messages, and the bytes of one with what is the same in all of them."""
-    dtype = message_dtype(len(head.fields))
-    record = np.zeros(1, dtype)
-    record["opcode"], record["length"], record["channel"] = MESSAGE_OPCODE, dtype.itemsize - RECORD_HEAD, stream + 1
-    record["cdr"] = CDR_HEAD
-    return dtype, record.tobytes()
 
 
 def _declarations(heads: tuple[Head, ...]) -> tuple[list[Schema], list[Channel]]:

@@ -19,8 +19,9 @@ from frictool.documents.quantity import CHANNEL_DIMENSIONS, Axis, factor_to_si, 
 from frictool.documents.starter import Start
 from frictool.errors import LogError
 from frictool.logs.arrays.memory_table import MemoryTable, in_memory
+from frictool.logs.canonical.mcap_format import read_mcap
 from frictool.logs.canonical.mcap_layout import NS
-from frictool.logs.canonical.mcap_reader import is_canonical, read_mcap
+from frictool.logs.canonical.mcap_reader import is_canonical
 from frictool.logs.channels.mapping import COUNT, TIME
 from frictool.logs.formats import opened
 from frictool.logs.log import Log, Vector

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-import io
 import struct
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
-from itertools import groupby
 from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, Schema, Statistics
+from mcap.records import Channel
 
 from frictool.errors import LogError
-from frictool.logs.canonical.mcap_chunk import chunk_data, chunk_prefix
+from frictool.logs.canonical.mcap_bounds import record_bounds, whole_records
+from frictool.logs.canonical.mcap_contents import Part, contents, said
+from frictool.logs.canonical.mcap_declarations import UNREADABLE, Declarations, declared
 from frictool.logs.canonical.mcap_layout import MAGIC
-from frictool.logs.canonical.mcap_records import MESSAGE_HEAD, Bounds, Damage, FileRecords, Loose, Record, record_bounds, whole_records
+from frictool.logs.canonical.mcap_records import MESSAGE_HEAD, FileRecords
 from frictool.logs.recordings.decoders import topic_of
 from frictool.logs.recordings.messages import Messages, gather
 from frictool.logs.recordings.recording import SAMPLED, Gap, Topic
@@ -27,8 +26,6 @@ from frictool.logs.source import open_log
 
 LONGEST_SUMMARY = 64_000_000
 _FOOTER = struct.Struct("<BQQQI")
-_INDEX = struct.Struct("<HI")
-_UNREADABLE = (McapError, struct.error, ValueError)
 
 Grouped = dict[int, Messages]  # channel -> its messages
 
@@ -43,73 +40,50 @@ class Lost:
 
 @dataclass
 class _Pass:
-    """One way through the file, with the channels declared so far."""
+    """One way through the file, with what has been declared so far."""
 
     stream: BinaryIO
     size: int
-    schemas: dict[int, Schema] = field(default_factory=dict)
-    channels: dict[int, Channel] = field(default_factory=dict)
-    counts: dict[int, int] = field(default_factory=dict)  # of messages, by the statistics
+    declarations: Declarations = field(default_factory=Declarations)
+
+    @property
+    def channels(self) -> dict[int, Channel]:
+        return self.declarations.channels
+
+    @property
+    def counts(self) -> dict[int, int]:
+        """Messages, by the statistics."""
+        return self.declarations.counts or {}
 
     def pieces(self) -> Iterator[tuple[Grouped | Lost, int]]:
         """The messages, chunk by chunk, and what is lost between them, each with the bytes worked through. Raises OSError."""
-        records = FileRecords(self.stream, self.size)
-        lost: Lost | None = None  # a chunk; the indexes behind it tell what was in it
-        over = False
-        for opcode, run in groupby(records, lambda item: item.opcode if isinstance(item, Record) else None):
-            if lost is not None:
-                lost.of = _indexed(run) if opcode == Opcode.MESSAGE_INDEX else None
-                yield lost, records.offset
-                lost = None
-            for piece in self._of_run(run, over):
-                if lost is not None:
-                    yield lost, records.offset
-                lost = piece if isinstance(piece, Lost) and opcode == Opcode.CHUNK else None
-                if lost is None:
-                    yield piece, records.offset
-            over |= opcode == Opcode.DATA_END
-        if lost is not None:
-            yield lost, records.offset
-
-    def _of_run(self, run: Iterator[Record | Loose | Damage], over: bool) -> Iterator[Grouped | Lost]:
-        """The messages of records of one kind that follow one another. over: these lie behind the data, where no message is lost."""
-        for item in run:
-            if isinstance(item, Damage):
-                yield self._prefix(item.rest)
-                yield Lost(f"is damaged or cut off at byte {item.start} of {self.size}: {item.reason}", {} if over or item.bare else None)
-            elif isinstance(item, Loose):
-                yield self._records(item.data)
-            elif item.opcode == Opcode.CHUNK:
-                yield self._chunk(item)
+        for item, done in contents(FileRecords(self.stream, self.size)):
+            if isinstance(item, Part):
+                for piece in self._part(item):
+                    yield piece, done
             else:
-                self.take(item)
+                self.take(item.opcode, item.body)
 
-    def _chunk(self, item: Record) -> Grouped | Lost:
-        try:
-            data = chunk_data(item.body)
-            return self._grouped(data, record_bounds(data))
-        except _UNREADABLE as error:
-            return Lost(f"the chunk at byte {item.offset} of {self.size} cannot be read: {error}")
+    def _part(self, part: Part) -> Iterator[Grouped | Lost]:
+        if part.data:
+            try:
+                yield self._grouped(part)
+            except UNREADABLE as error:
+                part.reason = part.reason or f"a chunk cannot be read ({said(error)})"
+        if part.reason and part.joined:
+            for one in part.joined:
+                yield from self._part(one)
+        elif part.reason:
+            counts = {channel: times.size for channel, times in part.indexed()}
+            of = counts or ({} if part.empty else None)
+            yield Lost(f"is damaged or cut off at byte {part.at} of {self.size}: {part.reason}", of)
 
-    def _prefix(self, rest: bytes) -> Grouped:
-        """The messages of a chunk that the end of the file cut, as far as they are whole."""
-        try:
-            data = chunk_prefix(rest)
-            return self._grouped(data, whole_records(data)[0])
-        except _UNREADABLE:
-            return {}
-
-    def _records(self, data: bytes) -> Grouped | Lost:
-        try:
-            return self._grouped(data, record_bounds(data))
-        except _UNREADABLE as error:
-            return Lost(f"messages cannot be read: {error}")
-
-    def _grouped(self, data: bytes, bounds: Bounds) -> Grouped:
-        """Messages by their channel; what the records declare is taken in."""
-        for index in np.flatnonzero(bounds.opcode != Opcode.MESSAGE).tolist():
-            start = int(bounds.start[index])
-            self.take(Record(int(bounds.opcode[index]), data[start : start + int(bounds.length[index])], start))
+    def _grouped(self, part: Part) -> Grouped:
+        """Messages by their channel; what the records declare is taken in. Raises ValueError."""
+        data = part.data
+        bounds = record_bounds(data) if part.whole else whole_records(data)[0]
+        for opcode, body in declared(data, bounds):
+            self.take(opcode, body)
         which = bounds.opcode == Opcode.MESSAGE
         start, length = bounds.start[which], bounds.length[which] - MESSAGE_HEAD
         if (length < 0).any():
@@ -122,26 +96,10 @@ class _Pass:
         messages = Messages(log_time, plain, start + MESSAGE_HEAD, length)
         return {number: messages.at(np.flatnonzero(channel == number)) for number in np.unique(channel).tolist()}
 
-    def take(self, item: Record) -> None:
+    def take(self, opcode: int, body: bytes) -> None:
         """A declaration; one that is damaged is missed where its messages are."""
-        stream = ReadDataStream(io.BytesIO(item.body))
-        try:
-            if item.opcode == Opcode.SCHEMA:
-                schema = Schema.read(stream)
-                self.schemas[schema.id] = schema
-            elif item.opcode == Opcode.CHANNEL:
-                channel = Channel.read(stream)
-                self.channels[channel.id] = channel
-            elif item.opcode == Opcode.STATISTICS:
-                self.counts = dict(Statistics.read(stream).channel_message_counts)
-        except _UNREADABLE:
-            return
-
-
-def _indexed(run: Iterator[Record | Loose | Damage]) -> dict[int, int]:
-    """Messages of each channel, by the indexes behind their chunk."""
-    heads = [_INDEX.unpack_from(item.body) for item in run if isinstance(item, Record) and len(item.body) >= _INDEX.size]
-    return {channel: size // 16 for channel, size in heads}
+        with suppress(*UNREADABLE):
+            self.declarations.take(opcode, body)
 
 
 class McapRecording:
@@ -162,7 +120,7 @@ class McapRecording:
         """See `Container`. Raises LogError where the file cannot be read."""
         told, unknown = 0, False
         with open_log(self._path) as stream:
-            one = _Pass(stream, self.size, dict(self._schemas), dict(self._channels))
+            one = _Pass(stream, self.size, Declarations(dict(self._declarations.schemas), dict(self._declarations.channels)))
             try:
                 for piece, done in one.pieces():
                     for found in self._of_topic(one, piece, topic):
@@ -193,7 +151,7 @@ class McapRecording:
 
     @staticmethod
     def _kind(one: _Pass, number: int) -> str:
-        schema = one.schemas.get(one.channels[number].schema_id)
+        schema = one.declarations.schemas.get(one.channels[number].schema_id)
         return "" if schema is None else schema.name
 
     def _look(self, stream: BinaryIO) -> None:
@@ -215,11 +173,11 @@ class McapRecording:
                     left.discard(number)
             if known and not left:
                 break
-        self._schemas, self._channels = one.schemas, one.channels
+        self._declarations = one.declarations
 
     def _declared(self, one: _Pass, number: int, channel: Channel) -> None:
         if channel.topic not in self.topics:
-            schema = one.schemas.get(channel.schema_id)
+            schema = one.declarations.schemas.get(channel.schema_id)
             kind, form, text = ("", "", b"") if schema is None else (schema.name, schema.encoding, schema.data)
             self.topics[channel.topic] = topic_of(self._path, channel.topic, kind, channel.message_encoding, form, text)
 
@@ -236,4 +194,4 @@ class McapRecording:
         data = stream.read(end - start)
         bounds, _ = whole_records(data)
         for kind, first, length in zip(bounds.opcode.tolist(), bounds.start.tolist(), bounds.length.tolist(), strict=True):
-            one.take(Record(kind, data[first : first + length], first))
+            one.take(kind, data[first : first + length])

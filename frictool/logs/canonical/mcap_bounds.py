@@ -1,0 +1,68 @@
+"""Records that lie one behind the other in memory, as in a chunk: where each begins and ends."""
+
+from __future__ import annotations
+
+import struct
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.logs.canonical.mcap_layout import RECORD_HEAD
+
+_HEAD = struct.Struct("<BQ")
+_LENGTH = struct.Struct("<Q")
+
+
+class Bounds(NamedTuple):
+    """Records that lie one behind the other in `data`: kind (n,), where the body begins (n,), its bytes (n,)."""
+
+    opcode: NDArray[np.uint8]
+    start: NDArray[np.int64]
+    length: NDArray[np.int64]
+
+    def first(self, n: int) -> Bounds:
+        return Bounds(self.opcode[:n], self.start[:n], self.length[:n])
+
+
+def record_bounds(data: bytes) -> Bounds:
+    """Where the records of a chunk lie. Raises ValueError where a length does not fit; `whole_records` tells how far they do."""
+    bounds, end = whole_records(data)
+    if end != len(data):
+        raise ValueError(f"a record is announced that does not fit the {len(data) - end} bytes left of its chunk")
+    return bounds
+
+
+def whole_records(data: bytes) -> tuple[Bounds, int]:
+    """The records that are whole, and where the last of them ends."""
+    uniform = _uniform(data)
+    if uniform is not None:
+        return uniform, len(data)
+    begins = []
+    position, last = 0, len(data) - RECORD_HEAD
+    length_at = _LENGTH.unpack_from
+    while position <= last:
+        end = position + RECORD_HEAD + length_at(data, position + 1)[0]
+        if end > len(data):
+            break
+        begins.append(position)
+        position = end
+    heads = np.array(begins, np.int64)
+    lengths = np.diff(heads, append=position) - RECORD_HEAD
+    return Bounds(np.frombuffer(data, np.uint8)[heads], heads + RECORD_HEAD, lengths), position
+
+
+def _uniform(data: bytes) -> Bounds | None:
+    """The same without a loop, where all records are of one kind and one length."""
+    if len(data) < RECORD_HEAD:
+        return None
+    opcode, length = _HEAD.unpack_from(data)
+    step = RECORD_HEAD + length
+    if len(data) % step:
+        return None
+    heads = np.ndarray((len(data) // step, RECORD_HEAD), np.uint8, data, strides=(step, 1))
+    if not (heads == heads[0]).all():
+        return None
+    count = heads.shape[0]
+    starts = np.arange(count, dtype=np.int64) * step + RECORD_HEAD
+    return Bounds(np.full(count, opcode, np.uint8), starts, np.full(count, length, np.int64))

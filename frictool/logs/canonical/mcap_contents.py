@@ -1,0 +1,150 @@
+"""An MCAP file of any kind as what it declares and where its messages are, in the order of the file: the one walk of all readers.
+
+    FileRecords ──▶ Record, Part, Part, Record, ...
+
+Chunks are decompressed, and their CRCs checked, by a thread that runs some megabytes ahead of who reads.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections import deque
+from collections.abc import Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field
+
+import numpy as np
+from mcap.opcode import Opcode
+from numpy.typing import NDArray
+
+from frictool.logs.canonical.mcap_chunk import chunk_data, chunk_prefix, plain_size
+from frictool.logs.canonical.mcap_declarations import UNREADABLE
+from frictool.logs.canonical.mcap_records import Damage, FileRecords, Loose, Record
+
+BATCH_BYTES = 1 << 20  # of plain records: chunks of a slow log are small, and each batch costs a change of threads
+AHEAD_BYTES = 1 << 24  # that wait at most, unless one chunk alone has more
+INDEX_BYTES = 1 << 26  # of indexes behind a chunk that are kept
+_INDEX = struct.Struct("<HI")  # channel, bytes of entries
+
+
+@dataclass
+class Part:
+    """Where messages are, or were, at byte `at`.
+
+    data: records that follow one another. whole: they are all that a chunk holds, so that one that does not fit makes all of it doubtful.
+    reason: why something here cannot be read; "" where all can. empty: no message was in what cannot be read.
+    """
+
+    at: int
+    data: bytes = b""
+    reason: str = ""
+    whole: bool = False
+    empty: bool = False
+    packed: bytes = b""  # of a chunk, or of its beginning, that is not opened yet
+    joined: list[Part] = field(default_factory=list)  # chunks that follow one another, where `data` is that of them all
+    indexes: list[bytes] = field(default_factory=list)  # bodies of the records behind it
+
+    def indexed(self) -> list[tuple[int, NDArray[np.int64]]]:
+        """By the indexes behind a chunk: channel, and the times (n,) of its messages, in ns."""
+        return [
+            (_INDEX.unpack_from(body)[0], np.frombuffer(body, "<u8", offset=_INDEX.size)[::2].astype(np.int64)) for body in self.indexes
+        ]
+
+
+def contents(records: FileRecords, only: frozenset[int] | None = None) -> Iterator[tuple[Record | Part, int]]:
+    """Everything in its order, each with the bytes of the file up to its end. Raises OSError.
+
+    only: bytes where chunks begin that are opened; None opens all.
+    """
+    worker = ThreadPoolExecutor(1)
+    waiting: deque[tuple[Future[list[tuple[Record | Part, int]]], int]] = deque()
+    held = 0
+    try:
+        for batch, size in _batches(_parts(records, only)):
+            while waiting and (waiting[0][0].done() or held + size > AHEAD_BYTES):
+                first, freed = waiting.popleft()
+                held -= freed
+                yield from first.result()
+            waiting.append((worker.submit(_opened, batch), size))
+            held += size
+        while waiting:
+            yield from waiting.popleft()[0].result()
+    finally:
+        worker.shutdown(cancel_futures=True)
+
+
+def _parts(records: FileRecords, only: frozenset[int] | None) -> Iterator[tuple[Record | Part, int]]:
+    """Each part with the indexes behind it."""
+    part, end, kept, over = None, 0, 0, False
+    for item in records:
+        if part is not None:
+            if isinstance(item, Record) and item.opcode == Opcode.MESSAGE_INDEX:
+                kept += len(item.body)
+                if kept <= INDEX_BYTES:
+                    part.indexes.append(item.body)
+                end = records.offset
+                continue
+            yield part, end
+        part, end, kept = None, records.offset, 0
+        if isinstance(item, Loose):
+            part = Part(item.offset, item.data, empty=over)
+        elif isinstance(item, Damage):
+            part = Part(item.start, reason=item.reason, empty=over or item.bare, packed=item.rest)
+        elif item.opcode == Opcode.CHUNK:
+            if only is None or item.offset in only:
+                part = Part(item.offset, whole=True, empty=over, packed=item.body)
+        elif item.opcode != Opcode.MESSAGE_INDEX:
+            over |= item.opcode == Opcode.DATA_END
+            yield item, end
+    if part is not None:
+        yield part, end
+
+
+def _batches(parts: Iterable[tuple[Record | Part, int]]) -> Iterator[tuple[list[tuple[Record | Part, int]], int]]:
+    """Some at a time, each time with the bytes that they hold when they are opened; a large chunk is alone."""
+    batch: list[tuple[Record | Part, int]] = []
+    held = 0
+    for item, end in parts:
+        size = len(item.data) + len(item.packed) + plain_size(item.packed) if isinstance(item, Part) else len(item.body)
+        if batch and held + size > BATCH_BYTES:
+            yield batch, held
+            batch, held = [], 0
+        batch.append((item, end))
+        held += size
+    if batch:
+        yield batch, held
+
+
+def _opened(batch: list[tuple[Record | Part, int]]) -> list[tuple[Record | Part, int]]:
+    """The same, with the chunks opened, and those that follow one another joined: they are taken apart at once."""
+    opened: list[tuple[Record | Part, int]] = []
+    run: list[Part] = []
+    end = 0
+    for item, item_end in batch:
+        if isinstance(item, Part) and item.packed:
+            _open(item)
+        if isinstance(item, Part) and item.whole and not item.reason:
+            run.append(item)
+            end = item_end
+            continue
+        if run:
+            opened.append((_joined(run), end))
+            run = []
+        opened.append((item, item_end))
+    return [*opened, (_joined(run), end)] if run else opened
+
+
+def _open(part: Part) -> None:
+    try:
+        part.data = chunk_data(part.packed) if part.whole else chunk_prefix(part.packed)
+    except UNREADABLE as error:
+        part.reason = part.reason or f"a chunk cannot be read ({said(error)})"
+    part.packed = b""
+
+
+def _joined(run: list[Part]) -> Part:
+    return run[0] if len(run) == 1 else Part(run[0].at, b"".join([part.data for part in run]), whole=True, joined=run)
+
+
+def said(error: Exception) -> str:
+    return str(error) or type(error).__name__
