@@ -4,45 +4,48 @@
 
 Nothing is differentiated but the test function, and that by its exact second difference: its analytic second derivative would bias the
 inertia by 4-5 %. Windows follow each other at a sixth of their length; closer ones tell nothing more.
+
+The window, and whether the inertia can be had, are those of `assess`: its prediction (assess/weak.py) on the strokes of the records. The
+encoder's noise in the regressor of the inertia takes a share off it, by which the interval is widened.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from frictool.documents.bench import Bench
+from frictool.identify.assess.recorded import recorded_facts
+from frictool.identify.assess.verdicts import QUANTILE, percent
+from frictool.identify.assess.weak import weak_deviation
+from frictool.identify.bell import bell
 from frictool.identify.methods import Settings
-from frictool.identify.outcome import Fit, NothingUsable
-from frictool.identify.record import Record, Vector
-from frictool.identify.resolution import refuse_hidden_inertia
+from frictool.identify.outcome import Fit, Interval, NothingUsable
+from frictool.identify.record import Record
 from frictool.identify.samples import fit, joined
-from frictool.identify.slipping import SMALLEST_SHARE, slipping_rows, stroke_samples
-from frictool.identify.smoothing import choose_window, smoothed_by
+from frictool.identify.slipping import slipping_rows
+from frictool.identify.smoothing import smoothed_by
 
 OVERLAP = 6  # windows begin at each sixth of their length
 
 
-def bell(window: int) -> Vector:
-    """phi (window - 2,), sum 1, whose second difference has `window` values."""
-    inner = np.linspace(-1.0, 1.0, window)[1:-1]
-    phi = (1.0 - inner**2) ** 3
-    return np.asarray(phi / phi.sum())
-
-
 def weak(records: list[Record], bench: Bench, settings: Settings) -> Fit:
     """Inertia, viscous, Coulomb and offset from records of sliding motion. Raises NothingUsable where no window slips throughout."""
-    moving = [(record, stroke_samples(record)) for record in records]
-    parts, windows = [], [0]
-    for record, length in moving:
-        if length == 0.0:
-            continue
-        window = settings.window or choose_window(record, length, SMALLEST_SHARE)
-        every = max(1, window // OVERLAP)
-        parts.append(slipping_rows(record, bench, window, smoothed_by(record, bell(window)), every))
-        windows.append(window)
-    if sum(part.velocity.size for part in parts) == 0:
+    facts = recorded_facts(records, bench)
+    deviation, window = weak_deviation(list(facts.strokes), facts.axis, facts.sensing, settings.window)
+    every = max(1, window // OVERLAP)
+    samples = joined([slipping_rows(one, bench, window, smoothed_by(one, bell(window)), every) for one in records])
+    if samples.velocity.size == 0:
         raise NothingUsable("no sample slips for a whole window of the weak form")
-    samples, window = joined(parts), max(windows)
     found = fit(samples, np.ones(samples.velocity.size), OVERLAP, settings.confidence, {"window": window})
-    response = np.convolve(bell(window), [1.0, -2.0, 1.0]) / records[0].period ** 2
-    return refuse_hidden_inertia(found, records[0], bench, response, samples.acceleration, f"over {window} samples")
+    precision, known = QUANTILE * float(deviation[0]) / facts.axis.inertia, facts.known.get("inertia", 1.0)
+    if precision >= known:
+        kept = {name: interval for name, interval in found.parameters.items() if name != "inertia"}
+        reason = f"the weak form over {window} samples reaches {percent(precision)}, and the bench knows it to {percent(known)}"
+        return replace(found, parameters=kept, refused={**found.refused, "inertia": reason})
+    second = np.convolve(bell(window), [1.0, -2.0, 1.0]) / facts.sensing.period**2
+    share = facts.sensing.step**2 / 12.0 * float(second @ second) / float(np.mean(samples.acceleration**2))
+    inertia = found.parameters["inertia"]
+    half = inertia.half_width + share * abs(inertia.value)
+    return replace(found, parameters={**found.parameters, "inertia": Interval(inertia.value, inertia.value - half, inertia.value + half)})

@@ -23,8 +23,8 @@ from tests.accept.check_identify import covered, experiment
 from tests.identify.benches import clutch, record
 
 
-def test_sines_and_ramp_give_all_but_inertia() -> None:
-    result = identify([record(sines(1), name="a"), record(ramp(1), name="b")], [], clutch(), DEFAULT, Settings())
+def test_differentiation_gives_all_but_inertia() -> None:
+    result = identify([record(sines(1), name="a"), record(ramp(1), name="b")], [], clutch(), "least-squares", Settings())
     assert result.kinds == {"a": "sliding", "b": "ramp"}
     assert list(result.identified) == ["viscous", "coulomb", "offset", "breakaway"]
     assert set(result.refused) == {"inertia"}
@@ -175,10 +175,13 @@ def test_a_clock_that_is_none_is_refused() -> None:
 
 
 def test_intervals_cover_on_a_few_seeds() -> None:
-    """`make accept` runs a hundred; of 3 times 12 intervals at 95 %, fewer than 30 would come once in ten thousand runs."""
+    """`make accept` runs 400; of 3 times 12 intervals at 95 %, fewer than 30 would come twice in a thousand runs,
+
+    and fewer than 9 of 12 as rarely.
+    """
     hits = [covered(seed) for seed in range(12)]
     assert sum(hit[name] for hit in hits for name in ("viscous", "coulomb", "offset")) >= 30
-    assert all("inertia" not in hit for hit in hits)
+    assert sum(hit["inertia"] for hit in hits) >= 9
     assert experiment(0)[0].inertia != experiment(1)[0].inertia
 
 

@@ -21,8 +21,8 @@ class Facts:
     """SI. axis: its a-priori values; sensing: period, step, noise of the effort. speed, effort: the largest.
 
     strokes: the sines proposed. fastest, slowest: a-priori time constants inertia/viscous, s. known: parameter -> half width of the
-    a-priori interval over its value, for those that have one. breakaway, rate: expected, and of the ramps [N m/s | N/s].
-    presliding: distance z_max expected, rad | m.
+    a-priori interval over its value, for those that have one. Of a test that is yet to come besides: breakaway, rate: expected, and of
+    the ramps [N m/s | N/s]; presliding: distance z_max expected, rad | m.
     """
 
     axis: Friction
@@ -34,10 +34,10 @@ class Facts:
     slowest: float
     known: dict[str, float]
     inertia: tuple[float, float, float]
-    breakaway: float
-    rate: float
-    onsets: float
-    presliding: float
+    breakaway: float = 0.0
+    rate: float = 0.0
+    onsets: float = 0.0
+    presliding: float = 0.0
 
     @property
     def dynamics_known(self) -> bool:
@@ -59,22 +59,35 @@ def facts_of(bench: Bench, duration: float, noise: float | None, effort: float |
     """
     known, limits = bench.mechanics, limits_of(bench)
     low, high = known.inertia.interval
-    viscous_low, viscous_high = known.viscous.interval
+    fastest, slowest = time_constants(bench)
     return Facts(
         axis=axis_known(bench),
         sensing=sensing_of(bench, noise),
         speed=limits.speed,
         effort=effort or bench.actuator.constant.value * bench.actuator.limit.value,
         strokes=tuple(plan(limits, duration)),
-        fastest=low / viscous_high if viscous_high > 0.0 else math.inf,
-        slowest=high / viscous_low if viscous_low > 0.0 else math.inf,
-        known={name: width for name in ("inertia", "viscous", "coulomb", "breakaway") if (width := _width(getattr(known, name))) > 0.0},
+        fastest=fastest,
+        slowest=slowest,
+        known=known_widths(bench),
         inertia=(low, known.inertia.value, high),
         breakaway=breakaway_range(bench)[1],
         rate=effort_rate(bench),
         onsets=2.0 * SEGMENTS,
         presliding=presliding or PRESLIDING[bench.axis],
     )
+
+
+def time_constants(bench: Bench) -> tuple[float, float]:
+    """The shortest and the longest a-priori inertia/viscous, s."""
+    low, high = bench.mechanics.inertia.interval
+    least, most = bench.mechanics.viscous.interval
+    return low / most if most > 0.0 else math.inf, high / least if least > 0.0 else math.inf
+
+
+def known_widths(bench: Bench) -> dict[str, float]:
+    """Parameter -> half width of its a-priori interval over its value, for those that have one."""
+    names = ("inertia", "viscous", "coulomb", "breakaway")
+    return {name: width for name in names if (width := _width(getattr(bench.mechanics, name))) > 0.0}
 
 
 def _width(quantity: Quantity | None) -> float:

@@ -20,18 +20,25 @@ from frictool.identify.excite.information import Vector
 
 GATE = math.radians(30.0)  # sines count from 30 to 150 degrees
 MEAN = math.cos(GATE) / (0.5 * math.pi - GATE)  # of the sine over the gate
+SPREAD = 1.2  # of the fastest stroke over the slowest: as identify/sines.py asks
 FOLLOWED = 0.03  # of the top speed
 
 
 def sines_half_width(facts: Facts, quantile: float) -> Vector:
-    """Half widths (2,) of viscous and coulomb in SI; quantile: how many standard deviations an interval has either way."""
+    """Half widths (2,) of viscous and coulomb in SI, inf where all strokes have one speed (4.37).
+
+    quantile: how many standard deviations an interval has either way.
+    """
     rows = np.array([[MEAN * stroke.speed, 1.0] for stroke in facts.strokes])
     duration = np.array([stroke.duration for stroke in facts.strokes]) * (1.0 - 2.0 * GATE / math.pi)
     strokes = np.array([2.0 * stroke.times for stroke in facts.strokes])
     noise = facts.sensing.noise**2 * facts.sensing.period / duration
     counts = (facts.axis.viscous * facts.sensing.step / duration) ** 2 / 6.0
     weight = strokes / (noise + counts)
-    covariance = np.linalg.inv(rows.T @ (rows * weight[:, None]))
+    normal = rows.T @ (rows * weight[:, None])
+    if float(rows[:, 0].max()) < SPREAD * float(rows[:, 0].min()):
+        return np.full(2, np.inf)
+    covariance = np.linalg.inv(normal)
     low, _, high = facts.inertia
     inertial = 0.5 * (high - low) * FOLLOWED * np.array([stroke.speed for stroke in facts.strokes]) / duration
     common = covariance @ (rows.T @ (weight * inertial))

@@ -1,6 +1,6 @@
 """How precise least squares over smoothing windows is, computed before anything is measured: the weak form of the equation of motion.
 
-Convolved with a bell g whose second difference is c (identify/weak.py) the equation needs no derivative of a measurement:
+Convolved with a bell g whose second difference is c (identify/bell.py) the equation needs no derivative of a measurement:
 
     inertia (c*x) + viscous (g*dx) + coulomb (g*sign v) + offset = g*u + n,    n = g*e_u - (inertia c + viscous g*d) * e_x
 
@@ -13,25 +13,27 @@ short a window shows there. The result is above the Cramér-Rao bound by what eq
 from __future__ import annotations
 
 import numpy as np
+from scipy.signal import fftconvolve
 
+from frictool.identify.bell import bell
 from frictool.identify.excite.information import Friction, Sensing, Stroke, Vector, both_ways, regressors
 from frictool.identify.smoothing import SHORTEST
-from frictool.identify.weak import bell
 
 STROKE_SHARE = 0.25  # longest window over the median stroke
 
 
-def weak_deviation(strokes: list[Stroke], axis: Friction, sensing: Sensing) -> tuple[Vector, int]:
-    """Root mean square errors (4,) of inertia, viscous, coulomb, offset in SI with the window [samples] that is best for the inertia.
+def weak_deviation(strokes: list[Stroke], axis: Friction, sensing: Sensing, window: int | None = None) -> tuple[Vector, int]:
+    """Root mean square errors (4,) of inertia, viscous, coulomb, offset in SI over `window` samples, and it: the best for the inertia
 
-    inf where no stroke is longer than its window.
+    where it is None. inf where no stroke is longer than its window.
     """
-    best, chosen = np.full(4, np.inf), SHORTEST
+    best, chosen = np.full(4, np.inf), window or SHORTEST
     longest = max(SHORTEST, int(np.median([one.duration for one in strokes]) / sensing.period * STROKE_SHARE))
-    for window in sorted({2 * int(length / 2.0) + 1 for length in np.geomspace(SHORTEST, longest, 20)}):
-        found = _deviation(strokes, axis, sensing, window)
+    choice = sorted({2 * int(length / 2.0) + 1 for length in np.geomspace(SHORTEST, longest, 20)}) if window is None else [window]
+    for width in choice:
+        found = _deviation(strokes, axis, sensing, width)
         if found[0] < best[0]:
-            best, chosen = found, window
+            best, chosen = found, width
     return best, chosen
 
 
@@ -63,5 +65,5 @@ def _deviation(strokes: list[Stroke], axis: Friction, sensing: Sensing, window: 
 
 def _gram(rows: Vector, kernel: Vector) -> Vector:
     """Covariance (4, 4) of rows' n for n = kernel * (white noise of variance 1)."""
-    columns = np.column_stack([np.convolve(column, kernel) for column in rows.T])
+    columns = fftconvolve(rows, kernel[:, None], axes=0)
     return np.asarray(columns.T @ columns)
