@@ -15,6 +15,7 @@ from frictool.documents.quantity import CHANNEL_DIMENSIONS, drive_dimension, si_
 from frictool.errors import LogError
 from frictool.logs.canonical.mcap_layout import COLUMNS, message_path
 from frictool.logs.channels.mapping import EFFORT, check_rate
+from frictool.logs.clocks.resampling import RESAMPLED
 from frictool.logs.log import Log, Stream, Vector
 from frictool.logs.quality.quality import time_base
 
@@ -62,11 +63,16 @@ def _is_measured(log: Log, stream: Stream, bench: Bench) -> bool:
         return True
     columns = log.metadata.get(COLUMNS, {})
     if columns:
-        return message_path(stream.topic, EFFORT) in columns
+        return _path_before(log, message_path(stream.topic, EFFORT)) in columns
     drive, effort = stream.signals.get(bench.actuator.drive), stream.signals[EFFORT]
     if drive is None:
         return True
     return float(np.max(np.abs(effort - _ratio(drive, effort) * drive))) > ROUNDING * float(np.max(np.abs(effort)))
+
+
+def _path_before(log: Log, path: str) -> str:
+    """What a channel's path was before `ingest --resample` put it on one grid."""
+    return log.metadata.get(RESAMPLED, {}).get(path, "").partition(", from ")[2] or path
 
 
 def _ratio(drive: Vector, effort: Vector) -> float:
