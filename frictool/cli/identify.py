@@ -49,8 +49,10 @@ Exit code 1, and no model, where the logs are in order and give nothing at all.
 @click.option(
     "--forgetting", type=FiniteRange(0.0, 1.0, min_open=True), help="recursive: weight of a square a stroke back. [default: 0.99]"
 )
-@click.option("--cutoff-hz", type=FiniteRange(0.0, min_open=True), help="inverse-dynamic: of the Butterworth filter. [default: 100]")
-@click.option("--filter-order", type=click.IntRange(1, 12), help="inverse-dynamic: of the Butterworth filter. [default: 4]")
+@click.option(
+    "--cutoff-hz", type=FiniteRange(0.0, min_open=True), help="inverse-dynamic, friction-force: of the Butterworth filter. [default: 100]"
+)
+@click.option("--filter-order", type=click.IntRange(1, 12), help="inverse-dynamic, friction-force: of the Butterworth filter. [default: 4]")
 @click.option("--padding", type=click.IntRange(0), help="inverse-dynamic: samples that pad either end. [default: 12]")
 @click.option("--skip", type=click.IntRange(0), help="inverse-dynamic: samples left out at the start. [default: 49]")
 @click.option("--decimate", type=click.IntRange(1, 1000), help="inverse-dynamic: one sample in so many. [default: 10]")
@@ -126,9 +128,9 @@ def _tell(result: Identification, bench: Bench, as_json: bool, output: Path | No
 def _check_options(method: str, own: dict[str, Any], filters: dict[str, Any]) -> None:
     """Raises UsageError where an option belongs to another method."""
     for name, value in {**own, **filters}.items():
-        needed = "pipeline" if name in filters else name
-        if value is not None and needed not in METHODS[method].options:
-            owners = ", ".join(other for other, row in METHODS.items() if needed in row.options)
+        needed = {name, "pipeline"} if name in filters else {name}
+        if value is not None and needed.isdisjoint(METHODS[method].options):
+            owners = ", ".join(other for other, row in METHODS.items() if not needed.isdisjoint(row.options))
             raise click.UsageError(f"--{name.replace('_', '-')} belongs to --method {owners}, not to {method}.")
     window = own["window"]
     if window is not None and window % 2 == 0:

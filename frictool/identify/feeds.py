@@ -8,7 +8,7 @@ from frictool.identify.methods import METHODS
 from frictool.identify.record import JITTER, MOST_BROKEN
 from frictool.logs.quality.survey import POSITION, Survey
 
-BREAKAWAY = "breakaway"
+BREAKAWAY, VELOCITY = "breakaway", "velocity"
 DRIVES = ("effort", "current", "voltage")
 COARSEST = 0.1  # of the way in a sample at top speed: one count of an encoder from which plain differences give a velocity's sign
 
@@ -16,17 +16,18 @@ COARSEST = 0.1  # of the way in a sample at top speed: one count of an encoder f
 def feeds(seen: Survey, kind: str | None) -> dict[str, str | None]:
     """Method -> None where the stream can feed it, else why not; `breakaway` is the evaluation of ramps."""
     why = _nothing_to_use(seen, kind)
-    out: dict[str, str | None] = {name: why or _no_sliding(seen, kind) for name in METHODS}
+    blind = None if POSITION in seen.signals else "there is no position"
+    out = {name: why or (None if row.velocity else blind) or _no_sliding(seen, kind) for name, row in METHODS.items()}
     if out.get("inverse-dynamic", why) is None:
         out["inverse-dynamic"] = _too_rough(seen)
     ramps = None if kind == "ramp" else f"the log is no ramp of the effort from rest ({kind or 'unknown'})"
-    return {**out, BREAKAWAY: why or ramps}
+    return {**out, BREAKAWAY: why or blind or ramps}
 
 
 def _nothing_to_use(seen: Survey, kind: str | None) -> str | None:
     """What every method needs and the stream has not."""
-    if POSITION not in seen.signals:
-        return "there is no position"
+    if POSITION not in seen.signals and VELOCITY not in seen.signals:
+        return "there is no position and no velocity"
     if not any(name in seen.signals for name in DRIVES):
         return f"there is none of {', '.join(DRIVES)}"
     if kind == "rest":

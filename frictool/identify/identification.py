@@ -58,7 +58,7 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
     """
     _refuse_twice([*records, *ramps])
     odd = [warning for record in [*records, *ramps] for warning in implausible(record, bench)]
-    ramp_like = [record for record in records if is_ramp(record, bench)]
+    ramp_like = [record for record in records if record.velocity is None and is_ramp(record, bench)]
     sliding = [record for record in records if not any(record is other for other in ramp_like)]
     ramps = [*ramps, *ramp_like]
     found: dict[str, Interval] = {}
@@ -133,6 +133,9 @@ def _slide(records: list[Record], bench: Bench, method: str, settings: methods.S
 def _break_away(ramps: list[Record], bench: Bench, found: Mapping[str, Interval], confidence: float) -> Breakaway:
     if not ramps:
         raise NothingUsable("no log of breakaway ramps was given")
+    for ramp in ramps:
+        if ramp.velocity is not None:
+            raise NothingUsable(f"{ramp.name} has a velocity and no position, whose counts tell when the axis breaks away")
     axis = {name: found.get(name) or prior(bench, name) for name in SLIDING}
     onsets = breakaway(ramps, bench, axis, confidence)
     if not (onsets.forward > 0.0 and onsets.backward > 0.0) and "offset" not in found and bench.mechanics.offset is None:

@@ -19,12 +19,13 @@ DEFAULT = "auto"
 class Method:
     """`what` it does and `when` it is right, for people. It is the function of its name in the module of its name, with _ for -.
 
-    options: which of `Settings` it looks at beside the confidence.
+    options: which of `Settings` it looks at beside the confidence. velocity: it makes do with a measured velocity and no position.
     """
 
     what: str
     when: str
     options: tuple[str, ...] = ()
+    velocity: bool = False
 
 
 METHODS: dict[str, Method] = {
@@ -32,26 +33,31 @@ METHODS: dict[str, Method] = {
         "least squares, the power balance, sines or output error: by what encoder and motion allow (figure 4.4), and says why",
         "any log; drops a term that does not help to predict strokes that the fit has not seen",
         ("window",),
+        velocity=True,
     ),
     "least-squares": Method(
         "least squares (4.11): zero-phase Savitzky-Golay, only samples certain to slip, QR",
         "any encoder, sticks and backlash; refuses the inertia that quantisation hides",
         ("window",),
+        velocity=True,
     ),
     "power-balance": Method(
         "the power balance (4.23): the same, weighted by velocity; with --time-constant on filtered differences, all samples",
         "friction that falls over speed beyond the slowest samples (Stribeck)",
         ("window", "time_constant"),
+        velocity=True,
     ),
     "weighted": Method(
         "the same, weighted by the inverse variance of the measurement errors, found over speed (4.2.5.1)",
         "an encoder or a friction that is worse at some speeds than at others",
         ("window",),
+        velocity=True,
     ),
     "conditioned": Method(
         "the power balance scaled by sqrt(2)/V (4.31), with the condition of (4.29) before and after",
         "very high or low speeds in SI units",
         ("window",),
+        velocity=True,
     ),
     "weak": Method(
         "the weak (integral) form: windows of (1 - s^2)^3, nothing differentiated",
@@ -72,6 +78,7 @@ METHODS: dict[str, Method] = {
         "recursive least squares (4.16) in square-root form: the last of the log counts most",
         "parameters that drift along the log (warming up, wear)",
         ("window", "forgetting"),
+        velocity=True,
     ),
     "ordinary": Method(
         "plain least squares on differences (4.2), every sample alike",
@@ -86,6 +93,7 @@ METHODS: dict[str, Method] = {
     "sines": Method(
         "sines (4.34)-(4.39): mean effort over mean speed of each stroke's middle; finds the knees of friction over speed",
         "any encoder, strokes at several speeds; friction only, the inertia is the bench's",
+        velocity=True,
     ),
     "output-error": Method(
         "simulation error: the axis that, driven by the measured effort, goes where the measured one went; load terms by held-out halves",
@@ -94,6 +102,12 @@ METHODS: dict[str, Method] = {
     "stribeck-curve": Method(
         "the Stribeck curve (2.34): mean effort over runs at constant speeds",
         "runs at constant speeds, slow ones too; gives the breakaway and the Stribeck velocity where friction falls with speed",
+    ),
+    "friction-force": Method(
+        "the friction force of a known inertia, causal filter, and its curve over speed, as published for a rack-and-pinion stage",
+        "one stroke, one direction, an inertia that was weighed; to compare with published values",
+        ("cutoff_hz", "filter_order"),
+        velocity=True,
     ),
     "inverse-dynamic": Method(
         "the published EMPS pipeline: Butterworth, central differences, decimation, ordinary least squares",
@@ -121,5 +135,11 @@ class Settings:
 
 def run(method: str, records: list[Record], bench: Bench, settings: Settings) -> Fit:
     """The sliding parameters by the method called `method`. Raises NothingUsable where the records do not give any."""
+    blind = next((record.name for record in records if record.velocity is not None), None)
+    if blind is not None and not METHODS[method].velocity:
+        from frictool.identify.outcome import NothingUsable
+
+        able = ", ".join(name for name, row in METHODS.items() if row.velocity)
+        raise NothingUsable(f"{blind} has a velocity and no position, which {method} needs; these do without: {able}")
     name = method.replace("-", "_")
     return cast("Fit", getattr(import_module(f"frictool.identify.{name}"), name)(records, bench, settings))

@@ -19,14 +19,14 @@ from frictool.identify.record import Record, Vector
 def unresolved_inertia(record: Record, bench: Bench, response: Vector, acceleration: Vector, smoothing: str) -> str | None:
     """Why the inertia is not to be had from this encoder, or None.
 
-    response: from position to acceleration, 1/s^2, one number a sample. acceleration (n,): of the samples used. smoothing: the filter,
-    for people.
+    response: from position to acceleration, 1/s^2, or from a measured velocity, 1/s, one number a sample. acceleration (n,): of the
+    samples used. smoothing: the filter, for people.
     """
     prior = bench.mechanics.inertia
     known = 0.5 * (prior.interval[1] - prior.interval[0])
     if known == 0.0:
         known = prior.value  # the bench gives no interval: anything better than a factor of two is of use
-    worst = 0.5 * record.resolution * float(np.sum(np.abs(response)))
+    worst = 0.5 * record.count * float(np.sum(np.abs(response)))
     bound = prior.value * worst / float(np.sqrt(np.mean(acceleration**2)))
     raw = prior.value**2 * 2.0 * record.resolution / (record.period**2 * bench.actuator.constant.value * bench.actuator.limit.value)
     if bound >= known:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +18,15 @@ from frictool.identify.triangles import Numbers, Tensor, triangles
 
 FEWEST_STROKES = 2  # in each direction: a difference of directions that is seen once cannot be told from one of strokes
 ONE_DIRECTION = "the motion is in one direction only, in which Coulomb friction and offset are one number"
+KNOWN_OFFSET = {"offset": "the motion is in one direction only; the bench's offset is taken off the Coulomb friction"}
 
 
 @dataclass(frozen=True)
 class Samples:
     """Rows of effort = inertia a + viscous v + coulomb s + offset: (n,) in SI, `stroke` (n,) ascending; `sign`: s, filtered as the rest;
 
-    `counts`: how many encoder counts pass in the row.
+    `counts`: how many encoder counts pass in the row. known_offset: the bench's, N m | N, which tells Coulomb friction where the motion is
+    in one direction only.
     """
 
     acceleration: Vector
@@ -33,6 +35,7 @@ class Samples:
     stroke: Numbers
     sign: Vector
     counts: Vector
+    known_offset: Interval | None = None
 
     @property
     def columns(self) -> tuple[Vector, ...]:
@@ -42,7 +45,7 @@ class Samples:
     def rows(self, chosen: NDArray[np.bool_]) -> Samples:
         """The rows where `chosen` (n,) is True."""
         names = ("acceleration", "velocity", "effort", "stroke", "sign", "counts")
-        return Samples(*(getattr(self, name)[chosen] for name in names))
+        return replace(self, **{name: getattr(self, name)[chosen] for name in names})
 
 
 def joined(parts: list[Samples]) -> Samples:
@@ -54,7 +57,7 @@ def joined(parts: list[Samples]) -> Samples:
         strokes.append(part.stroke + above)
         above += int(part.stroke[-1]) + 1 if part.stroke.size else 0
     stack = [np.concatenate([getattr(p, name) for p in parts]) for name in ("acceleration", "velocity", "effort", "sign", "counts")]
-    return Samples(stack[0], stack[1], stack[2], np.concatenate(strokes), stack[3], stack[4])
+    return Samples(stack[0], stack[1], stack[2], np.concatenate(strokes), stack[3], stack[4], parts[0].known_offset)
 
 
 def fit(
@@ -63,8 +66,8 @@ def fit(
     """Weighted least squares on `samples`, weight (n,); a residual is correlated over `window` rows.
 
     Of the `droppable` parameters those that are needless (`alternatives`) are 0, and the others fitted without them. Raises NothingUsable
-    where there are too few rows. Where the axis moves in one direction only, Coulomb friction and offset are one number and both are
-    refused.
+    where there are too few rows. Where the axis moves in one direction only, Coulomb friction and offset are one number: both are
+    refused, or the offset alone where the bench knows it.
     """
     names, refused = parameters_of(samples)
     plain, weighted, cluster, order = _reduced(samples, weight, len(names), window)
@@ -85,6 +88,8 @@ def fit(
     found = {names[k]: Interval(0.0, float(low[k]), float(high[k])) for k in dropped}
     for k, v, w in zip(columns, solution.value, width, strict=True):
         found[names[k]] = Interval(float(v), float(v - w), float(v + w))
+    if refused == KNOWN_OFFSET and samples.known_offset is not None:
+        found["coulomb"] = less_offset(found["coulomb"], samples.known_offset, float(samples.sign[0]))
     size = float(np.linalg.norm(samples.effort))
     held_out = held_out_norm(plain, weighted, half, list(range(len(columns))))
     return Fit(
@@ -97,6 +102,13 @@ def fit(
         {**details, "strokes": int(order.max()) + 1, "clusters": int(cluster.max()) + 1},
         dropped=tuple(names[k] for k in dropped),
     )
+
+
+def less_offset(found: Interval, offset: Interval, sign: float) -> Interval:
+    """Coulomb friction from what it and the offset are together in the direction `sign`, wherever in its interval the offset is."""
+    value, half = found.value - sign * offset.value, found.half_width
+    low, high = (sign * offset.low, sign * offset.high) if sign > 0.0 else (sign * offset.high, sign * offset.low)
+    return Interval(value, found.value - high - half, found.value - low + half)
 
 
 def _reduced(samples: Samples, weight: Vector, parameters: int, window: int) -> tuple[Tensor, Tensor, Numbers, Numbers]:
@@ -154,7 +166,7 @@ def parameters_of(samples: Samples) -> tuple[tuple[str, ...], dict[str, str]]:
     if samples.velocity.size < 2 * len(SLIDING):
         raise NothingUsable(f"only {samples.velocity.size} samples are certain to slip")
     if np.all(samples.sign > 0.0) or np.all(samples.sign < 0.0):
-        return SLIDING[:3], {"coulomb": ONE_DIRECTION, "offset": ONE_DIRECTION}
+        return SLIDING[:3], {"coulomb": ONE_DIRECTION, "offset": ONE_DIRECTION} if samples.known_offset is None else KNOWN_OFFSET
     forward, backward = (np.count_nonzero(np.diff(samples.stroke[samples.sign * side > 0.0])) + 1 for side in (1.0, -1.0))
     if min(forward, backward) < FEWEST_STROKES:
         reason = f"too few reversals: {forward} strokes slip forward and {backward} backward (at least {FEWEST_STROKES} each are needed)"

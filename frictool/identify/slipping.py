@@ -17,12 +17,12 @@ from scipy.special import ndtri
 
 from frictool.documents.bench import Bench
 from frictool.identify.methods import Settings
-from frictool.identify.outcome import Fit, NothingUsable
+from frictool.identify.outcome import Fit, Interval, NothingUsable
 from frictool.identify.record import Record, Vector
 from frictool.identify.resolution import refuse_hidden_inertia
 from frictool.identify.samples import Samples, fit, joined
 from frictool.identify.slip import keep_rows, slip_mask
-from frictool.identify.smoothing import acceleration_filter, choose_window, smoothed
+from frictool.identify.smoothing import acceleration_response, choose_window, smoothed
 from frictool.identify.strokes import find_strokes
 
 SMALLEST_SHARE, LARGEST_SHARE = 0.0075, 0.1  # of noise in the acceleration (`smoothing`): attenuation 0.006 % and 1 %
@@ -54,7 +54,7 @@ def slipping_fit(records: list[Record], bench: Bench, settings: Settings, fittin
         del samples  # an hour of them is large, and the next come
         samples, used = slipping(records, bench, share, None)
         result = fitting(samples, used)
-    response = acceleration_filter(used, records[0].period)
+    response = acceleration_response(records[0], used)
     return refuse_hidden_inertia(result, records[0], bench, response, samples.acceleration, f"over {used} samples")
 
 
@@ -122,4 +122,6 @@ def slipping_rows(record: Record, bench: Bench, window: int, signals: tuple[Vect
     kept = np.count_nonzero(mask)
     acceleration, velocity, effort = (values[:kept] for values in signals)
     counts = np.abs(velocity) * (every * record.period / record.resolution)
-    return Samples(acceleration, velocity, effort, strokes.number[:kept], strokes.sign[:kept], counts)
+    offset = bench.mechanics.offset
+    known = None if offset is None else Interval(offset.value, *offset.interval)
+    return Samples(acceleration, velocity, effort, strokes.number[:kept], strokes.sign[:kept], counts, known)

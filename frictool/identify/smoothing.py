@@ -89,15 +89,28 @@ def position_noise(record: Record) -> float:
     return max(record.resolution / math.sqrt(12.0), measured)
 
 
+def measurement_noise(record: Record) -> float:
+    """The same of what was measured: of the position, or of the velocity, rad/s | m/s."""
+    if record.velocity is None:
+        return position_noise(record)
+    return max(record.count / math.sqrt(12.0), math.sqrt(fourth_difference_power(record.velocity)) / FOURTH_DIFFERENCE_GAIN)
+
+
+def acceleration_response(record: Record, window: int) -> Vector:
+    """From what was measured to the acceleration (window,): c, or c on the integral of a measured velocity."""
+    c = acceleration_filter(window, record.period)
+    return c if record.velocity is None else np.convolve(np.cumsum(c)[:-1] * record.period, (0.5, 0.5))
+
+
 def choose_window(record: Record, stroke_samples: float, share: float) -> int:
     """The window in samples, odd, by the rule above; `stroke_samples` is the median length of a stroke, `share` that of the noise."""
     longest = max(_odd(stroke_samples * STROKE_SHARE), SHORTEST)
     if record.position.size <= longest:
         return SHORTEST
     wanted = share * _rms_acceleration(record, longest)
-    noise = position_noise(record)
+    noise = measurement_noise(record)
     for window in range(SHORTEST, longest, 2):
-        if noise * float(np.linalg.norm(acceleration_filter(window, record.period))) <= wanted:
+        if noise * float(np.linalg.norm(acceleration_response(record, window))) <= wanted:
             return window
     return longest
 

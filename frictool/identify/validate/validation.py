@@ -54,6 +54,8 @@ def validate(model: Model, record: Record, skip: int, cutoff_hz: float, servo: S
     Raises LogError where the record holds no piece longer than `skip`, nothing moves, or a closed loop has no reference; NoSolutionError
     where the simulation fails.
     """
+    if record.velocity is not None:
+        raise LogError(record.name, "has a velocity and no position, against which a model is validated")
     pieces = [piece for piece in whole([record]) if piece.last - piece.first > skip + 3 * FILTER_ORDER]
     if not pieces:
         raise LogError(record.name, f"has no unbroken piece longer than the {skip} samples that are skipped; skip fewer")

@@ -1,0 +1,194 @@
+"""Logs with a measured velocity and no position: the same parameters as from a position, refusals in one line, the measured rack."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from frictool.documents.bench import Bench
+from frictool.documents.quantity import Quantity
+from frictool.engine.replay import FREE, replay, replayed
+from frictool.errors import LogError
+from frictool.identify.identification import NothingIdentified, identify
+from frictool.identify.methods import METHODS, Settings, run
+from frictool.identify.newey_west import newey_west
+from frictool.identify.outcome import SLIDING, NothingUsable
+from frictool.identify.record import Record, make_record, velocity_record
+from frictool.identify.smoothing import acceleration_filter, acceleration_response, bump
+from frictool.plant.axis import AxisParameters, rest
+from tests.cli.run import refused
+from tests.cli.run import run as command
+from tests.identify.benches import ROOT, data
+from tests.identify.linear_axis import PERIOD, linear_bench
+
+SAMPLES, NOISE, COUNT = 12_000, 0.2, 2e-4  # N, standard deviation; m/s
+RACK = ROOT / "configs" / "rack" / "bench.yaml"
+
+
+def axis(seed: int) -> AxisParameters:
+    draw = np.random.default_rng([seed, 3])
+    return AxisParameters(
+        5.0 * draw.uniform(0.8, 1.2), 12.0 * draw.uniform(0.7, 1.3), (c := 8.0 * draw.uniform(0.7, 1.3)), c, draw.uniform(-1, 1)
+    )
+
+
+def motion(truth: AxisParameters, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Time, position, velocity and effort (n,) of an axis that a known effort drives; the effort is held, its measurement has noise."""
+    draw, time = np.random.default_rng([seed, 4]), np.arange(SAMPLES) * PERIOD
+    effort = sum(a * np.sin(2.0 * np.pi * f * time + draw.uniform(0, 6)) for a, f in ((14.0, 0.9), (11.0, 0.37), (6.0, 2.3)))
+    x, v = np.empty(SAMPLES), np.empty(SAMPLES)
+    assert replay(replayed(truth), np.empty(0), rest(), effort, effort, FREE, PERIOD, x, v) == 0
+    return time, x, v, effort + NOISE * draw.standard_normal(SAMPLES)
+
+
+def by_velocity(seed: int) -> tuple[AxisParameters, Record]:
+    truth = axis(seed)
+    time, _, v, effort = motion(truth, seed)
+    return truth, velocity_record("log", time, COUNT * np.round(v / COUNT), effort, 0.0)
+
+
+@pytest.mark.parametrize("method", ["least-squares", "power-balance", "weighted", "conditioned", "recursive"])
+def test_the_truth_lies_in_the_intervals(method: str) -> None:
+    hits = []
+    for seed in range(5):
+        truth, record = by_velocity(seed)
+        found = run(method, [record], linear_bench(), Settings()).parameters
+        hits += [found[name].low <= getattr(truth, name) <= found[name].high for name in SLIDING]
+    assert sum(hits) >= len(hits) - 3
+
+
+@settings(max_examples=8, deadline=None)
+@given(st.integers(0, 10_000))
+def test_a_velocity_tells_what_its_position_does(seed: int) -> None:
+    truth = axis(seed)
+    time, x, v, effort = motion(truth, seed)
+    one = run("least-squares", [make_record("x", time, x, effort, 1e-9, 0.0)], linear_bench(), Settings(window=51)).parameters
+    other = run("least-squares", [velocity_record("v", time, v, effort, 0.0)], linear_bench(), Settings(window=51)).parameters
+    for name in SLIDING:
+        assert other[name].value == pytest.approx(one[name].value, abs=0.1 * one[name].half_width)
+
+
+def test_the_response_to_a_velocity_is_that_to_its_integral() -> None:
+    _, record = by_velocity(0)
+    window = 21
+    impulse = np.zeros(61)
+    impulse[30] = 1.0
+    integral = np.concatenate(([0.0], np.cumsum(0.5 * (impulse[1:] + impulse[:-1])) * PERIOD))
+    expected = np.correlate(integral, acceleration_filter(window, PERIOD), mode="valid")
+    response = acceleration_response(record, window)
+    assert np.linalg.norm(response) == pytest.approx(np.linalg.norm(expected), rel=1e-9)
+    assert bump(window, PERIOD).sum() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("method", [name for name, row in METHODS.items() if not row.velocity])
+def test_other_methods_refuse_in_one_line(method: str) -> None:
+    _, record = by_velocity(1)
+    with pytest.raises(NothingUsable, match=f"a velocity and no position, which {method} needs; these do without: auto"):
+        run(method, [record], linear_bench(), Settings())
+
+
+def test_ramps_need_a_position() -> None:
+    _, record = by_velocity(1)
+    with pytest.raises(NothingIdentified, match="no position, whose counts tell"):
+        identify([], [record], linear_bench(), "auto", Settings())
+
+
+def test_a_velocity_that_does_not_change_is_refused() -> None:
+    with pytest.raises(LogError, match="does not change"):
+        velocity_record("log", np.arange(9.0), np.zeros(9), np.ones(9), 0.0)
+
+
+def one_way(known: Quantity | None) -> tuple[AxisParameters, Record, Bench]:
+    """Half of the motion: where the axis goes forward; what comes between is a gap of the clock."""
+    truth = axis(2)
+    time, _, v, effort = motion(truth, 2)
+    kept = v > 0.01
+    record = velocity_record("log", time[kept], v[kept], effort[kept], 0.0)
+    bench = linear_bench()
+    return truth, record, msgspec.structs.replace(bench, mechanics=msgspec.structs.replace(bench.mechanics, offset=known))
+
+
+def test_one_direction_tells_coulomb_friction_where_the_bench_knows_the_offset() -> None:
+    truth, record, bench = one_way(None)
+    fit = run("least-squares", [record], bench, Settings())
+    assert set(fit.refused) == {"coulomb", "offset"}
+    known = Quantity(truth.offset, truth.offset - 0.3, truth.offset + 0.1, "N")
+    truth, record, bench = one_way(known)
+    found = run("least-squares", [record], bench, Settings())
+    coulomb = found.parameters["coulomb"]
+    assert coulomb.low <= truth.coulomb <= coulomb.high
+    assert set(found.refused) == {"offset"}
+    exact = run("least-squares", [record], one_way(Quantity(truth.offset, unit="N"))[2], Settings()).parameters["coulomb"]
+    assert coulomb.high - coulomb.low == pytest.approx(exact.high - exact.low + 0.4)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(0, 12))
+def test_newey_west_is_its_double_sum(seed: int, reach: int) -> None:
+    draw = np.random.default_rng(seed)
+    columns, residual = draw.standard_normal((40, 3)) * [1.0, 1e3, 1e-3], draw.standard_normal(40)
+    middle = np.zeros((3, 3))
+    for i in range(40):
+        for j in range(40):
+            if abs(i - j) <= reach:
+                middle += (1.0 - abs(i - j) / (reach + 1)) * residual[i] * residual[j] * np.outer(columns[i], columns[j])
+    inverse = np.linalg.inv(columns.T @ columns)
+    expected = np.sqrt(np.diag(inverse @ middle @ inverse) * 40 / 37)
+    assert newey_west(columns, residual, reach) == pytest.approx(expected, rel=1e-6)
+
+
+def stroke(folder: Path, *part: str) -> Path:
+    """The rack's two exports on one grid, as `make -C configs/rack` makes it."""
+    target = folder / "stroke.mcap"
+    raw = [data("rack", "a3MR.csv"), data("rack", "a3NI.csv")]
+    assert command("ingest", *raw, "--bench", RACK, "--resample", "0.000666667", *part, "-o", target).code == 0
+    return target
+
+
+def test_the_rack_s_published_values(tmp_path: Path) -> None:
+    log = stroke(tmp_path, "--from", "0.034", "--to", "0.27")
+    published = ("--method", "friction-force", "--cutoff-hz", "30", "--filter-order", "2")
+    result = command("identify", log, "--bench", RACK, *published, "--json")
+    assert result.code == 0, result.stderr
+    found = json.loads(result.stdout)["parameters"]
+    assert found["coulomb"]["value"] == pytest.approx(10.1, rel=0.02)
+    assert found["viscous"]["value"] == pytest.approx(67.5, rel=0.02)
+    assert found["breakaway"]["low"] <= 29.6 <= found["breakaway"]["high"]
+
+
+def test_the_rack_s_whole_stroke_by_the_default(tmp_path: Path) -> None:
+    log = stroke(tmp_path)
+    result = command("identify", log, "--bench", RACK, "-o", tmp_path / "model.yaml", "--json")
+    assert result.code == 0, result.stderr
+    assert {"viscous", "coulomb"} <= set(json.loads(result.stdout)["parameters"])
+    refused(command("validate", tmp_path / "model.yaml", log), 3, "no position")
+
+
+def test_an_effort_of_another_instrument_has_to_be_on_one_grid(tmp_path: Path) -> None:
+    raw, log = [data("rack", "a3MR.csv"), data("rack", "a3NI.csv")], tmp_path / "stroke.mcap"
+    assert command("ingest", *raw, "--bench", RACK, "-o", log).code == 0
+    refused(command("identify", log, "--bench", RACK), 3, "/axis/force", "--resample")
+
+
+def test_the_curve_of_known_friction_is_found() -> None:
+    """friction-force on a made curve: v_p, and both levels, to the filter."""
+    time = np.arange(4000) * PERIOD
+    v = 0.3 * np.abs(np.sin(0.4 * np.pi * time)) ** 2
+    curve = 4.0 + 20.0 * v + 3.0 * (v / 0.02) * np.exp(1.0 - v / 0.02)
+    effort = 5.0 * np.gradient(v, PERIOD) + curve
+    bench = linear_bench()
+    known = msgspec.structs.replace(bench.mechanics, offset=Quantity(0.0, unit="N"))
+    fit = run("friction-force", [velocity_record("log", time, v, effort, 0.0)], replace_mechanics(bench, known), Settings())
+    assert fit.details["speed_of_breakaway"] == pytest.approx(0.02, rel=0.02)
+    values = [fit.parameters[name].value for name in ("coulomb", "viscous", "breakaway")]
+    assert values == pytest.approx([4.0, 20.0, 7.0], rel=0.02)
+
+
+def replace_mechanics(bench: Bench, mechanics: object) -> Bench:
+    return msgspec.structs.replace(bench, mechanics=mechanics)
