@@ -28,7 +28,7 @@ fuzz: $(VENV)/.dev
 bench: $(VENV)/.bench
 	$(BIN)/python -m benchmarks build/bench.json
 
-# a measured stroke of a rack-and-pinion stage, two instruments' exports as one log; FRICTOOL_DATA names the folder of the data
+# a measured stroke of a rack-and-pinion stage, two instruments' exports, identified; FRICTOOL_DATA names the folder of the data
 rack: $(VENV)/.run
 	$(MAKE) -C configs/rack
 
