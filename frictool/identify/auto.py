@@ -36,6 +36,8 @@ DROPPABLE = ("viscous", "offset")
 
 def auto(records: list[Record], bench: Bench, settings: Settings) -> Fit:
     """Inertia, viscous, Coulomb and offset by the method that suits the records. Raises NothingUsable where nothing moves enough."""
+    if any(record.velocity is not None for record in records):
+        return _differentiated(records, bench, settings)  # what a measured velocity tells, no encoder decides
     facts = recorded_facts(records, bench)
     inertia, friction = decided("inertia", facts), decided("viscous", facts)
     weak = _weak(records, bench, settings) if inertia.method == "weak" else None

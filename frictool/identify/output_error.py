@@ -181,8 +181,10 @@ def output_error(records: list[Record], bench: Bench, settings: Settings) -> Fit
 def refined(records: list[Record], bench: Bench, settings: Settings, fit: Fit) -> Fit:
     """`fit`, of the method it names, or output error where that simulates by a tenth better what neither has seen (`held_out`).
 
-    Where the regression refuses a parameter, or the logs are too short for halves, there is nothing to compare.
+    Where the regression refuses a parameter, or the logs are too short for halves or have no position, there is nothing to compare.
     """
+    if any(record.velocity is not None for record in records):
+        return fit
     sides = halves(records)
     if sides is None or fit.method is None or any(name not in fit.parameters for name in SLIDING):
         return fit

@@ -53,7 +53,7 @@ def by_velocity(seed: int) -> tuple[AxisParameters, Record]:
     return truth, velocity_record("log", time, COUNT * np.round(v / COUNT), effort, 0.0)
 
 
-@pytest.mark.parametrize("method", ["least-squares", "power-balance", "weighted", "conditioned", "recursive"])
+@pytest.mark.parametrize("method", ["auto", "least-squares", "power-balance", "weighted", "conditioned", "recursive"])
 def test_the_truth_lies_in_the_intervals(method: str) -> None:
     hits = []
     for seed in range(5):
