@@ -9,9 +9,13 @@ Breakaway is a function of position and direction, which `position_law` finds; a
 how fast the axis is seen to move, is taken to follow it (4.42).
 
     breakaway = mean over the range and both directions, so that an offset of the effort cancels
-    interval  = the spread from one onset to the next (each left out in turn), and the ranges of the axis's parameters, and of the place
-                within its count in which the axis rests, as far as the spread does not show it (`unknowns`); half a step of a held
-                ramp besides: the breakaway lies anywhere within the step, at the same place each time
+    interval  = the spread from one onset to the next (each left out in turn), and the ranges of the axis's parameters (`unknowns`); half
+                a step of a held ramp besides: the breakaway lies anywhere within the step, at the same place each time; and as motion then
+                begins with a sample, its changes are late by as much each time: anything within half a sample
+
+Where within its count the axis rests follows from its changes too, but for what the timing hides. A test that takes the ramp back when
+the encoder has changed so many times brings the axis to rest at much the same place each time: it is the mean of all onsets (`Rest`) that
+decides what a single one leaves open.
 
 Onsets inside the backlash after a reversal are left out: there only the motor moves.
 """
@@ -29,7 +33,7 @@ from frictool.documents.bench import Bench
 from frictool.identify.dwell import Rising, rising_friction
 from frictool.identify.onset import OK, onset_time, search_span
 from frictool.identify.outcome import Interval, NothingUsable
-from frictool.identify.position_law import Places, Structure, choose_structure, fitted, sides_of
+from frictool.identify.position_law import FOLLOWING, Places, Structure, choose_structure, fitted, sides_of
 from frictool.identify.record import Record, Vector
 from frictool.identify.regression import Singular, Solution
 from frictool.identify.smoothing import effort_weights
@@ -42,7 +46,7 @@ MOVED_COUNTS = 0.5  # a motion ends further than this from where it began: one c
 CHANGES_USED = 4  # of the encoder after the onset: later ones tell more of the inertia than of the onset
 FEWEST_ONSETS = 5
 RELATIVE_NOISE = 1e-3  # of the effort: the least that its noise is taken for
-START = "start"
+UNIFORM = float(np.sqrt(3.0))  # half a range over its standard deviation
 ROUNDS = 3  # of the friction's shape over position and the onsets that it tells
 LEFT_THE_RAMP = 5.0  # standard deviations of the effort: the ramp was taken back
 
@@ -52,7 +56,7 @@ class Onset:
     """One breakaway. direction +-1; `level` and `rate`: the line of |effort|, N m | N at time 0 and per s; time 0 is when motion is seen.
 
     `time` (n,) in s of the encoder's changes, `seen` (n,) the distance at each, from the first change. `position`: of the rest, rad | m,
-    the middle of its count; `rested`: s without a count before it.
+    the middle of its count; `rested`: s without a count before it. `timing`: see `onset`.
     """
 
     direction: float
@@ -62,6 +66,7 @@ class Onset:
     seen: Vector
     position: float
     rested: float
+    timing: float
 
 
 @dataclass(frozen=True)
@@ -151,7 +156,15 @@ def _onset(record: Record, start: int, end: int, until: int, direction: float) -
     distance = 0.5 * (before + seen[changed] - record.resolution)
     level += rate * record.period * _above(record)
     place, rested = float(record.position[start]) + 0.5 * record.resolution, float(record.time[end] - record.time[start])
-    return Onset(direction, float(level), float(rate), after[changed] - 0.5 * record.period, distance, place, rested)
+    time = after[changed] - 0.5 * record.period
+    return Onset(direction, float(level), float(rate), time, distance, place, rested, _timing(time, distance, record))
+
+
+def _timing(time: Vector, distance: Vector, record: Record) -> float:
+    """How far the axis moves in a sample, in counts, squared: the mean over its changes."""
+    if time.size < 2:
+        return 1.0  # any positive number: nothing is left to weigh it against
+    return float(np.mean((np.diff(distance) / np.diff(time) * record.period / record.resolution) ** 2))
 
 
 def _above(record: Record) -> float:
@@ -163,22 +176,24 @@ def _above(record: Record) -> float:
     return after - before
 
 
-def efforts(onsets: list[Onset], axis: Mapping[str, float], resolution: float, shape: Vector | None = None) -> Vector:
-    """|effort| (n,) at each onset, for an axis with these `inertia`, `viscous`, `coulomb` and `offset` in SI.
+def efforts(
+    onsets: list[Onset], axis: Mapping[str, float], resolution: float, start: float, shape: Vector | None = None
+) -> tuple[Vector, Vector]:
+    """|effort| (n,) at each onset, and the place of rest within its count (n,), 0 to 1.
 
-    `start`: which share of a count the axis is expected to travel before the encoder changes. shape (n,): factors of `coulomb` where the
-    onsets are.
+    axis: `inertia`, `viscous`, `coulomb` and `offset` in SI. start: the place that is expected. shape (n,): factors of `coulomb` where
+    the onsets are.
     """
-    out = np.empty(len(onsets))
+    out, places = np.empty(len(onsets)), np.empty(len(onsets))
     for k, onset in enumerate(onsets):
         # in the axis's own frame the offset takes its share of the effort before friction does
         ramp = np.array([onset.level - onset.direction * axis["offset"], onset.rate])
         coulomb = axis["coulomb"] * (1.0 if shape is None else shape[k])
         coefficients = np.array([axis["inertia"], axis["viscous"], coulomb])
         span = search_span(resolution, onset.rate, axis["inertia"], CHANGES_USED)
-        t0, status = onset_time(onset.time, onset.seen, ramp, coefficients, resolution, axis[START] * resolution, span)
-        out[k] = onset.level + onset.rate * t0 if status == OK else np.nan
-    return out
+        t0, place, status = onset_time(onset.time, onset.seen, ramp, coefficients, resolution, start * resolution, onset.timing, span)
+        out[k], places[k] = (onset.level + onset.rate * t0, place / resolution) if status == OK else (np.nan, np.nan)
+    return out, places
 
 
 @dataclass(frozen=True)
@@ -190,10 +205,25 @@ class Evidence:
     resolution: float
     offset: float | None  # N m | N, the bench's; None where one direction only makes it a parameter of the axis
 
-    def friction(self, axis: Mapping[str, float], shape: Vector | None) -> Vector:
-        """|effort| less the offset, (n,)."""
+    def rest(self, axis: Mapping[str, float], shape: Vector | None) -> tuple[float, float]:
+        """The mean place of rest within a count, 0 to 1, and its standard deviation.
+
+        What is found leans towards what is expected: found = told + lean expected. Where found is expected, told/(1 - lean), the timing
+        decides alone; as far as it decides nothing, anywhere within the count is as likely.
+        """
+        low, high = (efforts(self.onsets, axis, self.resolution, expected, shape)[1] for expected in (0.0, 1.0))
+        told, tells = float(np.mean(low)), max(1.0 - float(np.mean(high - low)), 1e-6)
+        independent = max(1.0, low.size / FOLLOWING)
+        precision = tells**2 * independent / max(float(np.var(0.5 * (low + high))), 1e-9)
+        prior = 12.0
+        mean = (precision * min(max(told / tells, 0.0), 1.0) + 0.5 * prior) / (precision + prior)
+        return mean, float(1.0 / np.sqrt(precision + prior))
+
+    def friction(self, axis: Mapping[str, float], shape: Vector | None, beside: float = 0.0) -> Vector:
+        """|effort| less the offset, (n,); with the place of rest so many standard deviations `beside` its mean."""
         offset = axis["offset"] if self.offset is None else self.offset
-        return efforts(self.onsets, axis, self.resolution, shape) - offset * self.places.direction
+        mean, deviation = self.rest(axis, shape)
+        return efforts(self.onsets, axis, self.resolution, mean + beside * deviation, shape)[0] - offset * self.places.direction
 
     def shape(self, structure: Structure, value: Vector) -> Vector:
         """The factors (n,) of the friction at the onsets over their mean: friction in slip follows the breakaway (4.42)."""
@@ -209,21 +239,25 @@ def breakaway(records: list[Record], bench: Bench, axis: Mapping[str, Interval],
     Raises NothingUsable where fewer than five onsets are found in every direction. With one direction only, the offset is taken off.
     """
     evidence = _evidence(records, bench)
-    axis = {**axis, START: Interval(0.5, 0.0, 1.0)}
     nominal = {name: known.value for name, known in axis.items()}
     try:
         structure, shape, solution, friction = _settled(evidence, nominal)
-        moved = {name: _moved(evidence, structure, shape, nominal, name, known) for name, known in axis.items()}
+        moved = _moved(evidence, structure, shape, nominal, axis)
     except Singular as error:
         raise NothingUsable(f"the breakaways do not tell friction over position: {error}") from None
-    moved[START] *= _unseen(evidence, nominal, shape, friction - evidence.places.design(structure) @ solution.value)
-    step = 0.5 * max(onset.rate for onset in evidence.onsets) * records[0].period if any(record.lag == 0.0 for record in records) else 0.0
+    half_step = (
+        0.5 * max(onset.rate for onset in evidence.onsets) * records[0].period if any(record.lag == 0.0 for record in records) else 0.0
+    )
 
     def interval(weights: Vector) -> Interval:
         value, statistical = float(weights @ solution.value), float(np.linalg.norm(weights * solution.half_width(confidence)))
-        ranges = [0.5 * float(weights @ change) for change in moved.values()]
-        half = step + half_width(confidence, statistical / float(ndtri(0.5 + 0.5 * confidence)), ranges)
-        return Interval(value, value - half, value + half)
+        deviation = statistical / float(ndtri(0.5 + 0.5 * confidence))
+        ends = [(float(weights @ low), float(weights @ high)) for low, high in moved]
+        down, up = (
+            half_step + half_width(confidence, deviation, [half_step, *(max(0.0, sign * low, sign * high) for low, high in ends)])
+            for sign in (-1.0, 1.0)
+        )
+        return Interval(value, value - down, value + up)
 
     rested = np.array([onset.rested for onset in evidence.onsets])
     rising = rising_friction(rested, evidence.places.direction, friction, confidence) if structure.constant else None
@@ -232,7 +266,7 @@ def breakaway(records: list[Record], bench: Bench, axis: Mapping[str, Interval],
     if rising is not None:
         mean = _wider(rising.full, mean.half_width)
     law = None if structure.constant or len(levels) < 2 else _by_position(evidence.places, structure, solution, list(map(interval, levels)))
-    seen = efforts(evidence.onsets, nominal, evidence.resolution, shape)
+    seen = efforts(evidence.onsets, nominal, evidence.resolution, evidence.rest(nominal, shape)[0], shape)[0]
     means = [
         float(np.mean(seen[side])) if side.any() else np.nan for side in (evidence.places.direction > 0.0, evidence.places.direction < 0.0)
     ]
@@ -282,20 +316,18 @@ def _levels(structure: Structure) -> list[Vector]:
     return [unit[first] for first, size in zip((0, sizes[0]), sizes, strict=True) if size]
 
 
-def _moved(evidence: Evidence, structure: Structure, shape: Vector | None, nominal: dict[str, float], name: str, known: Interval) -> Vector:
-    """How far the coefficients (p,) move from one end of what is known of a parameter to the other."""
-    low, high = (evidence.friction({**nominal, name: value}, shape) for value in (known.low, known.high))
-    return np.asarray(np.linalg.lstsq(evidence.places.design(structure), high - low, rcond=None)[0])
-
-
-def _unseen(evidence: Evidence, nominal: dict[str, float], shape: Vector | None, residual: Vector) -> float:
-    """Which share of what the place within a count does is common to all onsets, and so not in their spread `residual` (n,).
-
-    Places that are spread over the count show at least as much spread as they cause; where there is less, the rests repeat one place.
-    """
-    low, high = (evidence.friction({**nominal, START: value}, shape) for value in (0.0, 1.0))
-    caused = float(np.mean((high - low) ** 2)) / 12.0
-    return float(np.sqrt(max(0.0, 1.0 - float(np.var(residual)) / caused))) if caused > 0.0 else 0.0
+def _moved(
+    evidence: Evidence, structure: Structure, shape: Vector | None, nominal: Mapping[str, float], axis: Mapping[str, Interval]
+) -> list[tuple[Vector, Vector]]:
+    """How far the coefficients (p,) move to each end of what is known of a parameter, and of the place of rest."""
+    design = evidence.places.design(structure)
+    friction = evidence.friction(nominal, shape)
+    ends = [[evidence.friction({**nominal, name: value}, shape) for value in (known.low, known.high)] for name, known in axis.items()]
+    ends.append([evidence.friction(nominal, shape, beside) for beside in (-UNIFORM, UNIFORM)])
+    low, high = (
+        [np.asarray(np.linalg.lstsq(design, pair[end] - friction, rcond=None)[0], dtype=np.float64) for pair in ends] for end in (0, 1)
+    )
+    return list(zip(low, high, strict=True))
 
 
 def _by_position(places: Places, structure: Structure, solution: Solution, levels: list[Interval]) -> ByPosition:

@@ -93,7 +93,7 @@ def choose_structure(places: Places, friction: Vector) -> Structure:
     if not all(present):
         return separate
     errors = [left_out(places.design(Structure((order, order), True)), friction) for order in range(_highest(friction.size) + 1)]
-    order = _smallestas_good(errors)
+    order = _smallest_as_good(errors)
     apart = left_out(places.design(separate), friction)
     return Structure((order, order), True) if as_good(errors[order], apart) else separate
 
@@ -103,12 +103,12 @@ def _highest(count: int) -> int:
 
 
 def _order(scaled: Vector, friction: Vector) -> int:
-    return _smallestas_good(
+    return _smallest_as_good(
         [left_out(np.asarray(legvander(scaled, order), dtype=np.float64), friction) for order in range(_highest(friction.size) + 1)]
     )
 
 
-def _smallestas_good(errors: list[Vector]) -> int:
+def _smallest_as_good(errors: list[Vector]) -> int:
     best = min(errors, key=lambda e: float(np.mean(e**2)))
     return next(order for order, error in enumerate(errors) if as_good(error, best))
 
