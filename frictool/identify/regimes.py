@@ -4,8 +4,10 @@
 
 A row is a mean over a part of a stroke: each piece is averaged over the speeds that the part holds, so that a knee that falls within
 one is not smeared. For given knees the rest is linear. Knees are added one at a time, each placed anew in turn; Schwarz's criterion, the
-independent strokes counted as the data, says when to stop: a knee costs two parameters, its place and its slope. The interval of a knee
-comes from the same jackknife as the others': the derivative by its place is one more column of the regression.
+independent strokes counted as the data, says when to stop: a knee costs two parameters, its place and its slope. What else may bend the
+means over speed (an inertia that is not quite the bench's, times a mean acceleration) is free while knees are looked for: what it explains
+is no evidence of one. The interval of a knee comes from the same jackknife as the others': the derivative by its place is one more column
+of the regression.
 """
 
 from __future__ import annotations
@@ -32,6 +34,7 @@ class Means:
     """m rows, each a mean over a part of a stroke; `speed` (n,) |v| within all parts, part after part, `starts` (m,) of each.
 
     columns (m, p): of the regression besides the pieces. effort (m,), sign (m,), weight (m,), cluster (m,).
+    nuisance (m, q): what may explain the effort too as long as knees are looked for.
     """
 
     columns: Matrix
@@ -41,6 +44,7 @@ class Means:
     cluster: NDArray[np.int64]
     speed: Vector
     starts: NDArray[np.int64]
+    nuisance: Matrix | None = None
 
     def mean(self, values: Vector) -> Vector:
         """The mean (m,) over each part of values (n,)."""
@@ -87,8 +91,11 @@ def design(means: Means, knees: tuple[float, ...]) -> Matrix:
 
 
 def _squares(means: Means, knees: tuple[float, ...]) -> float:
-    """The weighted sum of squares that these knees leave."""
-    rows, right = design(means, knees) * means.weight[:, None], means.effort * means.weight
+    """The weighted sum of squares that these knees leave, and what the nuisance does not explain."""
+    rows, right = design(means, knees), means.effort * means.weight
+    if means.nuisance is not None:
+        rows = np.column_stack((rows, means.nuisance))
+    rows *= means.weight[:, None]
     return float(np.sum((right - rows @ np.linalg.lstsq(rows, right, rcond=None)[0]) ** 2))
 
 

@@ -129,7 +129,7 @@ def fit_rows(rows: Rows, bench: Bench, confidence: float) -> tuple[Pieces, Vecto
     """The pieces of friction over speed beside the rows' columns, and the half widths (p,) of what they found, inertia's share included."""
     means, inertia = rows.means, bench.mechanics.inertia
     try:
-        pieces = fit_pieces(replace(means, effort=means.effort - inertia.value * rows.acceleration))
+        pieces = fit_pieces(replace(means, effort=means.effort - inertia.value * rows.acceleration, nuisance=rows.acceleration[:, None]))
     except Singular as error:
         raise NothingUsable(str(error)) from None
     half = pieces.solution.half_width(confidence)

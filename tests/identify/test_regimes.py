@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -34,6 +36,15 @@ def test_a_straight_line_has_no_knee() -> None:
     """At most one in a hundred: what Schwarz's criterion and the evidence asked for let through."""
     found = [fit_pieces(means(lambda v: 0.1 + 2e-4 * v, 2e-3, seed)) for seed in range(40)]
     assert sum(bool(pieces.knees) for pieces in found) <= 1
+
+
+def test_what_an_unknown_inertia_explains_is_no_knee() -> None:
+    """A curve over speed that the nuisance has too; without it two straight pieces are the better fit."""
+    bent = means(lambda v: 0.1 + 2e-4 * v, 1e-4, 2)
+    extra = bent.sign * (bent.mean(bent.speed) / 400.0) ** 2
+    bent = replace(bent, effort=bent.effort + 5e-3 * extra)
+    assert fit_pieces(bent).knees
+    assert not fit_pieces(replace(bent, nuisance=extra[:, None])).knees
 
 
 def test_two_knees() -> None:

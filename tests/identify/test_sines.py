@@ -13,6 +13,7 @@ from frictool.identify.record import make_record
 from frictool.identify.sines import sines
 from sample_logs.make import TRUTH
 from sample_logs.make import sines as half_sines
+from tests.accept.check_knees import false_knees, true_knees
 from tests.identify.benches import MASS, clutch, mass_bench, record
 from tests.identify.curve_logs import mass_sines
 
@@ -32,6 +33,12 @@ def test_the_clutch_of_the_sample_logs() -> None:
     for name in ("viscous", "coulomb", "offset"):
         assert fit.parameters[name].low <= getattr(TRUTH, name) <= fit.parameters[name].high
     assert fit.details["knees"] == 0
+
+
+def test_knees_false_and_true() -> None:
+    """A seeded few of the accept check's: with the bench's inertia six plain clutches in ten used to show a knee."""
+    assert false_knees(6) == 0
+    assert true_knees(2)[0] == 2
 
 
 def test_one_speed_tells_one_number(tmp_path: Path) -> None:
