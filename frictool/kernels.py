@@ -16,6 +16,9 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+from numba.core import event
+
+from frictool import waiting
 
 ROOMS = ("friction", "control", "plant", "engine", "identify", "logs/kernels")
 F = TypeVar("F", bound=Callable[..., Any])
@@ -55,6 +58,19 @@ def _cache_folder() -> Path | None:
 FOLDER = _cache_folder()
 if FOLDER is not None:
     settings.CACHE_DIR = str(FOLDER)
+
+
+class _Wait(event.Listener):
+    """Hears what is compiled anew, and nothing of what comes from the disk."""
+
+    def on_start(self, event: Any) -> None:
+        waiting.compiling()
+
+    def on_end(self, event: Any) -> None:
+        """Whoever waited sees that it goes on."""
+
+
+event.register("numba:compile", _Wait())  # type: ignore[no-untyped-call]  # numba has no types
 
 
 def kernel(function: F) -> F:

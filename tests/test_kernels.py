@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from frictool import kernels
+from frictool import kernels, waiting
 
 PACKAGE = Path(kernels.__file__).parent
 
@@ -59,6 +59,22 @@ def test_compiled_kernels_are_found_by_name(tmp_path: Path, monkeypatch: pytest.
     (tmp_path / "engine" / "closed_loop.run-47.py311.nbi").write_bytes(b"")
     assert kernels.is_compiled("closed_loop", "run")
     assert not kernels.is_compiled("closed_loop", "measure")
+
+
+def test_who_waits_for_the_compiler_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kernels, "FOLDER", None)
+    told: list[None] = []
+    monkeypatch.setattr(waiting, "compiling", lambda: told.append(None))
+
+    @kernels.kernel
+    def twice(x: float) -> float:
+        return x + x
+
+    assert not told
+    assert twice(2.0) == 4.0
+    assert len(told) == 1
+    assert twice(3.0) == 6.0
+    assert len(told) == 1
 
 
 def test_a_kernel_inherits_nothing_from_an_inner_kernel_that_calls_it_first(monkeypatch: pytest.MonkeyPatch) -> None:

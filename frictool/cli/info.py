@@ -55,13 +55,11 @@ def command(log: Path, bench: Path | None, start: float | None, end: float | Non
 
 def _surveyed(path: Path, bench: Bench | None, window: Window) -> tuple[Assembly, list[Survey]]:
     """A log of any length, and what its samples show, in bounded memory: it is read twice."""
-    from frictool.cli.progress import tell_of_compiling
     from frictool.logs.assembly import assemble, begun
     from frictool.logs.quality.survey import survey
 
     limits: dict[str, float] = {} if bench is None else {bench.actuator.drive: bench.actuator.limit.value}
     made = assemble([path], bench)
-    tell_of_compiling(made)
     places = range(len(begun(made, window)))
 
     def stream(place: int) -> Survey:

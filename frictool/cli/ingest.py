@@ -68,7 +68,7 @@ def command(
     output: Path,
     as_json: bool,
 ) -> None:
-    from frictool.cli.progress import progress, tell_of_compiling
+    from frictool.cli.progress import progress
     from frictool.cli.standard_input import kept
     from frictool.documents.bench import Bench
     from frictool.documents.provenance import record
@@ -95,7 +95,6 @@ def command(
             raise click.UsageError("Missing option '--bench'; where there is no bench.yaml yet, --guess proposes one.")
         inputs = [*(file for parts in recordings for file in parts), *([] if bench is None else [bench])]
         made = assemble(paths, document, salvage)
-        tell_of_compiling(made)
         notes = {PROVENANCE: provenance_record(record(line, inputs)), **({KIND: {**made.notes.get(KIND, {}), TEST: kind}} if kind else {})}
         with replacing(output, inputs) as stream, progress("ingest") as tick:
             streams = write(made, stream, notes, window, None if period is None else round(period * 1e9), tick)

@@ -12,6 +12,7 @@ from typing import Any
 
 import click
 
+from frictool import waiting
 from frictool.errors import EXIT_INPUT, FrictoolError
 
 # command -> (module, one line for --help), in the order of the pipeline
@@ -112,11 +113,21 @@ def main() -> None:
 
 
 def _prepare() -> None:
-    """One thread for linear algebra, since sums in another order give other bytes; somewhere to write where a stream was closed."""
+    """One thread for linear algebra, since sums in another order give other bytes; somewhere to write where a stream was closed.
+
+    A wait for the compiler is told, whichever command meets it.
+    """
+    waiting.compiling = _tell_of_compiling
     os.environ.update(OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1")
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115  # open as long as the process
+
+
+def _tell_of_compiling() -> None:
+    from frictool.cli.progress import tell_of_compiling
+
+    tell_of_compiling()
 
 
 def _abandon_stdout() -> None:

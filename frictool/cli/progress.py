@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
 
 import click
 
 from frictool.cli.output import note
-
-if TYPE_CHECKING:
-    from frictool.logs.assembly import Assembly
 
 STEPS = 1000
 
@@ -33,13 +30,8 @@ def progress(label: str) -> Iterator[Callable[[float], None]]:
         yield told
 
 
-def tell_of_compiling(made: Assembly) -> None:
-    """Says that the first text file of an installation waits for the compiler."""
-    from frictool.logs.table import LAYOUT
-
-    if LAYOUT not in made.notes or not sys.stderr.isatty():
-        return
-    from frictool.kernels import is_compiled
-
-    if not is_compiled("rows", "read_rows"):
-        note("compiling the reader of text, once per installation (about 5 s) ...")
+@functools.cache
+def tell_of_compiling() -> None:
+    """Says once what the first use of a kernel waits for; a bar that stands there begins anew below."""
+    if sys.stderr.isatty():
+        note("\r\x1b[Kcompiling for this machine, once per installation (up to a minute) ...")

@@ -59,11 +59,7 @@ def command(model: Path, controller: Path, scenario: Path, output: Path, as_json
 
 
 def _progress(done: int, total: int) -> None:
-    """Says that the first run compiles; then `simulated 3 of 17` on a terminal, one line that is written over."""
-    from frictool.kernels import is_compiled
-
-    if done == 0 and not is_compiled("closed_loop", "run"):
-        note("compiling the simulation kernels, once per installation (about 25 s) ...")
+    """`simulated 3 of 17` on a terminal, one line that is written over."""
     if done > 0 and total > 1 and sys.stderr.isatty():
         click.echo(f"\rsimulated {done} of {total}" + ("\n" if done == total else ""), err=True, nl=False)
 

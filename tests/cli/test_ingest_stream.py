@@ -14,10 +14,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictool.cli.progress import tell_of_compiling
-from frictool.documents.bench import Bench
-from frictool.documents.registry import load
-from frictool.logs.assembly import assemble
 from frictool.logs.canonical.mcap_format import read_mcap
 from tests.cli.run import Result, refused, run
 from tests.logs.example import ROOT, as_bytes, golden_log
@@ -142,14 +138,20 @@ def test_a_full_disk_leaves_nothing_behind(raw: Path, tmp_path: Path):
     assert list(folder.iterdir()) == []
 
 
-@pytest.mark.parametrize(("terminal", "compiled", "told"), [(True, False, 1), (True, True, 0), (False, False, 0)])
-def test_a_wait_for_the_compiler_is_told_on_a_terminal(
-    raw: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], terminal: bool, compiled: bool, told: int
-):
-    monkeypatch.setattr("frictool.kernels.is_compiled", lambda module, name: compiled)
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal)
-    tell_of_compiling(assemble([raw], load(CLUTCH, Bench)))
-    assert capsys.readouterr().err.count("compiling the reader of text, once per installation") == told
+def test_a_wait_for_the_compiler_is_told_once_on_a_terminal(raw: Path, tmp_path: Path):
+    """Whichever command meets it, here `info`: no command asks for it."""
+    line = [*map(str, COMMAND[:-1]), "info", str(raw), "--bench", str(CLUTCH)]
+    told = []
+    for cache, terminal in (("new", True), ("new", True), ("other", False)):
+        ours, theirs = pty.openpty()
+        environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / cache)}
+        stderr = theirs if terminal else subprocess.PIPE
+        done = subprocess.run(line, stderr=stderr, stdout=subprocess.DEVNULL, env=environment, check=True)
+        os.write(theirs, b".")  # else there is nothing to read where nothing was told
+        told.append((os.read(ours, 100_000) + (done.stderr or b"")).count(b"once per installation"))
+        os.close(theirs)
+        os.close(ours)
+    assert told == [1, 0, 0]
 
 
 def test_what_holds_no_text_needs_no_compiler(tmp_path: Path):
