@@ -9,10 +9,13 @@ from __future__ import annotations
 
 import importlib
 import json
+import os
 import sys
 import time
 import traceback
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -31,18 +34,27 @@ def collect(folder: Path) -> dict[str, Check]:
 
 
 def run(checks: dict[str, Check]) -> dict[str, dict[str, Any]]:
-    """What each check found. A check that raises has failed, and says what it raised."""
-    results: dict[str, dict[str, Any]] = {}
-    for name, check in checks.items():
-        start = time.perf_counter()
-        try:
-            result = check()
-        except Exception as error:  # one broken check must not hide the others
-            traceback.print_exc()
-            result = {"passed": False, "error": f"{type(error).__name__}: {error}"}
-        results[name] = {**result, "passed": bool(result["passed"]), "seconds": round(time.perf_counter() - start, 2)}
-        print(row(name, results[name]), flush=True)
-    return results
+    """What each check found, a check to a core."""
+    _started.update(checks)
+    with ProcessPoolExecutor(min(len(checks), os.cpu_count() or 1), get_context("fork")) as pool:
+        asked = {pool.submit(one, name): name for name in checks}
+        for done in as_completed(asked):
+            print(row(asked[done], done.result()), flush=True)
+        return {name: done.result() for done, name in asked.items()}
+
+
+_started: dict[str, Check] = {}  # as a process inherits them
+
+
+def one(name: str) -> dict[str, Any]:
+    """What a check found. One that raises has failed, and says what it raised."""
+    start = time.perf_counter()
+    try:
+        result = _started[name]()
+    except Exception as error:  # one broken check must not hide the others
+        traceback.print_exc()
+        result = {"passed": False, "error": f"{type(error).__name__}: {error}"}
+    return {**result, "passed": bool(result["passed"]), "seconds": round(time.perf_counter() - start, 2)}
 
 
 def row(name: str, result: dict[str, Any]) -> str:
