@@ -286,6 +286,29 @@ def test_a_channel_that_lies_behind_a_cut_is_lost_and_the_others_are_kept(tmp_pa
         assemble_whole(cut, columns, salvage=True)
 
 
+def test_a_zero_behind_a_cut_is_lost_with_its_channel_and_one_that_is_cut_is_told(tmp_path: Path):
+    time, drive = np.arange(100) / 1000.0, 2.0 + np.sin(np.arange(100.0))
+    whole, cut = tmp_path / "whole.mat", tmp_path / "cut.mat"
+    scipy.io.savemat(whole, {"t": time, "i": drive, "q": time})
+    columns = {
+        "time": Column("t", "s"),
+        "current": Column("i", "A", zero_first_samples=60),
+        "position": Column("q", "rad", zero_first_samples=5),
+    }
+    cut.write_bytes(whole.read_bytes()[:1400])
+    with pytest.raises(LogError, match=r"is damaged: .* and no 'q'"):
+        assemble_whole(cut, columns, salvage=False)
+    log, losses = assemble_whole(cut, columns, salvage=True)
+    assert "position" not in log.main.signals
+    kept = log.main.time.size
+    assert 0 < kept < 60
+    assert np.allclose(log.main.signals["current"], drive[:kept] - drive[:kept].mean(), rtol=0.0, atol=1e-15)
+    reasons = {loss.reason.partition(":")[0]: (loss.channels, loss.samples) for loss in losses}
+    assert reasons.pop("is damaged") == (("/axis.position",), None)
+    assert reasons.pop(f"its zero is the mean of {kept} samples, and not of 60") == (("/axis.current",), 0)
+    assert [samples for _, samples in reasons.values()] == [100 - kept]
+
+
 def assemble_whole(path: Path, columns: dict[str, Column], salvage: bool) -> tuple[Log, list[Loss]]:
     made = Assembly(salvage=salvage)
     add_tables(made, mat_format.tables(path), bench(columns))

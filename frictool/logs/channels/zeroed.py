@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
 from frictool.documents.bench import Channel, Column
 from frictool.errors import LogError
-from frictool.logs.table import Block, Loss, Table
+from frictool.logs.table import BehindDamage, Block, Loss, Table
 
 
 class Zeroed:
@@ -27,13 +28,16 @@ class Zeroed:
         return self._table.line(row)
 
     def blocks(self, wanted: Sequence[str], losses: list[Loss] | None = None) -> Iterator[tuple[Block, int]]:
-        zeros = {name: self._zero(name) for name in wanted if name in self._counts}
+        zeros = {name: self._zero(name, losses) for name in wanted if name in self._counts}
         for block, done in self._table.blocks(wanted, losses):
             columns = {name: values - zeros[name] if name in zeros else values for name, values in block.columns.items()}
             yield replace(block, columns=columns), done
 
-    def _zero(self, name: str) -> float:
-        """The mean, in a reading of its own that goes no further than it has to. Raises LogError where the table is shorter."""
+    def _zero(self, name: str, losses: list[Loss] | None) -> float:
+        """The mean, in a reading of its own that goes no further than it has to.
+
+        Where the table is shorter it is the mean of what there is, which `losses` is told. Raises LogError without them, and of nothing.
+        """
         wanted = self._counts[name]
         found = np.empty(0)
         for block, _ in self._table.blocks([name], []):
@@ -41,11 +45,18 @@ class Zeroed:
             found = np.concatenate([found, values[np.isfinite(values)][: wanted - found.size]])
             if found.size == wanted:
                 return float(found.mean())
-        raise LogError(self.source, f"column {name!r} has {found.size} samples, fewer than its zero_first_samples, {wanted}")
+        if losses is None or not found.size:
+            raise LogError(self.source, f"column {name!r} has {found.size} samples, fewer than its zero_first_samples, {wanted}")
+        losses.append(Loss((name,), f"its zero is the mean of {found.size} samples, and not of {wanted}", samples=0))
+        return float(found.mean())
 
 
 def zeroed(table: Table, columns: Mapping[Channel, Column]) -> Table:
-    """The table with the zeros that the bench's columns ask for."""
-    asked = ((table.find(one.column), one.zero_first_samples) for one in columns.values() if one.zero_first_samples is not None)
-    counts = {name: count for name, count in asked if name is not None}
+    """The table with the zeros that the bench's columns ask for. A column that may lie behind damage is left to who binds it."""
+    counts: dict[str, int] = {}
+    for one in columns.values():
+        if one.zero_first_samples is not None:
+            with suppress(BehindDamage):
+                name = table.find(one.column)
+                counts |= {} if name is None else {name: one.zero_first_samples}
     return Zeroed(table, counts) if counts else table
