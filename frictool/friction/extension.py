@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from frictool.friction.dwell import dwell_factor
 from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.parameter import Axis
-from frictool.friction.position_polynomial import position_factor
+from frictool.friction.position_polynomial import least, position_factor
 from frictool.friction.speed_knee import regimes_from
 from frictool.kernels import kernel
 
@@ -87,19 +87,18 @@ class Extension:
 
     def _check_elastic_limit(self, elastic: float, yielded: float) -> None:
         """ValueError where the presliding limit falls below z_ba: (2.46) would jump from elastic to plastic and back without end."""
-        factor = min(_least(self.forward, *self.travel), _least(self.backward, *self.travel))
-        least = yielded * factor
-        if elastic >= least:
-            raise ValueError(f"elastic_limit is {elastic:g}; allowed: below the least breakaway/stiffness of the extension, {least:g}")
+        smallest = yielded * min(least(self.forward, *self.travel)[1], least(self.backward, *self.travel)[1])
+        if elastic >= smallest:
+            raise ValueError(f"elastic_limit is {elastic:g}; allowed: below the least breakaway/stiffness of the extension, {smallest:g}")
 
     def _check_numbers(self) -> None:
         low, high = self.travel
         if not self.forward or not self.backward or not np.all(np.isfinite([*self.forward, *self.backward, low, high])) or low >= high:
             raise ValueError(f"position factors need finite coefficients and a travel low < high, found [{low:g}, {high:g}]")
         for name, coefficients in (("forward", self.forward), ("backward", self.backward)):
-            least = _least(coefficients, low, high)
-            if least <= 0.0:
-                raise ValueError(f"the {name} position factor falls to {least:g} within the travel; allowed: > 0 everywhere")
+            smallest = least(coefficients, low, high)[1]
+            if smallest <= 0.0:
+                raise ValueError(f"the {name} position factor falls to {smallest:g} within the travel; allowed: > 0 everywhere")
         if not 0.0 < self.fresh <= 1.0 or not (math.isfinite(self.rise_time) and self.rise_time >= 0.0):
             raise ValueError(f"fresh is {self.fresh:g}, rise_time {self.rise_time:g} s; allowed: fresh in (0, 1], rise_time >= 0")
         film = {"lag": self.lag, "delay": self.delay, "boundary": self.boundary}
@@ -125,13 +124,6 @@ class Extension:
 
 
 NO_EXTENSION = Extension()
-
-
-def _least(coefficients: tuple[float, ...], low: float, high: float) -> float:
-    """The least value of a polynomial over [low, high]: at an end, or where its derivative is zero."""
-    curve = np.polynomial.Polynomial(coefficients)
-    turning = np.real(curve.deriv().roots()) if len(coefficients) > 2 else np.zeros(0)  # a real part too many does no harm
-    return float(np.min(curve(np.clip([low, high, *turning], low, high))))
 
 
 @kernel

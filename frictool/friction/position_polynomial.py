@@ -8,6 +8,8 @@ its end: a cubic fitted on 0..63 rad says nothing beyond. coefficients: lowest p
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -41,3 +43,13 @@ def normalised(coefficients: Vector, low: float, high: float) -> tuple[Vector, f
     if mean <= 0.0:
         raise ValueError(f"the polynomial's mean over [{low:g}, {high:g}] is {mean:g}; allowed: > 0")
     return b / mean, mean
+
+
+def least(coefficients: Sequence[float] | Vector, low: float, high: float) -> tuple[float, float]:
+    """Where in [low, high] a polynomial is least, at an end or where its derivative is zero, and its value there."""
+    curve = np.polynomial.Polynomial(coefficients)
+    turning = np.real(curve.deriv().roots())  # the real part of a complex root is a place too many: it does no harm
+    places = np.clip([low, high, *turning], low, high)
+    values = curve(places)
+    index = int(np.argmin(values))
+    return float(places[index]), float(values[index])

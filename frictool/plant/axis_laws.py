@@ -12,13 +12,12 @@ starts from the breakaway that the rest before it has built up.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.friction.position_polynomial import normalised, polynomial
+from frictool.friction.position_polynomial import least, normalised
 from frictool.friction.stribeck import straight_from
 
 Vector = NDArray[np.float64]
@@ -149,16 +148,8 @@ def _maps(shape: Shape, sides: tuple[Levels, Levels]) -> Vector:
             out[row, : len(chosen)] = value * normalised(np.array(chosen), shape.low, shape.high)[0]
         direction, room = ("backward", "forward")[index], ROUNDING * (level.breakaway + level.coulomb)
         for name, difference in (("Coulomb friction", out[index]), ("breakaway less Coulomb friction", out[2 + index] - out[index])):
-            place, least = _least(difference, shape.low, shape.high)
-            if least < -room:
-                raise ValueError(f"position: {name} {direction} is {least:.3g} at {place:.4g}; allowed: >= 0 over the polynomials' range")
+            place, smallest = least(difference, shape.low, shape.high)
+            if smallest < -room:
+                found = f"{name} {direction} is {smallest:.3g} at {place:.4g}"
+                raise ValueError(f"position: {found}; allowed: >= 0 over the polynomials' range")
     return out.ravel()
-
-
-def _least(coefficients: Sequence[float] | Vector, low: float, high: float) -> tuple[float, float]:
-    """Where in [low, high] a polynomial is least, and its value there."""
-    turning = np.asarray(np.polynomial.Polynomial(coefficients).deriv().roots(), dtype=np.complex128)
-    places = [low, high, *(float(x) for x in turning.real[abs(turning.imag) < 1e-6 * (high - low)] if low < x < high)]
-    found = [float(polynomial(np.asarray(coefficients), x)) for x in places]
-    index = int(np.argmin(found))
-    return places[index], found[index]
