@@ -12,7 +12,9 @@ from frictool.identify.methods import DEFAULT, METHODS
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
+    from frictool.documents.laws import Load
     from frictool.documents.model import Model
+    from frictool.documents.quantity import Estimate
     from frictool.identify.identification import Identification
     from frictool.identify.inverse_dynamic import Pipeline
     from frictool.identify.record import Record
@@ -192,12 +194,33 @@ def law_lines(model: Model) -> list[str]:
         orders = f"{len(curve.forward) - 1} forward, {len(curve.backward or curve.forward) - 1} backward"
         lines.append(f"friction over {over.low:.4g} to {over.high:.4g} {over.unit} as polynomials of order {orders} (4.44)")
     if laws.backward is not None:
-        own = {"coulomb": laws.backward.coulomb, "breakaway": laws.backward.breakaway}
-        shown = ", ".join(f"{name} {found.value:.5g} {found.unit}" for name, found in own.items() if found is not None)
-        lines.append(f"backward: {shown}; coulomb and breakaway above are the forward ones")
+        own = {name: getattr(laws.backward, name) for name in ("viscous", "coulomb", "breakaway")}
+        own = {name: found for name, found in own.items() if found is not None}
+        lines.append(f"backward: {', '.join(shown(name, found) for name, found in own.items())}; {', '.join(own)} above: forward")
+    if laws.load is not None:
+        lines.append(f"load beside friction: {load_line(laws.load)}")
     if laws.position is not None and today.coulomb.value > 0.0:
         lines.append(f"beta, breakaway over friction in slip (4.42): {today.breakaway.value / today.coulomb.value:.4g}")
     return lines
+
+
+def shown(name: str, found: Estimate) -> str:
+    """A parameter with its interval."""
+    return f"{name} {found.value:.5g} {found.unit} [{found.low:.5g}, {found.high:.5g}]"
+
+
+def load_line(load: Load) -> str:
+    """What acts beside friction."""
+    parts = [] if load.stiffness is None else [shown("spring", load.stiffness)]
+    if load.gravity is not None:
+        parts += [shown("gravity sine", load.gravity.sine), shown("gravity cosine", load.gravity.cosine)]
+    if load.ripple is not None:
+        cycles, per = load.ripple.cycles, load.ripple.per
+        parts += [
+            shown(f"ripple of {cycles:g} cycles per {per.value:.5g} {per.unit} sine", load.ripple.sine),
+            shown("cosine", load.ripple.cosine),
+        ]
+    return ", ".join(parts)
 
 
 def table(result: Identification, model: Model) -> str:
@@ -228,5 +251,6 @@ def table(result: Identification, model: Model) -> str:
     if result.fit is not None and result.fit.dropped:
         lines.append(f"taken to be 0, unseen strokes are predicted no worse without: {', '.join(result.fit.dropped)}")
     lines += law_lines(model)
-    lines += [f"not identified: {name}: {result.refused[name]}" for name in PARAMETERS if name in result.refused]
+    ordered = dict.fromkeys((*PARAMETERS, *result.refused))
+    lines += [f"not identified: {name}: {result.refused[name]}" for name in ordered if name in result.refused]
     return "\n".join(lines)

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 import msgspec
 
+from frictool.documents.load import LoadTerms
 from frictool.documents.quantity import (
     Axis,
     DriveConstant,
@@ -184,9 +185,12 @@ class Bench(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     quadrature: dict[str, Quadrature] | None = None
     instruments: dict[str, Instrument] | None = None
     delay_samples: Annotated[int, msgspec.Meta(ge=0, le=2)] = 1
+    load: LoadTerms | None = None
 
     def __post_init__(self) -> None:
         if self.axis == "linear" and self.encoder.counts_per_revolution is not None:
             raise ValueError("encoder.counts_per_revolution belongs to a rotary axis; write encoder.step")
+        if self.axis == "linear" and self.load is not None and "gravity" in self.load.terms:
+            raise ValueError("load.terms: gravity turns with a rotary axis; on a linear one it is an offset")
         if self.encoder.index_reset and self.mechanics.top_speed is None:
             raise ValueError("encoder.index_reset needs mechanics.top_speed, which tells a reset from motion")

@@ -11,6 +11,7 @@ from frictool.documents.quantity import (
     EffortEstimate,
     NonNegativeEffortEstimate,
     PositionSpan,
+    PositiveLength,
     PositiveVelocity,
     StiffnessEstimate,
     ViscousEstimate,
@@ -76,11 +77,21 @@ class Gravity(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     cosine: EffortEstimate
 
 
+class Ripple(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """sine sin(2 pi cycles x / per) + cosine cos(...): what a motor's poles or slots, or a gear's teeth, add over a way `per`."""
+
+    cycles: Annotated[float, msgspec.Meta(gt=0, le=1e6)]
+    per: PositiveLength
+    sine: EffortEstimate
+    cosine: EffortEstimate
+
+
 class Load(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """What depends on position beside friction; it opposes a positive effort, as `parameters.offset` does, its constant part."""
 
     stiffness: StiffnessEstimate | None = None
     gravity: Gravity | None = None
+    ripple: Ripple | None = None
 
 
 class Laws(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

@@ -19,11 +19,13 @@ import msgspec
 import numpy as np
 
 from frictool.documents.bench import Bench
+from frictool.documents.load import LoadTerms
 from frictool.documents.quantity import Quantity
 from frictool.identify.assess.assessment import WANTED
 from frictool.identify.assess.bench_facts import Facts
 from frictool.identify.assess.recorded import recorded_facts
 from frictool.identify.assess.verdicts import Verdict, verdict
+from frictool.identify.load_search import with_found_loads
 from frictool.identify.methods import Settings, run
 from frictool.identify.outcome import Fit, Interval, NothingUsable
 from frictool.identify.power_balance import by_speed
@@ -32,6 +34,7 @@ from frictool.identify.refusals import refuse_self_explained
 from frictool.identify.slipping import weighted_fit
 
 DROPPABLE = ("viscous", "offset")
+ONLY_OFFSET = LoadTerms(("offset",))  # nothing that the method of sines does not know
 
 
 def auto(records: list[Record], bench: Bench, settings: Settings) -> Fit:
@@ -41,7 +44,7 @@ def auto(records: list[Record], bench: Bench, settings: Settings) -> Fit:
     facts = recorded_facts(records, bench)
     inertia, friction = decided("inertia", facts), decided("viscous", facts)
     weak = _weak(records, bench, settings) if inertia.method == "weak" else None
-    if friction.method == "sines":
+    if friction.method == "sines" and bench.load in (None, ONLY_OFFSET):
         try:
             known = bench if weak is None else with_inertia(bench, weak.parameters["inertia"])
             fit = replace(run("sines", records, known, settings), method="sines", why=friction.why)
@@ -84,7 +87,8 @@ def joined(fit: Fit, weak: Fit, why: str) -> Fit:
 
 
 def _differentiated(records: list[Record], bench: Bench, settings: Settings) -> Fit:
-    """Steps 2 to 4."""
+    """Steps 2 to 4, with the loads that the bench says there are, or else those that are found."""
+    bench = with_found_loads(records, bench, settings)
     efficient = weighted_fit(records, bench, settings, lambda rows: np.ones(rows.velocity.size), DROPPABLE)
     robust = weighted_fit(records, bench, settings, by_speed)
     apart = disagreement(efficient, robust)

@@ -14,9 +14,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import stdtrit
 
 from frictool.documents.bench import Bench
+from frictool.identify.alternatives import beyond_chance
 from frictool.identify.outcome import NothingUsable
 from frictool.identify.record import Record, Vector
 from frictool.identify.segments import FEWEST_SAMPLES, whole
@@ -74,12 +74,7 @@ def stroke_squares(simulated: Simulated, values: Mapping[str, float]) -> Vector:
 
 def better(richer: Vector, simpler: Vector, confidence: float) -> bool:
     """Whether the richer one's squares (s,) are smaller: beyond chance, by Student's test of the pairs, and by WORTH."""
-    gain = simpler - richer
-    if gain.size < 2:
-        return False
-    error = float(np.std(gain, ddof=1)) / np.sqrt(gain.size)
-    beyond_chance = np.mean(gain) > float(stdtrit(gain.size - 1, confidence)) * error
-    return bool(beyond_chance and np.mean(richer) < WORTH**2 * np.mean(simpler))
+    return beyond_chance(richer, simpler, confidence) and bool(np.mean(richer) < WORTH**2 * np.mean(simpler))
 
 
 def choose_terms(

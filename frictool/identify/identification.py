@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from frictool.identify.outcome import CURVE, PARAMETERS, SLIDING, Fit, Interval,
 from frictool.identify.plausible import implausible
 from frictool.identify.record import Record
 from frictool.identify.refusals import refuse_self_explained, refuse_unmeasured
+from frictool.plant.axis_model import load_law
 
 SLIDING_LOG, RAMP_LOG = "sliding", "ramp"
 NEVER_NEGATIVE = ("inertia", "viscous", "coulomb", "breakaway", "stribeck_velocity")
@@ -69,6 +70,8 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
         _accept(fit.parameters, fit.refused, bench, found, refused)
     except NothingUsable as error:
         refused.update(dict.fromkeys(SLIDING, str(error)))
+    if fit is not None and fit.laws is not None:
+        ramps = [without_load(record, fit.laws) for record in ramps]
     try:
         onsets = _break_away(ramps, bench, found, settings.confidence)
         _accept({"breakaway": onsets.interval}, {}, bench, found, refused)
@@ -159,6 +162,8 @@ def _by_position(
     """
     from frictool.identify.friction_map import breakaway_laws, friction_map
 
+    if fit is not None and fit.laws is not None and (fit.laws.load or fit.laws.backward):  # which the map does not know
+        return fit, onsets, breakaway_laws(onsets, bench, found, fit.laws)
     axis = {name: found.get(name) or prior(bench, name) for name in SLIDING} | {"offset": prior(bench, "offset")}
     try:
         mapped = friction_map(sliding, ramps, onsets, axis, bench, settings)
@@ -177,6 +182,13 @@ def _rising(onsets: Breakaway, bench: Bench, found: dict[str, Interval], laws: L
     from frictool.identify.friction_map import breakaway_laws
 
     return breakaway_laws(onsets, bench, found, laws)
+
+
+def without_load(record: Record, laws: Laws) -> Record:
+    """The record with the effort that is left for friction: less the load at each position."""
+    if laws.load is None or record.velocity is not None:
+        return record
+    return replace(record, effort=record.effort - load_law(laws.load).at(record.position))
 
 
 def prior(bench: Bench, name: str) -> Interval:

@@ -3,13 +3,16 @@
     direction   viscous friction backward differs from that forward; a Coulomb friction that does is one number with the offset
     spring      + stiffness x
     gravity     + gravity_sine sin(x) + gravity_cosine cos(x)          rotary axes: an arm that is not balanced
+    ripple      + ripple_sine sin(n x) + ripple_cosine cos(n x)        n known: poles, slots, teeth
 
-A term belongs to the model where data that took no part say so (`held_out`), not because it can be fitted.
+A term belongs to the model where data that took no part say so (`held_out`, `alternatives`), not because it can be fitted. The bench
+may say which there are (`load.terms`): then no other is looked for.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,21 +20,26 @@ from frictool.documents.bench import Bench
 from frictool.documents.laws import Backward, Gravity
 from frictool.documents.laws import Laws as LawsDocument
 from frictool.documents.laws import Load as LoadLaw
+from frictool.documents.laws import Ripple as RippleLaw
 from frictool.documents.quantity import Estimate, si_unit
 from frictool.engine.replay import replayed
-from frictool.identify.outcome import SLIDING, Interval
+from frictool.identify.outcome import SLIDING, Fit, Interval
 from frictool.identify.record import Record, Vector
 from frictool.plant.axis import BACKLASH_BREAKAWAY_RATIO, AxisParameters
 from frictool.plant.axis_laws import Laws, Levels
 from frictool.plant.load import Harmonic, Load
 
-DIRECTION, SPRING, GRAVITY = "direction", "spring", "gravity"
+DIRECTION, SPRING, GRAVITY, RIPPLE = "direction", "spring", "gravity", "ripple"
+HARMONICS = (GRAVITY, RIPPLE)
 TERMS: dict[str, tuple[str, ...]] = {
     DIRECTION: ("viscous_backward",),
     SPRING: ("stiffness",),
     GRAVITY: ("gravity_sine", "gravity_cosine"),
+    RIPPLE: ("ripple_sine", "ripple_cosine"),
 }
-POSITIVE = ("inertia", "viscous", "coulomb", "viscous_backward")
+POSITIVE = ("inertia", "viscous", "coulomb", "viscous_backward", "coulomb_backward")
+HALVES = ("coulomb_backward",)  # of no term of their own
+UNTOLD = "the motion does not repeat often enough to tell how uncertain it is"
 SMALLEST = 1e-6  # of its start: no inertia below it is tried
 
 
@@ -40,9 +48,26 @@ def names_of(terms: tuple[str, ...]) -> tuple[str, ...]:
     return SLIDING + tuple(name for term in terms for name in TERMS[term])
 
 
+def asked(bench: Bench) -> tuple[str, ...]:
+    """The terms that the bench says there are."""
+    named = () if bench.load is None else bench.load.terms
+    return tuple(term for term in TERMS if term in named or (term == DIRECTION and "viscous_by_direction" in named))
+
+
 def possible(bench: Bench) -> tuple[str, ...]:
-    """The terms that this kind of axis may have."""
+    """The terms that this kind of axis may have: what the bench says, or else what needs no number that nobody has given."""
+    if bench.load is not None:
+        return asked(bench)
     return (DIRECTION, SPRING, GRAVITY) if bench.axis == "rotary" else (DIRECTION, SPRING)
+
+
+def wave_number(term: str, bench: Bench) -> float:
+    """n of a harmonic, 1/rad | 1/m."""
+    if term == GRAVITY:
+        return 1.0
+    assert bench.load is not None
+    assert bench.load.ripple is not None
+    return 2.0 * np.pi * bench.load.ripple.cycles / bench.load.ripple.per.value
 
 
 def start_of(name: str, known: Mapping[str, float]) -> float:
@@ -80,8 +105,10 @@ def axis_and_load(values: Mapping[str, float], bench: Bench, record: Record) -> 
         laws=Laws(backward=backward),
     )
     load = Load(values.get("stiffness", 0.0))
-    if "gravity_sine" in values:
-        load = load._replace(harmonics=(Harmonic(1.0, values["gravity_sine"], values["gravity_cosine"]),))
+    for term in HARMONICS:
+        sine, cosine = TERMS[term]
+        if sine in values:
+            load = load._replace(harmonics=(*load.harmonics, Harmonic(wave_number(term, bench), values[sine], values[cosine])))
     return replayed(axis), np.asarray(load.as_array())
 
 
@@ -92,11 +119,31 @@ def laws_of(found: Mapping[str, Interval], bench: Bench) -> LawsDocument | None:
         low = max(found[name].low, 0.0) if name in POSITIVE else found[name].low
         return Estimate(found[name].value, low, found[name].high, si_unit(dimension, bench.axis), source="identified")
 
-    backward = load = None
-    if "viscous_backward" in found:
-        backward = Backward(viscous=known("viscous_backward", "viscous"))
+    backward = load = ripple = None
+    if "viscous_backward" in found or "coulomb_backward" in found:
+        viscous = known("viscous_backward", "viscous") if "viscous_backward" in found else None
+        backward = Backward(viscous, known("coulomb_backward", "effort") if "coulomb_backward" in found else None)
     stiffness = known("stiffness", "stiffness") if "stiffness" in found else None
     gravity = Gravity(known("gravity_sine", "effort"), known("gravity_cosine", "effort")) if "gravity_sine" in found else None
-    if stiffness is not None or gravity is not None:
-        load = LoadLaw(stiffness, gravity)
+    if "ripple_sine" in found:
+        assert bench.load is not None
+        assert bench.load.ripple is not None
+        repeats = bench.load.ripple
+        ripple = RippleLaw(repeats.cycles, repeats.per, known("ripple_sine", "effort"), known("ripple_cosine", "effort"))
+    if stiffness is not None or gravity is not None or ripple is not None:
+        load = LoadLaw(stiffness, gravity, ripple)
     return None if backward is None and load is None else LawsDocument(backward=backward, load=load)
+
+
+def with_laws(fit: Fit, bench: Bench) -> Fit:
+    """The fit with its load parameters as laws; one whose interval does not end is refused."""
+    sliding = {name: found for name, found in fit.parameters.items() if name in SLIDING}
+    told = {name: found for name, found in fit.parameters.items() if name not in sliding and np.isfinite(found.half_width)}
+    endless = {name: UNTOLD for name in fit.parameters if name not in sliding and name not in told}
+    told = {name: found for name, found in told.items() if name in HALVES or not any(other in endless for other in _term(name))}
+    return replace(fit, parameters=sliding, refused={**fit.refused, **endless}, laws=laws_of(told, bench))
+
+
+def _term(name: str) -> tuple[str, ...]:
+    """The parameters of the term that a parameter is of."""
+    return next(names for names in TERMS.values() if name in names)

@@ -20,12 +20,14 @@ class Method:
     """`what` it does and `when` it is right, for people. It is the function of its name in the module of its name, with _ for -.
 
     options: which of `Settings` it looks at beside the confidence. velocity: it makes do with a measured velocity and no position.
+    load: it knows the terms of `load` of the bench.
     """
 
     what: str
     when: str
     options: tuple[str, ...] = ()
     velocity: bool = False
+    load: bool = False
 
 
 METHODS: dict[str, Method] = {
@@ -34,30 +36,35 @@ METHODS: dict[str, Method] = {
         "any log; drops a term that does not help to predict strokes that the fit has not seen",
         ("window",),
         velocity=True,
+        load=True,
     ),
     "least-squares": Method(
         "least squares (4.11): zero-phase Savitzky-Golay, only samples certain to slip, QR",
         "any encoder, sticks and backlash; refuses the inertia that quantisation hides",
         ("window",),
         velocity=True,
+        load=True,
     ),
     "power-balance": Method(
         "the power balance (4.23): the same, weighted by velocity; with --time-constant on filtered differences, all samples",
         "friction that falls over speed beyond the slowest samples (Stribeck)",
         ("window", "time_constant"),
         velocity=True,
+        load=True,
     ),
     "weighted": Method(
         "the same, weighted by the inverse variance of the measurement errors, found over speed (4.2.5.1)",
         "an encoder or a friction that is worse at some speeds than at others",
         ("window",),
         velocity=True,
+        load=True,
     ),
     "conditioned": Method(
         "the power balance scaled by sqrt(2)/V (4.31), with the condition of (4.29) before and after",
         "very high or low speeds in SI units",
         ("window",),
         velocity=True,
+        load=True,
     ),
     "weak": Method(
         "the weak (integral) form: windows of (1 - s^2)^3, nothing differentiated",
@@ -98,6 +105,7 @@ METHODS: dict[str, Method] = {
     "output-error": Method(
         "simulation error: the axis that, driven by the measured effort, goes where the measured one went; load terms by held-out halves",
         "a model that has to simulate; several strokes, and an effort that was measured",
+        load=True,
     ),
     "stribeck-curve": Method(
         "the Stribeck curve (2.34): mean effort over runs at constant speeds",
@@ -135,11 +143,19 @@ class Settings:
 
 def run(method: str, records: list[Record], bench: Bench, settings: Settings) -> Fit:
     """The sliding parameters by the method called `method`. Raises NothingUsable where the records do not give any."""
-    blind = next((record.name for record in records if record.velocity is not None), None)
-    if blind is not None and not METHODS[method].velocity:
-        from frictool.identify.outcome import NothingUsable
-
-        able = ", ".join(name for name, row in METHODS.items() if row.velocity)
-        raise NothingUsable(f"{blind} has a velocity and no position, which {method} needs; these do without: {able}")
+    _check(method, records, bench)
     name = method.replace("-", "_")
     return cast("Fit", getattr(import_module(f"frictool.identify.{name}"), name)(records, bench, settings))
+
+
+def _check(method: str, records: list[Record], bench: Bench) -> None:
+    """Raises NothingUsable where the method needs a position that was not measured, or does not know the bench's load."""
+    from frictool.identify.outcome import NothingUsable
+
+    blind = next((record.name for record in records if record.velocity is not None), None)
+    if blind is not None and not METHODS[method].velocity:
+        able = ", ".join(name for name, row in METHODS.items() if row.velocity)
+        raise NothingUsable(f"{blind} has a velocity and no position, which {method} needs; these do without: {able}")
+    if bench.load is not None and bench.load.terms != ("offset",) and not METHODS[method].load:
+        able = ", ".join(name for name, row in METHODS.items() if row.load)
+        raise NothingUsable(f"{method} does not know load.terms of the bench, {', '.join(bench.load.terms) or 'none'}; these do: {able}")

@@ -172,6 +172,8 @@ def _fit(simulated: Simulated, found: Minimum, intervals: dict[str, Interval]) -
 
 def output_error(records: list[Record], bench: Bench, settings: Settings) -> Fit:
     """Open-loop output error on the structure that predicts best what it has not seen (`held_out`). Raises NothingUsable."""
+    if bench.load is not None and "coulomb_by_direction" in bench.load.terms:
+        raise NothingUsable("output-error takes what is constant for an offset; write offset for coulomb_by_direction in load.terms")
     known = start_values(power_balance(records, bench, settings), bench)
     terms, errors = choose_terms(records, bench, possible(bench), known, settings.confidence)
     fit = simulation_error(records, bench, settings, terms)
@@ -181,9 +183,10 @@ def output_error(records: list[Record], bench: Bench, settings: Settings) -> Fit
 def refined(records: list[Record], bench: Bench, settings: Settings, fit: Fit) -> Fit:
     """`fit`, of the method it names, or output error where that simulates by a tenth better what neither has seen (`held_out`).
 
-    Where the regression refuses a parameter, or the logs are too short for halves or have no position, there is nothing to compare.
+    Where the regression refuses a parameter, or the logs are too short for halves or have no position, there is nothing to compare; a load
+    that the regression has found is not left out again.
     """
-    if any(record.velocity is not None for record in records):
+    if fit.laws is not None or any(record.velocity is not None for record in records):
         return fit
     sides = halves(records)
     if sides is None or fit.method is None or any(name not in fit.parameters for name in SLIDING):

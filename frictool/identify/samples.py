@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from frictool.identify.alternatives import held_out_norm, needless
+from frictool.identify.alternatives import halved, held_out_norm, needless
 from frictool.identify.clusters import clusters
+from frictool.identify.load_columns import by_direction, together, untold
 from frictool.identify.outcome import SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.record import Vector
 from frictool.identify.regression import Singular, least, residual_norm, solve_triangles
@@ -18,6 +19,7 @@ from frictool.identify.triangles import Numbers, Tensor, triangles
 
 FEWEST_STROKES = 2  # in each direction: a difference of directions that is seen once cannot be told from one of strokes
 ONE_DIRECTION = "the motion is in one direction only, in which Coulomb friction and offset are one number"
+NO_OFFSET = "the bench says that there is none (load.terms)"
 KNOWN_OFFSET = {"offset": "the motion is in one direction only; the bench's offset is taken off the Coulomb friction"}
 
 
@@ -26,7 +28,7 @@ class Samples:
     """Rows of effort = inertia a + viscous v + coulomb s + offset: (n,) in SI, `stroke` (n,) ascending; `sign`: s, filtered as the rest;
 
     `counts`: how many encoder counts pass in the row. known_offset: the bench's, N m | N, which tells Coulomb friction where the motion is
-    in one direction only.
+    in one direction only. loads: of what else the bench says there is, the column (n,) of each parameter. terms: of `load` of the bench.
     """
 
     acceleration: Vector
@@ -36,6 +38,13 @@ class Samples:
     sign: Vector
     counts: Vector
     known_offset: Interval | None = None
+    loads: dict[str, Vector] = field(default_factory=dict)
+    terms: tuple[str, ...] | None = None
+
+    @property
+    def split_coulomb(self) -> bool:
+        """Whether what is constant in slip is Coulomb friction that differs by direction."""
+        return self.terms is not None and "coulomb_by_direction" in self.terms
 
     @property
     def columns(self) -> tuple[Vector, ...]:
@@ -45,7 +54,8 @@ class Samples:
     def rows(self, chosen: NDArray[np.bool_]) -> Samples:
         """The rows where `chosen` (n,) is True."""
         names = ("acceleration", "velocity", "effort", "stroke", "sign", "counts")
-        return replace(self, **{name: getattr(self, name)[chosen] for name in names})
+        loads = {name: column[chosen] for name, column in self.loads.items()}
+        return replace(self, loads=loads, **{name: getattr(self, name)[chosen] for name in names})
 
 
 def joined(parts: list[Samples]) -> Samples:
@@ -57,7 +67,18 @@ def joined(parts: list[Samples]) -> Samples:
         strokes.append(part.stroke + above)
         above += int(part.stroke[-1]) + 1 if part.stroke.size else 0
     stack = [np.concatenate([getattr(p, name) for p in parts]) for name in ("acceleration", "velocity", "effort", "sign", "counts")]
-    return Samples(stack[0], stack[1], stack[2], np.concatenate(strokes), stack[3], stack[4], parts[0].known_offset)
+    loads = {name: np.concatenate([part.loads[name] for part in parts]) for name in parts[0].loads}
+    acceleration, velocity, effort, sign, counts = stack
+    return replace(
+        parts[0],
+        acceleration=acceleration,
+        velocity=velocity,
+        effort=effort,
+        stroke=np.concatenate(strokes),
+        sign=sign,
+        counts=counts,
+        loads=loads,
+    )
 
 
 def fit(
@@ -70,38 +91,58 @@ def fit(
     refused, or the offset alone where the bench knows it.
     """
     names, refused = parameters_of(samples)
-    plain, weighted, cluster, order = _reduced(samples, weight, len(names), window)
+    plain, weighted, cluster, order = reduced(samples, weight, len(names), window)
+    names = (*names, *samples.loads)
+    refused = {**refused, **untold(plain, names, samples.velocity.size)}
+    names, plain, weighted = _without(names, [name for name in names if name in samples.loads and name in refused], plain, weighted)
     try:
         solution = solve_triangles(weighted, cluster)
         width = solution.half_width(confidence)
         low, high = solution.value - width, solution.value + width
-        half = (order // 2) % 2  # pairs of strokes, so that both halves hold both directions
-        dropped = needless(plain, weighted, half, low, high, [names.index(name) for name in droppable if name in names])
-        columns = [k for k in range(len(names)) if k not in dropped]
-        if dropped:
-            chosen = [*columns, -1]
-            plain, weighted = plain[:, :, chosen], weighted[:, :, chosen]
+        plainly = needless(plain, weighted, order, low, high, [[names.index(name)] for name in droppable if name in names])
+        loads = needless(plain, weighted, order, low, high, together(names), confidence, plainly)
+        dropped = [names[k] for k in (*plainly, *loads)]
+        found = {name: Interval(0.0, float(low[names.index(name)]), float(high[names.index(name)])) for name in dropped}
+        kept, plain, weighted = _without(names, dropped, plain, weighted)
+        dropped_or_split = bool(dropped)
+        if "viscous_backward" in kept or samples.split_coulomb:
+            kept, plain, weighted = by_direction(kept, samples.split_coulomb, plain, weighted)
+            refused |= {"offset": NO_OFFSET} if samples.split_coulomb else {}
+            dropped_or_split = True
+        if dropped_or_split:
             solution = solve_triangles(weighted, cluster)
             width = solution.half_width(confidence)
     except Singular as error:
         raise NothingUsable(str(error)) from None
-    found = {names[k]: Interval(0.0, float(low[k]), float(high[k])) for k in dropped}
-    for k, v, w in zip(columns, solution.value, width, strict=True):
-        found[names[k]] = Interval(float(v), float(v - w), float(v + w))
-    if refused == KNOWN_OFFSET and samples.known_offset is not None:
+    for name, v, w in zip(kept, solution.value, width, strict=True):
+        found[name] = Interval(float(v), float(v - w), float(v + w))
+    if refused.get("offset") == KNOWN_OFFSET["offset"] and samples.known_offset is not None:
         found["coulomb"] = less_offset(found["coulomb"], samples.known_offset, float(samples.sign[0]))
+    for name in dropped:
+        if name in samples.loads:
+            refused[name] = (
+                f"strokes that were not seen are predicted no worse without it; it lies in [{found[name].low:.4g}, {found[name].high:.4g}]"
+            )
     size = float(np.linalg.norm(samples.effort))
-    held_out = held_out_norm(plain, weighted, half, list(range(len(columns))))
+    held_out = held_out_norm(plain, weighted, halved(order), list(range(len(kept))))
     return Fit(
-        {name: found[name] for name in names if name not in refused},
+        {name: found[name] for name in dict.fromkeys((*names, *kept)) if name in found and name not in refused},
         refused,
         residual_norm(plain, solution.value) / size,
         None if held_out is None else held_out / size,
         solution.condition,
         samples.velocity.size,
         {**details, "strokes": int(order.max()) + 1, "clusters": int(cluster.max()) + 1},
-        dropped=tuple(names[k] for k in dropped),
+        dropped=tuple(name for name in dropped if name not in samples.loads),
     )
+
+
+def _without(names: tuple[str, ...], gone: list[str], plain: Tensor, weighted: Tensor) -> tuple[tuple[str, ...], Tensor, Tensor]:
+    """Names and triangles without the columns that are `gone`."""
+    if not gone:
+        return names, plain, weighted
+    chosen = [*(k for k, name in enumerate(names) if name not in gone), -1]
+    return tuple(name for name in names if name not in gone), plain[:, :, chosen], weighted[:, :, chosen]
 
 
 def less_offset(found: Interval, offset: Interval, sign: float) -> Interval:
@@ -111,9 +152,12 @@ def less_offset(found: Interval, offset: Interval, sign: float) -> Interval:
     return Interval(value, found.value - high - half, found.value - low + half)
 
 
-def _reduced(samples: Samples, weight: Vector, parameters: int, window: int) -> tuple[Tensor, Tensor, Numbers, Numbers]:
-    """Of each run of rows in one stroke and cluster (g,): its triangle, that of the weighted rows, its cluster, its stroke from 0."""
-    columns = (*samples.columns[:parameters], samples.effort)
+def reduced(samples: Samples, weight: Vector, parameters: int, window: int) -> tuple[Tensor, Tensor, Numbers, Numbers]:
+    """Of each run of rows in one stroke and cluster (g,): its triangle, that of the weighted rows, its cluster, its stroke from 0.
+
+    Columns: the first `parameters` of SLIDING, the loads, the effort.
+    """
+    columns = (*samples.columns[:parameters], *samples.loads.values(), samples.effort)
     cluster = clusters(samples.stroke, samples.sign, samples.counts, 3 * window)
     starts = np.flatnonzero(np.diff(cluster, prepend=-1) | np.diff(samples.stroke, prepend=-1))
     order = np.unique(samples.stroke[starts], return_inverse=True)[1]
@@ -125,7 +169,7 @@ def _reduced(samples: Samples, weight: Vector, parameters: int, window: int) -> 
 def residuals(samples: Samples, weight: Vector) -> Vector:
     """The effort's residuals (n,) of a weighted fit. Raises NothingUsable where the parameters do not follow."""
     names, _ = parameters_of(samples)
-    columns = samples.columns[: len(names)]
+    columns = (*samples.columns[: len(names)], *samples.loads.values())
     starts = np.flatnonzero(np.diff(samples.stroke, prepend=-1))
     try:
         value = least(triangles((*columns, samples.effort), weight, starts))[0]
@@ -165,6 +209,8 @@ def parameters_of(samples: Samples) -> tuple[tuple[str, ...], dict[str, str]]:
     """Which columns are told apart, in the order of SLIDING, and what is refused. Raises NothingUsable where there are too few rows."""
     if samples.velocity.size < 2 * len(SLIDING):
         raise NothingUsable(f"only {samples.velocity.size} samples are certain to slip")
+    if samples.terms is not None and "offset" not in samples.terms and not samples.split_coulomb:
+        return SLIDING[:3], {"offset": NO_OFFSET}
     if np.all(samples.sign > 0.0) or np.all(samples.sign < 0.0):
         return SLIDING[:3], {"coulomb": ONE_DIRECTION, "offset": ONE_DIRECTION} if samples.known_offset is None else KNOWN_OFFSET
     forward, backward = (np.count_nonzero(np.diff(samples.stroke[samples.sign * side > 0.0])) + 1 for side in (1.0, -1.0))

@@ -16,6 +16,8 @@ import numpy as np
 from scipy.special import ndtri
 
 from frictool.documents.bench import Bench
+from frictool.identify.load_columns import load_columns
+from frictool.identify.load_terms import with_laws
 from frictool.identify.methods import Settings
 from frictool.identify.outcome import Fit, Interval, NothingUsable
 from frictool.identify.record import Record, Vector
@@ -55,7 +57,7 @@ def slipping_fit(records: list[Record], bench: Bench, settings: Settings, fittin
         samples, used = slipping(records, bench, share, None)
         result = fitting(samples, used)
     response = acceleration_response(records[0], used)
-    return refuse_hidden_inertia(result, records[0], bench, response, samples.acceleration, f"over {used} samples")
+    return with_laws(refuse_hidden_inertia(result, records[0], bench, response, samples.acceleration, f"over {used} samples"), bench)
 
 
 def _bearable_share(result: Fit, confidence: float) -> float:
@@ -115,13 +117,14 @@ def slipping_rows(record: Record, bench: Bench, window: int, signals: tuple[Vect
     """
     strokes = find_strokes(record)
     mask = slip_mask(record, strokes, signals[1], window, full_backlash(bench))
+    loads = load_columns(record, bench, window, signals[1], strokes.sign)
     if every > 1:
         mask[np.arange(mask.size) % every != 0] = False
     for values in (*signals, strokes.sign, strokes.number):
         keep_rows(mask, values)
-    kept = np.count_nonzero(mask)
+    kept, loads = np.count_nonzero(mask), {name: column[mask] for name, column in loads.items()}
     acceleration, velocity, effort = (values[:kept] for values in signals)
     counts = np.abs(velocity) * (every * record.period / record.resolution)
-    offset = bench.mechanics.offset
+    offset, terms = bench.mechanics.offset, None if bench.load is None else bench.load.terms
     known = None if offset is None else Interval(offset.value, *offset.interval)
-    return Samples(acceleration, velocity, effort, strokes.number[:kept], strokes.sign[:kept], counts, known)
+    return Samples(acceleration, velocity, effort, strokes.number[:kept], strokes.sign[:kept], counts, known, loads, terms)

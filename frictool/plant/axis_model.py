@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from frictool.documents.laws import Laws as LawsDocument
+from frictool.documents.laws import Load as LoadDocument
 from frictool.documents.laws import Polynomial
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
@@ -52,13 +54,18 @@ def axis_of(model: Model, **overrides: float) -> AxisParameters:
 
 
 def load_of(model: Model) -> Load:
-    """What loads the model's axis beside friction, for engine/replay.py and engine/servo.py; `axis_of` does not hold it."""
-    document = model.laws.load if model.laws else None
-    if document is None:
-        return Load()
-    gravity = document.gravity
-    harmonics = (Harmonic(1.0, gravity.sine.value, gravity.cosine.value),) if gravity is not None else ()
-    return Load(document.stiffness.value if document.stiffness is not None else 0.0, harmonics)
+    """What loads the model's axis beside friction; `axis_of` does not hold it."""
+    return Load() if model.laws is None or model.laws.load is None else load_law(model.laws.load)
+
+
+def load_law(document: LoadDocument) -> Load:
+    """The same from the document's laws."""
+    gravity, ripple, harmonics = document.gravity, document.ripple, []
+    if gravity is not None:
+        harmonics.append(Harmonic(1.0, gravity.sine.value, gravity.cosine.value))
+    if ripple is not None:
+        harmonics.append(Harmonic(2.0 * math.pi * ripple.cycles / ripple.per.value, ripple.sine.value, ripple.cosine.value))
+    return Load(document.stiffness.value if document.stiffness is not None else 0.0, tuple(harmonics))
 
 
 def _scale(wanted: float, mean: float) -> float:

@@ -40,6 +40,13 @@ class Load(NamedTuple):
             return np.empty(0)
         return np.array([self.stiffness, *(value for harmonic in self.harmonics for value in harmonic)], dtype=np.float64)
 
+    def at(self, positions: Vector) -> Vector:
+        """The load (n,) [N m | N] at positions (n,) [rad | m]."""
+        total: Vector = self.stiffness * positions
+        for number, sine, cosine in self.harmonics:
+            total = total + sine * np.sin(number * positions) + cosine * np.cos(number * positions)
+        return total
+
 
 @kernel
 def load_effort(load: Vector, x: float) -> float:

@@ -1,0 +1,35 @@
+"""`load` of `bench.yaml`: what acts on the axis beside friction, by name; `identify` looks for these and for nothing else."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import msgspec
+
+from frictool.documents.quantity import PositiveLength
+
+Term = Literal["offset", "spring", "gravity", "ripple", "viscous_by_direction", "coulomb_by_direction"]
+
+
+class Ripple(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Torque ripple: so many cycles per way, `{cycles: 7, per: {value: 1, unit: turn}}`."""
+
+    cycles: Annotated[float, msgspec.Meta(gt=0, le=1e6)]
+    per: PositiveLength
+
+
+class LoadTerms(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """An offset that is not among the terms is none. ripple: how it repeats."""
+
+    terms: tuple[Term, ...]
+    ripple: Ripple | None = None
+
+    def __post_init__(self) -> None:
+        if len(set(self.terms)) < len(self.terms):
+            raise ValueError("terms: found a term twice; allowed: each once")
+        if "offset" in self.terms and "coulomb_by_direction" in self.terms:
+            raise ValueError("terms: in slip an offset and a Coulomb friction by direction are one number; give one of them")
+        if ("ripple" in self.terms) != (self.ripple is not None):
+            raise ValueError(
+                "ripple: the term ripple needs its cycles, ripple: {cycles: 7, per: {value: 1, unit: turn}}, and they need the term"
+            )

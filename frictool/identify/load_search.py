@@ -1,0 +1,56 @@
+"""Which loads there are where the bench does not say: one after the other, by strokes that a regression has not seen.
+
+A load is kept where the strokes' squares are smaller beyond chance and the held-out error falls by a fifth, as in `held_out`. A spring,
+and gravity on a rotary axis; viscous friction that differs by direction is left to the simulation (`held_out`), ripple to whoever knows its
+cycles.
+"""
+
+from __future__ import annotations
+
+import msgspec
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.documents.load import LoadTerms, Term
+from frictool.identify.alternatives import beyond_chance, by_stroke, halved, held_out_squares
+from frictool.identify.load_columns import untold
+from frictool.identify.load_terms import TERMS
+from frictool.identify.methods import Settings
+from frictool.identify.outcome import SLIDING
+from frictool.identify.record import Record
+from frictool.identify.samples import parameters_of, reduced
+from frictool.identify.slipping import SMALLEST_SHARE, slipping
+
+WORTH = 0.8  # of the held-out error: what a richer structure has to come below
+
+
+def with_found_loads(records: list[Record], bench: Bench, settings: Settings) -> Bench:
+    """The bench with `load` as it was found; itself where it says what there is, or nothing is found. Raises NothingUsable."""
+    if bench.load is not None or any(record.velocity is not None for record in records):
+        return bench
+    possible: tuple[Term, ...] = ("spring", "gravity") if bench.axis == "rotary" else ("spring",)
+    samples, used = slipping(records, with_load(bench, possible), SMALLEST_SHARE, settings.window)
+    names, refused = parameters_of(samples)
+    if names != SLIDING or refused:
+        return bench
+    plain, _, _, stroke = reduced(samples, np.ones(samples.velocity.size), len(names), used)
+    names = (*names, *samples.loads)
+    columns, found, half = list(range(len(SLIDING))), list[Term](), halved(stroke)
+    best = held_out_squares(plain, plain, half, columns)
+    for term in possible:
+        own = [k for k, name in enumerate(names) if name in TERMS[term]]
+        seen = [*columns, *own]
+        if best is None or untold(plain[:, :, [*seen, -1]], [names[k] for k in seen], samples.velocity.size):
+            continue
+        squares = held_out_squares(plain, plain, half, seen)
+        if squares is None or not np.sum(squares) < WORTH**2 * np.sum(best):
+            continue
+        if beyond_chance(by_stroke(squares, stroke), by_stroke(best, stroke), settings.confidence):
+            columns, best = seen, squares
+            found.append(term)
+    return with_load(bench, tuple(found)) if found else bench
+
+
+def with_load(bench: Bench, terms: tuple[Term, ...]) -> Bench:
+    """The bench that says that there are an offset and these."""
+    return msgspec.structs.replace(bench, load=LoadTerms(("offset", *terms)))
