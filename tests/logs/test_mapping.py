@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from decimal import Decimal
 
 import numpy as np
 import pytest
@@ -165,3 +167,21 @@ def test_the_log_remembers_its_columns():
     log = mapped(table({"t": [0, 0.001], "encoder": [0, 1]}), {"time": Column(1, "s"), **POSITION})
     assert log.metadata["columns"] == {"/axis.time": "t [s]", "/axis.position": "encoder [count]"}
     assert log.metadata["log"] == {"kind": "measured", "bench": "rig", "axis": "rotary"}
+
+
+@pytest.mark.parametrize(
+    ("unit", "start", "period", "told"), [("s", 1.7e9, 1e-3, True), ("ns", 1.7e18, 1e6, True), ("s", 1e5, 1e-3, False)]
+)
+def test_times_that_a_double_rounds_are_told(unit: str, start: float, period: float, told: bool):
+    """Times since 1970: what is read is within twice the rounding that is told of what was meant."""
+    meant = [Decimal(start) + Decimal(period) * k + Decimal("1e-7") / (Decimal("1e-9") if unit == "ns" else 1) for k in range(50)]
+    log = mapped(table({"t": [float(time) for time in meant], "encoder": [0.0] * 50}), POSITION | {"time": Column("t", unit)})
+    if not told:
+        assert log.warnings == ()
+        return
+    (warning,) = log.warnings
+    rounding = float(re.findall(r"holds them to (\S+) s", warning)[0])
+    assert 1e-7 < rounding < 3e-7
+    seconds = [time * (Decimal("1e-9") if unit == "ns" else 1) for time in meant]
+    off = [abs(float(Decimal(found) - one)) for found, one in zip(log.main.time.tolist(), seconds, strict=True)]
+    assert 1e-9 < max(off) <= 2.0 * rounding  # the number itself, and its conversion to ns and back

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from frictool.errors import LogError
 from frictool.logs.arrays import mdf_format
+from frictool.logs.arrays.mdf_cut import described_at
 from frictool.logs.channels.binding import bind
 from frictool.logs.table import BLOCK_ROWS, Loss
 from tests.logs.example import GOLDEN, measured
@@ -159,6 +160,24 @@ def test_a_file_that_was_cut_while_it_was_written_is_salvaged(tmp_path: Path):
     losses: list[Loss] = []
     assert np.array_equal(columns(table, ["x"], losses)["x"], values[:there])
     assert [loss.samples for loss in losses] == [n - there]
+
+
+def test_a_file_whose_description_was_cut_off_says_where_it_ends(tmp_path: Path):
+    """As asammdf writes: the records first, and behind them what they mean. Its own words are none a user can do anything with."""
+    whole, file = tmp_path / "whole.mf4", tmp_path / "cut.mf4"
+    with asammdf.MDF(version="4.10") as made:
+        made.append([asammdf.Signal(np.arange(3000.0), np.arange(3000) / 1000, name="x")])
+        made.save(whole)
+    data = whole.read_bytes()
+    assert described_at(whole) is None
+    group = data.find(b"##DG")
+    for end in (len(data) // 2, group, group + 10):
+        file.write_bytes(data[:end])
+        with pytest.raises(LogError, match=rf"cut.mf4: is cut off at byte {end}: what its channels are stands at byte {group}, "):
+            mdf_format.tables(file)
+    file.write_bytes(data.replace(b"##CG", b"##XX"))
+    with pytest.raises(LogError, match="is damaged, or of a kind of MDF that is not read: its blocks do not fit one another"):
+        mdf_format.tables(file)
 
 
 def test_the_measured_file():

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from frictool.errors import LogError
 from frictool.logs.arrays.guard import Described, guarded
-from frictool.logs.arrays.mdf_cut import Padded, records_before
+from frictool.logs.arrays.mdf_cut import Padded, described_at, records_before
 from frictool.logs.extras import library
 from frictool.logs.log import Vector
 from frictool.logs.source import open_log
@@ -51,11 +51,11 @@ def _open(path: Path) -> Sequence[Described]:
     logging.disable(logging.CRITICAL)
     try:
         file, end = MDF(path.open("rb")), None
-    except Exception as error:  # the library raises what its parts raise
+    except Exception:  # the library raises what its parts raise
         try:
             file, end = MDF(Padded(path)), path.stat().st_size
         except Exception:
-            raise error from None
+            raise LogError(path, _unreadable(path)) from None
     version = int(file.version[0])
     start = int(file.header.abs_time) if version == 4 else int(file.start_time.timestamp()) * 1_000_000_000
     groups: Sequence[Any] = file.groups
@@ -66,6 +66,15 @@ def _open(path: Path) -> Sequence[Described]:
         empty = [f"{name} ({what})" for table in found for name, what in table.others.items()]
         raise LogError(path, f"has no channel of numbers with samples; found: {listed(empty)}")
     return [table for table in found if table.names]
+
+
+def _unreadable(path: Path) -> str:
+    """Why the library does not open the file."""
+    behind = described_at(path)
+    if behind is None:
+        return "is damaged, or of a kind of MDF that is not read: its blocks do not fit one another; export it again, or as CSV"
+    end = path.stat().st_size
+    return f"is cut off at byte {end}: what its channels are stands at byte {behind}, and nothing can be salvaged; copy or export it again"
 
 
 def _group_name(index: int, group: Any) -> str:

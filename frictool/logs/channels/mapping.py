@@ -36,6 +36,7 @@ COUNT = "count"
 EFFORT = "effort"
 
 MOST_COUNTS = 2.0**53  # beyond, a float does not tell one count from the next
+ROUNDED = "times are so large that a double holds them to {:.2g} s; to keep each ns, count them from the start, or write ISO 8601"
 RATE_NOTED = 0.01  # relative difference of the log's period from the bench's
 RATE_REFUSED = 0.2
 
@@ -93,6 +94,7 @@ class Mapper:
         self.done, self.losses, self.warnings = 0, Losses(), ()
         self._counter, self._intervals, self._opening = Counter(self._bench), Intervals(), Opening(self.head)
         self._clocks = TwoClocks()
+        self._rounding = 0.0  # s, of the times: that of the double which holds the number in the file
         self._ledger = Ledger(self.losses, self._paths, tuple(message_path(self.head.topic, name) for name in self.head.fields))
 
     def samples(self, salvage: bool = False) -> Iterator[Samples]:
@@ -121,7 +123,8 @@ class Mapper:
         sign = sign_of(self._opening.stream).text
         rate = check_rate(self.source, self._intervals.base(), self._period)
         drift = self._clocks.finding(self.clock, 1.0 / self._intervals.base().rate_hz)
-        self.warnings = (*rate, *self._counter.findings(), *(text for text in (drift, sign) if text))
+        rounded = (ROUNDED.format(self._rounding),) if self._rounding > 1.0 / NS else ()
+        self.warnings = (*rate, *rounded, *self._counter.findings(), *(text for text in (drift, sign) if text))
 
     @property
     def _last(self) -> int | None:
@@ -154,7 +157,10 @@ class Mapper:
         if self._time is None:
             seconds = (block.first_row + rows) * self._bench.sample_period_s
         else:
-            seconds = self._time.si(block.columns[self._time.name][rows])
+            raw = block.columns[self._time.name][rows]
+            seconds = self._time.si(raw)
+            if raw.size:
+                self._rounding = max(self._rounding, float(np.spacing(np.abs(raw[-1])) * abs(self._time.column.scale) * self._time.factor))
         if seconds.size and np.abs(seconds).max() > LATEST:
             worst = int(np.argmax(np.abs(seconds)))
             found = f"time {seconds[worst]:g} s is beyond {LATEST:g} s; is its unit right?"
