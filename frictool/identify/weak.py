@@ -6,7 +6,7 @@ Nothing is differentiated but the test function, and that by its exact second di
 inertia by 4-5 %. Windows follow each other at a sixth of their length; closer ones tell nothing more.
 
 The window, and whether the inertia can be had, are those of `assess`: its prediction (assess/weak.py) on the strokes of the records. The
-encoder's noise in the regressor of the inertia takes a share off it, by which the interval is widened.
+encoder's noise in the regressor of the inertia takes a share off it, which is a range within the interval (`unknowns`).
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.special import ndtri
 
 from frictool.documents.bench import Bench
 from frictool.identify.assess.recorded import recorded_facts
@@ -26,6 +27,7 @@ from frictool.identify.record import Record
 from frictool.identify.samples import fit, joined
 from frictool.identify.slipping import slipping_rows
 from frictool.identify.smoothing import smoothed_by
+from frictool.identify.unknowns import half_width
 
 OVERLAP = 6  # windows begin at each sixth of their length
 
@@ -47,5 +49,8 @@ def weak(records: list[Record], bench: Bench, settings: Settings) -> Fit:
     second = np.convolve(bell(window), [1.0, -2.0, 1.0]) / facts.sensing.period**2
     share = facts.sensing.step**2 / 12.0 * float(second @ second) / float(np.mean(samples.acceleration**2))
     inertia = found.parameters["inertia"]
-    half = inertia.half_width + share * abs(inertia.value)
+    if not np.isfinite(inertia.half_width):
+        return found
+    statistical = inertia.half_width / float(ndtri(0.5 + 0.5 * settings.confidence))
+    half = half_width(settings.confidence, statistical, [share * abs(inertia.value)])
     return replace(found, parameters={**found.parameters, "inertia": Interval(inertia.value, inertia.value - half, inertia.value + half)})

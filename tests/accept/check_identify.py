@@ -1,9 +1,9 @@
 """Do the intervals of `identify` cover at their stated rate? Over seeds of the synthetic clutch and of the mass of table 4.1.
 
 Each seed has its own noise, its own encoder phase, its own turns, and its own axis: inertia drawn from the bench's interval, every
-friction within 20 % of the sample logs'. A count of covers is judged against the binomial distribution at the stated rate: it
-fails where so few covers would come by chance once in a thousand runs. More covers than stated are no failure: the breakaway's interval
-holds the bench's whole range of inertia, and is wide for that.
+friction within 20 % of the sample logs'. The intervals of `auto` have to cover in 92 to 98 % of 400 records. Of the other methods a count of
+covers is judged against the binomial distribution at the stated rate: it fails where so few covers would come by chance once in a
+thousand runs, and more than stated are no failure.
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ from tests.identify.linear_axis import linear_axis, linear_bench
 
 RATE = 0.95
 CHANCE = 1e-3
+LOWEST, HIGHEST = 0.92, 0.98
 SEEDS = 400
 MASS_SEEDS = 400
 FINE_STEP = 2.0 * np.pi / 4096.0
@@ -62,18 +63,16 @@ def covered(seed: int, encoder_step: float = TRUTH.encoder_step) -> dict[str, bo
     return {name: bool(found.low <= getattr(truth, name) <= found.high) for name, found in result.identified.items()}
 
 
-def _coverage(encoder_step: float, expected: set[str]) -> dict[str, Any]:
+def _coverage(encoder_step: float) -> dict[str, Any]:
+    expected = {*SLIDING, "breakaway"}
     hits = [covered(seed, encoder_step) for seed in range(SEEDS)]
     counts = {name: sum(hit.get(name, False) for hit in hits) for name in sorted(expected)}
     identified = all(set(hit) == expected for hit in hits)
-    least = int(binom.ppf(CHANCE, SEEDS, RATE))
     return {
-        "passed": identified and min(counts.values()) >= least,
+        "passed": identified and LOWEST * SEEDS <= min(counts.values()) and max(counts.values()) <= HIGHEST * SEEDS,
         "seeds": SEEDS,
         "stated_rate": RATE,
-        "least_accepted": least,
         **_flat("covered", counts),
-        "inertia_identified": sum("inertia" in hit for hit in hits),
     }
 
 
