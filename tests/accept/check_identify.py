@@ -1,9 +1,9 @@
 """Do the intervals of `identify` cover at their stated rate? Over seeds of the synthetic clutch and of the mass of table 4.1.
 
 Each seed has its own noise, its own encoder phase, its own turns, and its own axis: inertia drawn from the bench's interval, every
-friction within 20 % of the sample logs'. The intervals of `auto` have to cover in 92 to 98 % of 400 records. Of the other methods a count of
-covers is judged against the binomial distribution at the stated rate: it fails where so few covers would come by chance once in a
-thousand runs, and more than stated are no failure.
+friction within 20 % of the sample logs'. The intervals of `auto` have to cover in 92 to 98 % of 400 records. Of the
+other methods a count of covers is judged against the binomial distribution at the stated rate: it fails where so few covers would come
+by chance once in a thousand runs, and more than stated are no failure.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def _coverage(encoder_step: float) -> dict[str, Any]:
     counts = {name: sum(hit.get(name, False) for hit in hits) for name in sorted(expected)}
     identified = all(set(hit) == expected for hit in hits)
     return {
-        "passed": identified and LOWEST * SEEDS <= min(counts.values()) and max(counts.values()) <= HIGHEST * SEEDS,
+        "passed": identified and min(counts.values()) >= LOWEST * SEEDS and max(counts.values()) <= HIGHEST * SEEDS,
         "seeds": SEEDS,
         "stated_rate": RATE,
         **_flat("covered", counts),
