@@ -83,12 +83,12 @@ def _flat(what: str, figures: dict[str, Any]) -> dict[str, Any]:
 
 def clutch_coarse() -> dict[str, Any]:
     """Encoder of 56 points: friction by sines, inertia by the weak form, as assess says."""
-    return _coverage(TRUTH.encoder_step, {"inertia", "viscous", "coulomb", "offset", "breakaway"})
+    return _coverage(TRUTH.encoder_step)
 
 
 def clutch_fine() -> dict[str, Any]:
     """Encoder of 4096 points: all by least squares."""
-    return _coverage(FINE_STEP, {"inertia", "viscous", "coulomb", "offset", "breakaway"})
+    return _coverage(FINE_STEP)
 
 
 def clutch_repeated() -> dict[str, Any]:
