@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +28,8 @@ Find the friction model  effort = inertia a + viscous v + coulomb sign(v) + offs
 
 Logs are canonical (ingest) or raw CSV and MAT with the columns of the bench. Logs of motion give the sliding parameters. Breakaway ramps
 (the effort grows until the axis moves, falls back, grows again; thesis 4.3) give the breakaway; they are recognised, or named with --ramp.
+Slow loops of the effort below the breakaway, named with --loops, give presliding: z_max, stiffness, LuGre, elasto-plastic, Maxwell-slip
+and Preisach contacts.
 
 \b
 Methods (--method), and when each is right:
@@ -43,6 +46,7 @@ Exit code 1, and no model, where the logs are in order and give nothing at all.
 @click.argument("logs", type=existing, nargs=-1, metavar="LOG...")
 @click.option("--bench", type=existing, required=True, help="The rig (bench.yaml).")
 @click.option("--ramp", type=existing, multiple=True, help="A log of breakaway ramps, whatever it looks like; may be given again.")
+@click.option("--loops", type=existing, multiple=True, help="A log of slow loops below the breakaway, from a relaxed rest on.")
 @click.option("--method", type=click.Choice(list(METHODS)), default=DEFAULT, show_default=True, help="For the sliding parameters.")
 @click.option("--confidence", type=FiniteRange(0.5, 0.9999), default=0.95, show_default=True, help="Of every interval.")
 @click.option("--window", type=click.IntRange(5, 100_001), help="Samples of the smoothing window, odd. [default: chosen]")
@@ -64,6 +68,7 @@ def command(
     logs: tuple[Path, ...],
     bench: Path,
     ramp: tuple[Path, ...],
+    loops: tuple[Path, ...],
     method: str,
     confidence: float,
     window: int | None,
@@ -74,7 +79,7 @@ def command(
     as_json: bool,
     **filters: Any,
 ) -> None:
-    if not logs and not ramp:
+    if not (logs or ramp or loops):
         raise click.UsageError("Missing argument 'LOG...'.")
     own: dict[str, Any] = {"window": window, "time_constant": time_constant, "threshold": threshold, "forgetting": forgetting}
     _check_options(method, own, filters)
@@ -92,15 +97,20 @@ def command(
     try:
         result = identify(_records(logs, document), _records(ramp, document), document, method, settings)
     except NothingIdentified as error:
-        _tell(error.result, document, as_json, output)
-        raise
-    inputs = [*logs, *ramp, bench]
+        if logs or ramp:
+            _tell(error.result, document, as_json, output)
+            raise
+        result = error.result  # loops alone: all else is the bench's
+    inputs = [*logs, *ramp, *loops, bench]
     given = {f"--{name.replace('_', '-')}": value for name, value in {**own, **filters}.items()}
-    shown = {"logs": logs, "--bench": bench, "--ramp": ramp, "--method": method, "--confidence": confidence, **given}
+    shown = {"logs": logs, "--bench": bench, "--ramp": ramp, "--loops": loops, "--method": method, "--confidence": confidence, **given}
     model = model_of(result, document, record(command_line("identify", shown), inputs))
+    if loops:
+        model = _presliding(model, _records(loops, document), alone=not (logs or ramp))
+        result = replace(result, refused=model.not_identified)
     if output is not None:
         save_text(output, to_yaml(model), inputs)
-    _tell(result, document, as_json, output)
+    _tell(result, document, as_json, output, model)
     if not as_json:
         say(table(result, model), output)
 
@@ -119,12 +129,23 @@ def _records(paths: tuple[Path, ...], bench: Bench) -> list[Record]:
     return records
 
 
-def _tell(result: Identification, bench: Bench, as_json: bool, output: Path | None) -> None:
+def _presliding(model: Model, records: list[Record], alone: bool) -> Model:
+    """The model with what loops tell. Raises NothingUsable where they were all that was given, and tell nothing."""
+    from frictool.identify.outcome import NothingUsable
+    from frictool.identify.presliding.document import with_presliding
+
+    found = with_presliding(model, records)
+    if alone and found.presliding is None:
+        raise NothingUsable(f"presliding: {found.not_identified['presliding']}")
+    return found
+
+
+def _tell(result: Identification, bench: Bench, as_json: bool, output: Path | None, model: Model | None = None) -> None:
     """Warnings, and the machine's view, which holds the reasons where nothing is identified."""
     for warning in result.warnings:
         note(f"warning: {warning}")
     if as_json:
-        print_json(summary(result, bench), output)
+        print_json(summary(result, bench, model), output)
 
 
 def _check_options(method: str, own: dict[str, Any], filters: dict[str, Any]) -> None:
@@ -140,14 +161,12 @@ def _check_options(method: str, own: dict[str, Any], filters: dict[str, Any]) ->
 
 
 def _pipeline(filters: dict[str, Any]) -> Pipeline:
-    from dataclasses import replace
-
     from frictool.identify.inverse_dynamic import PUBLISHED
 
     return replace(PUBLISHED, **{name: value for name, value in filters.items() if value is not None})
 
 
-def summary(result: Identification, bench: Bench) -> dict[str, Any]:
+def summary(result: Identification, bench: Bench, model: Model | None = None) -> dict[str, Any]:
     """The machine's view of an identification."""
     from msgspec import to_builtins
 
@@ -172,6 +191,7 @@ def summary(result: Identification, bench: Bench) -> dict[str, Any]:
         "not_identified": result.refused,
         "warnings": list(result.warnings),
         "laws": None if result.laws is None else to_builtins(result.laws),
+        "presliding": None if model is None or model.presliding is None else to_builtins(model.presliding),
         "ramp": {"forward": ramp.forward, "backward": ramp.backward, "onsets": ramp.onsets, "delay_corrected": ramp.delay}
         if ramp
         else None,
@@ -223,6 +243,28 @@ def load_line(load: Load) -> str:
     return ", ".join(parts)
 
 
+def presliding_lines(model: Model) -> list[str]:
+    """What comes before the breakaway."""
+    found = model.presliding
+    if found is None:
+        return []
+
+    def shown(name: str, one: Estimate) -> str:
+        return f"{name} {one.value:.4g} {one.unit} [{one.interval[0]:.4g}, {one.interval[1]:.4g}]"
+
+    lines = [f"presliding, by {found.law} which predicts best: {shown('z_max', found.limit)}, {shown('stiffness', found.stiffness)}"]
+    for name in ("lugre", "elasto_plastic", "maxwell_slip"):
+        law = getattr(found, name)
+        if law is not None:
+            elastic = "" if name != "elasto_plastic" else f", {shown('elastic limit', law.elastic_limit)}"
+            unseen = f"off by {100.0 * law.held_out:.3g} % of the breakaway on branches not seen"
+            lines.append(f"  {name}: {shown('stiffness', law.stiffness)}{elastic}; {unseen}")
+    if found.preisach is not None:
+        size = found.preisach
+        lines.append(f"  preisach: {len(size.table) // 2} amplitudes, {shown('up to', size.limit)}, {shown('saturation', size.saturation)}")
+    return lines + [f"  {name}: not told: {reason}" for name, reason in found.refused.items()]
+
+
 def table(result: Identification, model: Model) -> str:
     """The same for people."""
     from frictool.identify.outcome import CURVE, PARAMETERS
@@ -250,7 +292,7 @@ def table(result: Identification, model: Model) -> str:
         lines.append(f"breakaway from {result.ramp.onsets} onsets, each seen {result.ramp.delay:.3g} {unit} late (corrected)")
     if result.fit is not None and result.fit.dropped:
         lines.append(f"taken to be 0, unseen strokes are predicted no worse without: {', '.join(result.fit.dropped)}")
-    lines += law_lines(model)
+    lines += law_lines(model) + presliding_lines(model)
     ordered = dict.fromkeys((*PARAMETERS, *result.refused))
     lines += [f"not identified: {name}: {result.refused[name]}" for name in ordered if name in result.refused]
     return "\n".join(lines)

@@ -8,6 +8,7 @@ import msgspec
 
 from frictool.documents.bench import Bench, Name
 from frictool.documents.laws import Laws
+from frictool.documents.presliding import Presliding
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import (
     Axis,
@@ -45,7 +46,7 @@ class Fit(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults
 class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """`model.yaml`. `not_identified` names each parameter that the logs could not give, with the reason.
 
-    `laws`: what friction does beyond the parameters, by direction, speed, position and time at rest.
+    `laws`: what friction does beyond the parameters, by direction, speed, position and time at rest. `presliding`: before it breaks away.
     """
 
     format: Literal["model/1"]
@@ -60,6 +61,7 @@ class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     not_identified: dict[str, str] = {}
     fit: Fit | None = None
     laws: Laws | None = None
+    presliding: Presliding | None = None
 
     def __post_init__(self) -> None:
         if (self.law == "stribeck") != (self.parameters.stribeck_velocity is not None):

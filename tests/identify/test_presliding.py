@@ -1,75 +1,168 @@
-"""Presliding from slow loops: the virgin curve of the Masing hysteresis comes back, and what an encoder does not resolve is refused."""
+"""Presliding from slow loops on a SIMULATED bench: each law's parameters come back within their intervals, and are told from the others."""
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from frictool.documents.model import Model
+from frictool.documents.registry import load
 from frictool.friction.preisach_cycles import masing_everett
 from frictool.friction.virgin_curve import virgin_force
-from frictool.identify.outcome import NothingUsable
-from frictool.identify.presliding import preisach_table, presliding
+from frictool.identify.outcome import Interval, NothingUsable
+from frictool.identify.presliding.elasto_plastic import elasto_plastic, elasto_plastic_path
+from frictool.identify.presliding.loops import find_loops
+from frictool.identify.presliding.lugre import lugre, lugre_path
+from frictool.identify.presliding.maxwell import element_paths, maxwell
+from frictool.identify.presliding.preisach import preisach
 from frictool.identify.record import Record, make_record
+from tests.cli.run import refused, run
+from tests.identify.benches import CLUTCH
+from tests.identify.presliding_bench import BREAKAWAY, INERTIA, MAXWELL, PERIOD, STIFFNESS, Z_BA, Z_MAX, curve, slow_loops
 
-F_S, Z_MAX, STEPS = 1.5, 1e-5, 400
-
-
-def loops(turns: list[float], count: float, noise: float = 0.0) -> Record:
-    """Masing's hysteresis of the parabola through displacements `turns` [z_max], each beyond the one before: no reversal is wiped out."""
-    position, force = [np.zeros(1)], [np.zeros(1)]
-    start, level = 0.0, 0.0
-    for number, turn in enumerate(turns):
-        z = np.linspace(start, turn, STEPS)
-        scale = 1.0 if number == 0 else 2.0
-        f = level + np.array([scale * virgin_force((point - start) * Z_MAX / scale, F_S, Z_MAX) for point in z])
-        position.append(z * Z_MAX)
-        force.append(f)
-        start, level = turn, f[-1]
-    x, u = np.concatenate(position), np.concatenate(force)
-    u = u + noise * np.random.default_rng(1).standard_normal(u.size)
-    return make_record("loops", np.arange(x.size) * 1e-3, np.floor(x / count) * count, u, count, 0.0)
-
-
-def test_the_virgin_curve_comes_back() -> None:
-    found = presliding(loops([0.8, -0.85, 0.9, -0.95, 1.0], 1e-8, noise=0.002), F_S, 1.0)
-    exact = [virgin_force(z, F_S, Z_MAX) for z in found.displacement]
-    assert found.force == pytest.approx(exact, abs=0.03 * F_S)
-    assert found.limit == pytest.approx(Z_MAX, rel=0.1)
-    assert found.stiffness == pytest.approx(2.0 * F_S / Z_MAX, rel=0.1)  # the parabola's slope at 0
-    assert np.all(np.diff(found.force, prepend=0.0) >= 0.0)
-    assert found.maxwell.size == 2 * found.displacement.size
-    assert 0.0 < found.elastic_limit < found.limit
+KNOWN = Interval(BREAKAWAY, 0.995 * BREAKAWAY, 1.005 * BREAKAWAY)
+COUNT = Z_MAX / 200.0
+BENCH = f"""\
+format: bench/1
+name: contact
+axis: rotary
+sample_period_s: {PERIOD}
+encoder: {{counts_per_revolution: {round(2.0 * np.pi / COUNT)}}}
+actuator:
+  drive: current
+  constant: {{value: 1, unit: N m/A}}
+  limit: {{value: 5, unit: A}}
+mechanics:
+  inertia: {{value: {INERTIA}, unit: kg m^2}}
+  viscous: {{value: 0.01, low: 0, high: 0.02, unit: N m s/rad}}
+  coulomb: {{value: 1.4, low: 1.2, high: 1.6, unit: N m}}
+  breakaway: {{value: {BREAKAWAY}, low: {KNOWN.low}, high: {KNOWN.high}, unit: N m}}
+columns:
+  time: {{column: time, unit: s}}
+  position: {{column: position, unit: rad}}
+  current: {{column: current, unit: A}}
+"""
 
 
-def test_z_max_from_loops_that_stay_below_it() -> None:
-    assert presliding(loops([0.6, -0.6, 0.6, -0.6], 1e-8), F_S, 1.0).limit == pytest.approx(Z_MAX, rel=0.1)
+def holds(interval: Interval, truth: float) -> bool:
+    return interval.low <= truth <= interval.high
 
 
-def test_a_coarse_encoder_is_refused_with_the_count_that_would_do() -> None:
-    with pytest.raises(NothingUsable, match=r"counts of the encoder; a count of .* or less would resolve it"):
-        presliding(loops([0.8, -0.85, 0.9, -0.95, 1.0], 2.5e-6), F_S, 1.0)
-    with pytest.raises(NothingUsable, match="sees no motion below the breakaway"):
-        presliding(loops([0.8, -0.85, 0.9], 1e-3), F_S, 1.0)
+def test_lugre_is_found_and_told_from_the_others() -> None:
+    loops = find_loops([slow_loops("lugre", 1, COUNT)], KNOWN)
+    found = lugre(loops, 0.95)
+    assert holds(found.parameters[0], STIFFNESS)
+    assert found.parameters[0].half_width < 0.02 * STIFFNESS
+    assert found.held_out < 0.2 * maxwell(loops, 0.95).held_out
 
 
-def test_small_loops_are_refused() -> None:
-    with pytest.raises(NothingUsable, match="of the breakaway; at least 50 % are needed"):
-        presliding(loops([0.1, -0.1, 0.1], 1e-8), F_S, 1.0)
+def test_elasto_plastic_is_found_and_told_from_the_others() -> None:
+    loops = find_loops([slow_loops("elasto_plastic", 1, COUNT)], KNOWN)
+    found = elasto_plastic(loops, 0.95)
+    assert holds(found.parameters[0], STIFFNESS)
+    assert holds(found.parameters[1], Z_BA)
+    assert found.held_out < 0.2 * min(lugre(loops, 0.95).held_out, maxwell(loops, 0.95).held_out)
+
+
+def test_maxwell_slip_is_found_and_told_from_the_others() -> None:
+    loops = find_loops([slow_loops("maxwell_slip", 1, COUNT)], KNOWN)
+    found = maxwell(loops, 0.95)
+    assert all(holds(one, curve(float(d))) for d, one in zip(found.displacement, found.force, strict=True))
+    assert holds(found.stiffness, float(MAXWELL[1].sum()))
+    assert holds(found.limit, Z_MAX)
+    assert found.held_out < 0.2 * lugre(loops, 0.95).held_out
+
+
+def centred_cycles(repeats: int, noise: float) -> Record:
+    """Ten growing centred cycles of the Masing hysteresis of the parabola, 3.7.1, again and again; the first from the virgin curve."""
+    position, force, last = [0.0], [0.0], 0.0
+    for top in np.tile(np.arange(1, 11) / 10.0, repeats):
+        reach, fall = virgin_force(top * Z_MAX, BREAKAWAY, Z_MAX), np.linspace(top, -top, 400)
+        position += [*np.linspace(last, top, 400)[1:-1], *fall]
+        force += [
+            *np.linspace(force[-1], reach, 400)[1:-1],
+            *(reach + 2.0 * virgin_force(0.5 * (z - top) * Z_MAX, BREAKAWAY, Z_MAX) for z in fall),
+        ]
+        last = -top
+    x, generator = np.array(position) * Z_MAX, np.random.default_rng(4)
+    seen, effort = np.rint(x / (0.2 * COUNT)) * 0.2 * COUNT, np.array(force) + noise * BREAKAWAY * generator.standard_normal(x.size)
+    return make_record("cycles", np.arange(x.size) * PERIOD, seen, effort, 0.2 * COUNT, 0.0)
 
 
 def test_preisach_of_centred_cycles_is_masing_s() -> None:
-    """Ten cycles of growing amplitude: the table of 3.7.1."""
-    position, force, last = [0.0], [0.0], 0.0
-    for top in np.arange(1, 11) / 10.0:
-        reach, fall = virgin_force(top * Z_MAX, F_S, Z_MAX), np.linspace(top, -top, STEPS)
-        position += [*np.linspace(last, top, STEPS)[1:-1], *fall]
-        force += [
-            *np.linspace(force[-1], reach, STEPS)[1:-1],
-            *(reach + 2.0 * virgin_force(0.5 * (z - top) * Z_MAX, F_S, Z_MAX) for z in fall),
-        ]
-        last = -top
-    x = np.array(position) * Z_MAX
-    record = make_record("cycles", np.arange(x.size) * 1e-3, np.rint(x / 1e-9) * 1e-9, np.array(force), 1e-9, 0.0)
-    assert preisach_table(record, 10) == pytest.approx(masing_everett(), abs=5e-3)
-    with pytest.raises(NothingUsable, match="no centred cycle of amplitude"):
-        preisach_table(record, 7)
+    found = preisach(find_loops([centred_cycles(3, 0.002)], KNOWN), 0.95)
+    truth = masing_everett().reshape(21, 21)
+    assert found.everett.shape == truth.shape
+    lower = np.tril(np.ones(truth.shape, dtype=bool), -1)
+    assert np.mean((np.abs(found.everett - truth) <= found.half_width)[lower]) > 0.9
+    assert holds(found.saturation, BREAKAWAY)
+    with pytest.raises(NothingUsable, match="no set of centred cycles"):
+        preisach(find_loops([slow_loops("lugre", 1, COUNT)], KNOWN), 0.95)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.lists(st.floats(-2.0, 2.0), min_size=2, max_size=30), st.floats(0.1, 0.9))
+def test_paths_do_not_depend_on_how_finely_they_are_walked(places: list[float], share: float) -> None:
+    """Kernels against a walk in a hundred plain steps; no force beyond the breakaway."""
+    position = np.concatenate(([0.0], places)) * Z_MAX
+    fine = np.interp(np.linspace(0.0, position.size - 1.0, 100 * (position.size - 1) + 1), np.arange(position.size), position)
+    elements, values = np.array([0.3, 0.8]) * Z_MAX, []
+    for path in (position, fine):
+        starts, one, two, three = np.arange(path.size) == 0, np.empty(path.size), np.empty(path.size), np.empty((path.size, 2))
+        lugre_path(path, starts, STIFFNESS, BREAKAWAY, one)
+        elasto_plastic_path(path, starts, STIFFNESS, BREAKAWAY, share, two)
+        element_paths(path, starts, elements, three)
+        values.append([force[:: 1 if path is position else 100] for force in (one, two, three[:, 0], three[:, 1])])
+    for coarse, walked, size in zip(*values, (BREAKAWAY, BREAKAWAY, *elements), strict=True):
+        assert coarse == pytest.approx(walked, abs=5e-3 * size)
+        assert np.abs(coarse).max() <= size * (1.0 + 1e-9)
+
+
+def test_what_does_not_tell_presliding_is_refused() -> None:
+    with pytest.raises(NothingUsable, match=r"sees \d counts of the longest branch .* a count of .* or less"):
+        find_loops([slow_loops("lugre", 1, 0.5 * Z_MAX)], KNOWN)
+    with pytest.raises(NothingUsable, match="reverses 2 times; at least 5"):
+        find_loops([slow_loops("lugre", 1, COUNT, turns=(0.8, -0.8, 0.8))], KNOWN)
+    with pytest.raises(NothingUsable, match="% of the breakaway; at least 50 % are needed"):
+        maxwell(find_loops([slow_loops("maxwell_slip", 1, 0.1 * COUNT, turns=(0.2, -0.2) * 4)], KNOWN), 0.95)
+
+
+def csv(log: Record, folder: Path) -> Path:
+    path = folder / "loops.csv"
+    rows = [f"{t:.3f},{x:.9f},{u:.6f}" for t, x, u in zip(log.time, log.position, log.effort, strict=True)]
+    path.write_text("\n".join(["time [s],position [rad],current [A]", *rows, ""]))
+    return path
+
+
+def test_the_command_writes_presliding_into_the_model(tmp_path: Path) -> None:
+    bench, target = tmp_path / "bench.yaml", tmp_path / "model.yaml"
+    bench.write_text(BENCH)
+    result = run("identify", "--loops", csv(slow_loops("lugre", 2, COUNT), tmp_path), "--bench", bench, "-o", target, "--json")
+    assert result.code == 0, result.stderr
+    found, model = json.loads(result.stdout)["presliding"], load(target, Model)
+    assert model.presliding is not None
+    assert model.presliding.law == found["law"] == "lugre"
+    low, high = model.presliding.stiffness.interval
+    assert low <= STIFFNESS <= high
+    low, high = model.presliding.limit.interval
+    assert low <= BREAKAWAY / STIFFNESS <= high
+    assert "preisach" in model.presliding.refused
+    assert [entry.name for entry in model.provenance.inputs] == ["loops.csv", "bench.yaml"]
+    assert "presliding, by lugre" in run("identify", "--loops", tmp_path / "loops.csv", "--bench", bench).stdout
+
+
+def test_the_clutch_is_refused_in_one_line(tmp_path: Path) -> None:
+    target, steps = tmp_path / "model.yaml", CLUTCH.parents[2] / "sample_logs" / "ramp.csv"
+    still = tmp_path / "loops.csv"
+    rows = steps.read_text().splitlines()[:1] + [f"{0.001 * k:.3f},3,{2.0 * np.sin(0.01 * k):.3f}" for k in range(4000)]
+    still.write_text("\n".join([*rows, ""]))
+    refused(run("identify", "--loops", still, "--bench", CLUTCH, "-o", target), 1, "presliding: the encoder sees 0 counts", "or less")
+    assert not target.exists()
+    both = run("identify", CLUTCH.parents[2] / "sample_logs" / "sines.csv", "--loops", still, "--bench", CLUTCH)
+    assert both.code == 0, both.stderr
+    assert "not identified: presliding: the encoder sees" in both.stdout
