@@ -39,7 +39,7 @@ class LawFit:
 
 
 def fit_path(loops: Loops, path: Path, start: Vector, confidence: float) -> LawFit:
-    """The parameters (p,) of a law from `start` (p,), SI. Raises NothingUsable where the loops do not tell them."""
+    """The parameters (p,) of a law from `start` (p,), SI, the stiffness first. Raises NothingUsable where the loops do not tell them."""
     value, beside = _minimum(loops, path, start, loops.used)
     residual = (loops.force - beside - path(loops, value))[loops.used]
     columns = np.column_stack([*_slopes(loops, path, value), np.ones(loops.force.size), loops.speed])[loops.used]
@@ -49,7 +49,7 @@ def fit_path(loops: Loops, path: Path, start: Vector, confidence: float) -> LawF
         raise NothingUsable(f"the loops do not tell the law: {error}") from None
     statistical = solution.half_width(confidence)[:-2] / float(ndtri(0.5 + 0.5 * confidence))
     ends = [_minimum(with_breakaway(loops, end), path, value, loops.used)[0] for end in (loops.breakaway.low, loops.breakaway.high)]
-    counts = 0.5 * loops.count / loops.reach  # of every distance from a reversal, relative: the parameters are logarithms of such
+    counts = 0.5 * loops.count * float(value[0]) / loops.breakaway.value  # of z_max: where within its count the axis turned
     found = []
     for k, centre in enumerate(value):
         width = half_width(confidence, float(statistical[k]), [0.5 * float(np.log(ends[1][k] / ends[0][k])), counts])
