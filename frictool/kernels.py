@@ -20,7 +20,7 @@ from numba.core import event
 
 from frictool import waiting
 
-ROOMS = ("friction", "control", "plant", "engine", "identify", "logs/kernels")
+ROOMS = ("friction", "control", "plant", "engine", "identify", "identify/presliding", "logs/kernels")
 F = TypeVar("F", bound=Callable[..., Any])
 settings: Any = numba.config
 compiler: Any = numba.njit  # its own signature does not list every option

@@ -16,7 +16,7 @@ PACKAGE = Path(kernels.__file__).parent
 def package(tmp_path: Path) -> Path:
     """A copy of the sources of all kernels."""
     for room in kernels.ROOMS:
-        shutil.copytree(PACKAGE / room, tmp_path / room, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(PACKAGE / room, tmp_path / room, ignore=shutil.ignore_patterns("__pycache__"), dirs_exist_ok=True)
     return tmp_path
 
 
