@@ -41,6 +41,7 @@ def auto(records: list[Record], bench: Bench, settings: Settings) -> Fit:
     """Inertia, viscous, Coulomb and offset by the method that suits the records. Raises NothingUsable where nothing moves enough."""
     if any(record.velocity is not None for record in records):
         return _differentiated(records, bench, settings)  # what a measured velocity tells, no encoder decides
+    bench = with_found_loads(records, bench, settings)
     facts = recorded_facts(records, bench)
     inertia, friction = decided("inertia", facts), decided("viscous", facts)
     weak = _weak(records, bench, settings) if inertia.method == "weak" else None
@@ -87,8 +88,7 @@ def joined(fit: Fit, weak: Fit, why: str) -> Fit:
 
 
 def _differentiated(records: list[Record], bench: Bench, settings: Settings) -> Fit:
-    """Steps 2 to 4, with the loads that the bench says there are, or else those that are found."""
-    bench = with_found_loads(records, bench, settings)
+    """Steps 2 to 4."""
     efficient = weighted_fit(records, bench, settings, lambda rows: np.ones(rows.velocity.size), DROPPABLE)
     robust = weighted_fit(records, bench, settings, by_speed)
     apart = disagreement(efficient, robust)

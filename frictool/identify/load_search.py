@@ -16,39 +16,53 @@ from frictool.identify.alternatives import beyond_chance, by_stroke, halved, hel
 from frictool.identify.load_columns import untold
 from frictool.identify.load_terms import TERMS
 from frictool.identify.methods import Settings
-from frictool.identify.outcome import SLIDING
-from frictool.identify.record import Record
+from frictool.identify.outcome import SLIDING, NothingUsable
+from frictool.identify.record import Record, Vector
 from frictool.identify.samples import parameters_of, reduced
 from frictool.identify.slipping import SMALLEST_SHARE, slipping
+from frictool.identify.triangles import Numbers, Tensor
 
 WORTH = 0.8  # of the held-out error: what a richer structure has to come below
 
 
 def with_found_loads(records: list[Record], bench: Bench, settings: Settings) -> Bench:
-    """The bench with `load` as it was found; itself where it says what there is, or nothing is found. Raises NothingUsable."""
+    """The bench with `load` as it was found; itself where it says what there is, where nothing is found, or where nothing slips."""
     if bench.load is not None or any(record.velocity is not None for record in records):
         return bench
     possible: tuple[Term, ...] = ("spring", "gravity") if bench.axis == "rotary" else ("spring",)
-    samples, used = slipping(records, with_load(bench, possible), SMALLEST_SHARE, settings.window)
-    names, refused = parameters_of(samples)
+    try:
+        samples, used = slipping(records, with_load(bench, possible), SMALLEST_SHARE, settings.window)
+        names, refused = parameters_of(samples)
+    except NothingUsable:
+        return bench
     if names != SLIDING or refused:
         return bench
     plain, _, _, stroke = reduced(samples, np.ones(samples.velocity.size), len(names), used)
-    names = (*names, *samples.loads)
+    found = found_terms(plain, stroke, (*names, *samples.loads), possible, samples.velocity.size, settings.confidence)
+    return with_load(bench, found) if found else bench
+
+
+def found_terms(
+    plain: Tensor, stroke: Numbers, names: tuple[str, ...], possible: tuple[Term, ...], rows: int, confidence: float
+) -> tuple[Term, ...]:
+    """Of the possible terms those that are there, the best first. plain (g, q, q), stroke (g,): of the runs of `rows` rows in all."""
     columns, found, half = list(range(len(SLIDING))), list[Term](), halved(stroke)
     best = held_out_squares(plain, plain, half, columns)
-    for term in possible:
-        own = [k for k, name in enumerate(names) if name in TERMS[term]]
-        seen = [*columns, *own]
-        if best is None or untold(plain[:, :, [*seen, -1]], [names[k] for k in seen], samples.velocity.size):
-            continue
-        squares = held_out_squares(plain, plain, half, seen)
-        if squares is None or not np.sum(squares) < WORTH**2 * np.sum(best):
-            continue
-        if beyond_chance(by_stroke(squares, stroke), by_stroke(best, stroke), settings.confidence):
-            columns, best = seen, squares
-            found.append(term)
-    return with_load(bench, tuple(found)) if found else bench
+    while best is not None:
+        tried: list[tuple[float, Term, list[int], Vector]] = []
+        for term in set(possible) - set(found):
+            seen = [*columns, *(k for k, name in enumerate(names) if name in TERMS[term])]
+            squares = held_out_squares(plain, plain, half, seen)
+            if squares is not None and not untold(plain[:, :, [*seen, -1]], [names[k] for k in seen], rows):
+                tried.append((float(np.sum(squares)), term, seen, squares))
+        if not tried:
+            break
+        left, term, seen, squares = min(tried, key=lambda one: one[:2])
+        if left >= WORTH**2 * np.sum(best) or not beyond_chance(by_stroke(squares, stroke), by_stroke(best, stroke), confidence):
+            break
+        columns, best = seen, squares
+        found.append(term)
+    return tuple(found)
 
 
 def with_load(bench: Bench, terms: tuple[Term, ...]) -> Bench:
