@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ from frictool.cli.output import command_line, existing, json_option, output_opti
 
 if TYPE_CHECKING:
     from frictool.documents.controller import Controller
+    from frictool.synth.disturbance import Disturbance
 
 HELP = """\b
 Example:
@@ -40,17 +42,31 @@ def command(model: Path, spec: Path, design: Path, output: Path | None, as_json:
 
     model_document, spec_document, design_document = load(model, Model), load(spec, Spec), load(design, Design)
     same_axis({model: model_document, spec: spec_document, design: design_document})
+    from frictool.synth.disturbance import disturbance
     from frictool.synth.speed_cascade import design_controller
 
+    found = disturbance(model_document)
     inputs = [model, spec, design]
     provenance = record(command_line("synth", {"model": model, "--spec": spec, "--design": design}), inputs)
     controller = design_controller(model_document, spec_document, design_document, provenance)
     if output is not None:
         save_text(output, to_yaml(controller), inputs)
     if as_json:
-        print_json(summary(controller), output)
+        print_json({**summary(controller), "disturbance": asdict(found) if found.total else None}, output)
     else:
-        say(table(controller), output)
+        say("\n".join([table(controller), *disturbance_lines(found, model_document.parameters.offset.unit)]), output)
+
+
+def disturbance_lines(found: Disturbance, unit: str) -> list[str]:
+    """What the loop was not designed for and has to bear."""
+    if found.total == 0.0:
+        return []
+    parts = [f"{name} {value:.4g}" for name in ("offset", "gravity", "ripple") if (value := getattr(found, name))]
+    share = f"{100.0 * found.total / found.available:.2g} % of the {found.available:.4g} {unit} at the drive's limit"
+    lines = [f"disturbance: up to {' + '.join(parts)} {unit}, {share}; the plants of the polytope are without it, simulate plays it"]
+    if found.total >= found.breakaway:
+        lines.append(f"  the least breakaway, {found.breakaway:.4g} {unit}, does not hold it: with the drive off the axis may move")
+    return lines
 
 
 def summary(controller: Controller) -> dict[str, Any]:

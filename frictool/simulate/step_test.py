@@ -26,6 +26,8 @@ from frictool.errors import NoSolutionError
 from frictool.logs.log import Log, Stream
 from frictool.logs.provenance import with_provenance
 from frictool.plant.axis import rest
+from frictool.plant.axis_model import load_of
+from frictool.plant.load import Load
 from frictool.simulate.agreement import Names, check_agreement
 from frictool.simulate.variants import Variant, variants_of
 
@@ -48,11 +50,11 @@ def step_test(
     """
     check_agreement(model, controller, scenario, names)
     variants = variants_of(model, controller, scenario, names.model)
-    reference = _reference(scenario, controller.sample_period_s)
+    reference, load = _reference(scenario, controller.sample_period_s), load_of(model)
     streams, warnings = [], []
     progress(0, len(variants))
     for index, variant in enumerate(variants):
-        record = _run(variant, controller, scenario.start.value, reference)
+        record = _run(variant, load, controller, scenario.start.value, reference)
         noise = np.random.Generator(np.random.PCG64([scenario.seed, index])).normal(0.0, scenario.drive_noise, reference.size)
         streams.append(_stream(model, controller, variant, reference, record, noise))
         warnings += _against_stops(model, variant, record)
@@ -66,8 +68,11 @@ def _reference(scenario: Scenario, period: float) -> Vector:
     return np.concatenate([np.full(round(step.duration_s / period), step.reference.value) for step in scenario.steps])
 
 
-def _run(variant: Variant, controller: Controller, start: float, reference: Vector) -> Vector:
-    """The record (n, 7) of one variant, from rest at `start`, the backlash in its middle, the prefilter settled at what is measured."""
+def _run(variant: Variant, load: Load, controller: Controller, start: float, reference: Vector) -> Vector:
+    """The record (n, 7) of one variant under the model's load.
+
+    From rest at `start`, the backlash in its middle, the prefilter settled at what is measured.
+    """
     axis, packed = variant.axis.as_array(), pack(controller)
     measured = closed_loop.measure(start, variant.axis.encoder_step)
     record = np.zeros((reference.size, closed_loop.RECORD_SIZE))
@@ -80,6 +85,7 @@ def _run(variant: Variant, controller: Controller, start: float, reference: Vect
         controller.sample_period_s,
         controller.delay_samples,
         record,
+        load.as_array(),
     )
     if status != OK:
         raise NoSolutionError(f"{variant.topic}: {MESSAGES[status]}; check the model's parameters")

@@ -22,6 +22,7 @@ from frictool.errors import NoSolutionError
 from frictool.lmi.discrete_hinf import Lyapunov, controller, minimise
 from frictool.plant.generalised import SpeedWeights, speed_plant
 from frictool.plant.polytope import PlantPoint, Polytope, polytope
+from frictool.synth.disturbance import disturbance
 from frictool.synth.realisation import speed_controller
 from frictool.synth.weights import speed_weights
 from frictool.verify.controller import loop_checks
@@ -39,9 +40,11 @@ def design_controller(model: Model, spec: Spec, design: Design, provenance: Prov
     """A verified controller document.
 
     Raises NoSolutionError (exit 4) where the inequalities have no solution, or the sampled loop of the solution is unstable with
-    0 or 1 sample of delay, or misses the specified modulus margin at the bench's delay; the message names the vertex and its figure.
+    0 or 1 sample of delay, or misses the specified modulus margin at the bench's delay; the message names the vertex and its figure. Or
+    where the model's load is no disturbance that the drive can bear.
     """
     bench = model.bench
+    disturbance(model)  # refuses what no loop of this structure can do
     period, delay, lag = bench.sample_period_s, bench.delay_samples, bench.actuator.loop_time_constant_s
     weights = speed_weights(model, spec, design)
     box = polytope(model)

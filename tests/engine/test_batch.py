@@ -22,6 +22,7 @@ from frictool.friction.signatures import SLIP_FORCE
 from frictool.friction.table import LAWS
 from frictool.kernels import pointer
 from frictool.plant.axis import AxisParameters, rest
+from frictool.plant.load import Load
 from tests.control.example import clutch_controller
 
 PLANTS, PERIOD = 40, 1e-3
@@ -70,11 +71,22 @@ def test_closed_loops(threads: int) -> None:
         np.zeros(PLANTS, dtype=np.int64),
     )
     arrays, own = np.stack([axis.as_array() for axis in axes]), np.stack([initial_state(controller, 0.0)] * PLANTS)
-    closed_loops(arrays, np.stack([rest()] * PLANTS), np.stack([controller] * PLANTS), own, references, PERIOD, 1, records, statuses)
+    closed_loops(
+        arrays,
+        np.stack([rest()] * PLANTS),
+        np.stack([controller] * PLANTS),
+        own,
+        references,
+        PERIOD,
+        1,
+        records,
+        statuses,
+        Load().as_array(),
+    )
     assert np.all(statuses == OK)
     for i in range(PLANTS):
         record = np.zeros((samples, RECORD_SIZE))
-        run(arrays[i], rest(), controller, initial_state(controller, 0.0), references[i], PERIOD, 1, record)
+        run(arrays[i], rest(), controller, initial_state(controller, 0.0), references[i], PERIOD, 1, record, Load().as_array())
         assert np.array_equal(records[i], record)
     assert np.ptp(records[:, -1, 1]) > 0.0
 

@@ -14,14 +14,27 @@ from numpy.typing import NDArray
 from frictool.control.cascade import control_step, initial_state
 from frictool.control.packing import pack
 from frictool.engine.axis import advance
-from frictool.engine.closed_loop import COMMAND, LOAD, MEASURED, RECORD_SIZE, TRUE_DRIVE, TRUE_POSITION, TRUE_VELOCITY, measure, run
+from frictool.engine.closed_loop import (
+    COMMAND,
+    LOAD,
+    LOAD_PARTS,
+    MEASURED,
+    RECORD_SIZE,
+    TRUE_DRIVE,
+    TRUE_POSITION,
+    TRUE_VELOCITY,
+    measure,
+    run,
+)
 from frictool.engine.status import NOT_FINITE, OK
 from frictool.plant.axis import DRIVE, LOAD_POSITION, POSITION, VELOCITY, AxisParameters, rest
+from frictool.plant.load import Harmonic, Load
 from tests.control.example import BRAKE_LAW, clutch_controller, speed_controller
 from tests.engine.test_axis import CLUTCH
 
 ENCODED = CLUTCH._replace(encoder_step=2 * math.pi / 56)
 PERIOD = 1e-3
+NO_LOAD = Load().as_array()
 CONTROLLER = pack(clutch_controller(BRAKE_LAW, speed=msgspec.structs.replace(speed_controller(), anti_windup=(0.0, 0.0))))
 
 
@@ -29,7 +42,7 @@ def loop(axis: AxisParameters, reference: NDArray[np.float64], delay: int, start
     """The kernel's record (n, 7) for the example controller with the braking law."""
     record = np.zeros((reference.size, RECORD_SIZE))
     own = initial_state(CONTROLLER, measure(start, axis.encoder_step))
-    assert run(axis.as_array(), rest(start), CONTROLLER, own, reference, PERIOD, delay, record) == OK
+    assert run(axis.as_array(), rest(start), CONTROLLER, own, reference, PERIOD, delay, record, NO_LOAD) == OK
     return record
 
 
@@ -77,7 +90,7 @@ def test_nothing_acts_before_the_delay(delay: int) -> None:
 def test_a_failing_sample_is_reported_and_what_came_before_is_kept() -> None:
     record, state = np.zeros((3, RECORD_SIZE)), rest(5.0)
     reference = np.array([5.0, math.nan, 5.0])
-    assert run(ENCODED.as_array(), state, CONTROLLER, initial_state(CONTROLLER, 5.0), reference, PERIOD, 0, record) == NOT_FINITE
+    assert run(ENCODED.as_array(), state, CONTROLLER, initial_state(CONTROLLER, 5.0), reference, PERIOD, 0, record, NO_LOAD) == NOT_FINITE
     assert record[0, TRUE_POSITION] == 5.0
     assert record[2, TRUE_POSITION] == 0.0
 
@@ -87,3 +100,51 @@ def test_reaches_the_target_within_the_band_and_stays_without_drive() -> None:
     assert abs(record[-1, MEASURED] - 55.0) <= BRAKE_LAW.band + ENCODED.encoder_step
     np.testing.assert_array_equal(record[-1000:, COMMAND], 0.0)
     assert np.ptp(record[-10_000:, TRUE_POSITION]) == 0.0
+
+
+def plain_loop_with_load(axis: AxisParameters, load: Load, reference: NDArray[np.float64], parts: int) -> NDArray[np.float64]:
+    """Positions (n,): the loop written out, its load held over a part of a period."""
+    state, own, found = rest(5.0), initial_state(CONTROLLER, measure(5.0, axis.encoder_step)), []
+    for target in reference:
+        found.append(state[POSITION])
+        command = control_step(CONTROLLER, own, target, measure(state[POSITION], axis.encoder_step))
+        for _ in range(parts):
+            ahead = state[POSITION] + 0.5 * PERIOD / parts * state[VELOCITY]
+            moved = axis._replace(offset=axis.offset + float(load.at(np.array([ahead]))[0]))
+            assert advance(state, command, moved.as_array(), PERIOD / parts) == OK
+    return np.array(found)
+
+
+@settings(derandomize=True, deadline=None, max_examples=8)
+@given(
+    stiffness=st.floats(-2e-3, 2e-3), sine=st.floats(-0.1, 0.1), cosine=st.floats(-0.1, 0.1), number=st.sampled_from([1.0, 7.0 / 6.0]),
+    target=st.floats(0.0, 60.0),
+)  # fmt: skip
+def test_a_load_acts_as_the_loop_in_python_says(stiffness: float, sine: float, cosine: float, number: float, target: float) -> None:
+    load, reference = Load(stiffness, (Harmonic(number, sine, cosine),)), np.full(300, target)
+    record, own = np.zeros((300, RECORD_SIZE)), initial_state(CONTROLLER, measure(5.0, CLUTCH.encoder_step))
+    assert run(CLUTCH.as_array(), rest(5.0), CONTROLLER, own, reference, PERIOD, 0, record, load.as_array()) == OK
+    np.testing.assert_allclose(record[:, TRUE_POSITION], plain_loop_with_load(CLUTCH, load, reference, LOAD_PARTS), rtol=0, atol=1e-9)
+
+
+def test_a_held_load_is_of_second_order() -> None:
+    """A free oscillation on a spring: its period is known, and the error falls by 16 where a part is 4 times shorter."""
+    mass = AxisParameters(1.0, 0.0, 0.0, 0.0, drive_limit=1e-12)
+    load, errors = Load(stiffness=400.0).as_array(), []
+    for period in (8e-3, 2e-3):
+        samples = round(1.0 / period) + 1
+        record = np.zeros((samples, RECORD_SIZE))
+        state = rest(0.01)
+        own, still = initial_state(CONTROLLER, 0.01), np.zeros(samples)
+        assert run(mass.as_array(), state, CONTROLLER, own, still, period, 0, record, load) == OK
+        errors.append(abs(record[-1, TRUE_POSITION] - 0.01 * math.cos(20.0 * period * (samples - 1))))
+    assert errors[0] < 1e-3 * 0.01 * 20.0
+    assert errors[1] < errors[0] / 12.0
+
+
+def test_what_rests_under_a_load_stays_where_it_is() -> None:
+    axis = AxisParameters(1e-5, 4e-4, 0.1, 0.11, drive_limit=1e-12)
+    record = np.zeros((500, RECORD_SIZE))
+    load = Load(0.0, (Harmonic(1.0, 0.05, 0.09),)).as_array()
+    assert run(axis.as_array(), rest(5.0), CONTROLLER, initial_state(CONTROLLER, 5.0), np.full(500, 20.0), PERIOD, 1, record, load) == OK
+    assert np.all(record[:, TRUE_POSITION] == 5.0)
