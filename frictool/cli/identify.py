@@ -47,6 +47,9 @@ Exit code 1, and no model, where the logs are in order and give nothing at all.
 @click.option("--bench", type=existing, required=True, help="The rig (bench.yaml).")
 @click.option("--ramp", type=existing, multiple=True, help="A log of breakaway ramps, whatever it looks like; may be given again.")
 @click.option("--loops", type=existing, multiple=True, help="A log of slow loops below the breakaway, from a relaxed rest on.")
+@click.option(
+    "--measurement", is_flag=True, help="The bench too: backlash, delay between drive and position, current loop's time constant."
+)
 @click.option("--method", type=click.Choice(list(METHODS)), default=DEFAULT, show_default=True, help="For the sliding parameters.")
 @click.option("--confidence", type=FiniteRange(0.5, 0.9999), default=0.95, show_default=True, help="Of every interval.")
 @click.option("--window", type=click.IntRange(5, 100_001), help="Samples of the smoothing window, odd. [default: chosen]")
@@ -69,6 +72,7 @@ def command(
     bench: Path,
     ramp: tuple[Path, ...],
     loops: tuple[Path, ...],
+    measurement: bool,
     method: str,
     confidence: float,
     window: int | None,
@@ -103,11 +107,22 @@ def command(
         result = error.result  # loops alone: all else is the bench's
     inputs = [*logs, *ramp, *loops, bench]
     given = {f"--{name.replace('_', '-')}": value for name, value in {**own, **filters}.items()}
-    shown = {"logs": logs, "--bench": bench, "--ramp": ramp, "--loops": loops, "--method": method, "--confidence": confidence, **given}
+    shown = {
+        "logs": logs,
+        "--bench": bench,
+        "--ramp": ramp,
+        "--loops": loops,
+        "--measurement": measurement,
+        "--method": method,
+        "--confidence": confidence,
+        **given,
+    }
     model = model_of(result, document, record(command_line("identify", shown), inputs))
     if loops:
         model = _presliding(model, _records(loops, document), alone=not (logs or ramp))
         result = replace(result, refused=model.not_identified)
+    if measurement:
+        model = _measured(model, result, (*logs, *ramp))
     if output is not None:
         save_text(output, to_yaml(model), inputs)
     _tell(result, document, as_json, output, model)
@@ -127,6 +142,27 @@ def _records(paths: tuple[Path, ...], bench: Bench) -> list[Record]:
             note(f"warning: {path.name}: {warning}")
         records.append(record_of(log, bench))
     return records
+
+
+def _measured(model: Model, result: Identification, paths: tuple[Path, ...]) -> Model:
+    """The model with what the logs tell of the bench."""
+    from msgspec.structs import replace as with_fields
+
+    from frictool.identify.identification import SLIDING_LOG
+    from frictool.identify.measurement.document import measurement
+    from frictool.identify.record import record_of
+    from frictool.logs.channels.matching import matched
+    from frictool.logs.reading import read_log
+
+    logs = [matched(read_log(path, model.bench), model.bench) for path in paths]
+    records = [record_of(log, model.bench) for log in logs]
+    currents = [
+        (signals["current_command"], signals["current"], record.period)
+        for signals, record in ((log.main.signals, record) for log, record in zip(logs, records, strict=True))
+        if {"current_command", "current"} <= signals.keys()
+    ]
+    sliding = [record for record in records if result.kinds.get(record.name) == SLIDING_LOG]
+    return with_fields(model, measurement=measurement(sliding, currents, model.bench, model.confidence))
 
 
 def _presliding(model: Model, records: list[Record], alone: bool) -> Model:
@@ -191,6 +227,7 @@ def summary(result: Identification, bench: Bench, model: Model | None = None) ->
         "not_identified": result.refused,
         "warnings": list(result.warnings),
         "laws": None if result.laws is None else to_builtins(result.laws),
+        "measurement": None if model is None or model.measurement is None else to_builtins(model.measurement),
         "presliding": None if model is None or model.presliding is None else to_builtins(model.presliding),
         "ramp": {"forward": ramp.forward, "backward": ramp.backward, "onsets": ramp.onsets, "delay_corrected": ramp.delay}
         if ramp
@@ -243,6 +280,19 @@ def load_line(load: Load) -> str:
     return ", ".join(parts)
 
 
+def measurement_lines(model: Model) -> list[str]:
+    """The bench itself."""
+    found = model.measurement
+    if found is None:
+        return []
+    lines = []
+    for name in ("backlash", "delay", "loop_time_constant"):
+        one: Estimate | None = getattr(found, name)
+        if one is not None:
+            lines.append(f"measured: {name} {one.value:.4g} {one.unit} [{one.interval[0]:.4g}, {one.interval[1]:.4g}]")
+    return lines + [f"not measured: {name}: {reason}" for name, reason in found.refused.items()]
+
+
 def presliding_lines(model: Model) -> list[str]:
     """What comes before the breakaway."""
     found = model.presliding
@@ -292,7 +342,7 @@ def table(result: Identification, model: Model) -> str:
         lines.append(f"breakaway from {result.ramp.onsets} onsets, each seen {result.ramp.delay:.3g} {unit} late (corrected)")
     if result.fit is not None and result.fit.dropped:
         lines.append(f"taken to be 0, unseen strokes are predicted no worse without: {', '.join(result.fit.dropped)}")
-    lines += law_lines(model) + presliding_lines(model)
+    lines += law_lines(model) + presliding_lines(model) + measurement_lines(model)
     ordered = dict.fromkeys((*PARAMETERS, *result.refused))
     lines += [f"not identified: {name}: {result.refused[name]}" for name in ordered if name in result.refused]
     return "\n".join(lines)

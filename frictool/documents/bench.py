@@ -29,8 +29,8 @@ SHORTEST_PERIOD, LONGEST_PERIOD = 1e-6, 10.0  # s; what lies outside is a unit t
 SamplePeriod = Annotated[float, msgspec.Meta(ge=SHORTEST_PERIOD, le=LONGEST_PERIOD)]
 LineNumber = Annotated[int, msgspec.Meta(ge=0)]
 Name = Annotated[str, msgspec.Meta(min_length=1, max_length=80)]
-Channel = Literal["time", "position", "reference", "velocity", "current", "voltage", "effort"]
-Signal = Literal["position", "reference", "velocity", "current", "voltage", "effort"]
+Channel = Literal["time", "position", "reference", "velocity", "current", "current_command", "voltage", "effort"]
+Signal = Literal["position", "reference", "velocity", "current", "current_command", "voltage", "effort"]
 
 
 class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

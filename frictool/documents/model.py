@@ -8,6 +8,7 @@ import msgspec
 
 from frictool.documents.bench import Bench, Name
 from frictool.documents.laws import Laws
+from frictool.documents.measurement import Measurement
 from frictool.documents.presliding import Presliding
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import (
@@ -47,6 +48,7 @@ class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     """`model.yaml`. `not_identified` names each parameter that the logs could not give, with the reason.
 
     `laws`: what friction does beyond the parameters, by direction, speed, position and time at rest. `presliding`: before it breaks away.
+    `measurement`: of the bench itself.
     """
 
     format: Literal["model/1"]
@@ -62,6 +64,7 @@ class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     fit: Fit | None = None
     laws: Laws | None = None
     presliding: Presliding | None = None
+    measurement: Measurement | None = None
 
     def __post_init__(self) -> None:
         if (self.law == "stribeck") != (self.parameters.stribeck_velocity is not None):

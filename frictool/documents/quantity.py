@@ -39,6 +39,7 @@ CHANNEL_DIMENSIONS: dict[str, str] = {
     "reference": "position",
     "velocity": "velocity",
     "current": "current",
+    "current_command": "current",
     "voltage": "voltage",
     "effort": "effort",
 }
@@ -98,6 +99,9 @@ EffortEstimate = Annotated[Estimate, _of("effort")]
 StiffnessEstimate = Annotated[Estimate, _of("stiffness")]
 PositiveLengthEstimate = Annotated[Estimate, _of("position", 0.0, exclusive=True)]
 PositiveVelocityEstimate = Annotated[Estimate, _of("velocity", 0.0, exclusive=True)]
+NonNegativeLengthEstimate = Annotated[Estimate, _of("position", 0.0)]
+TimeEstimate = Annotated[Estimate, _of("time")]
+NonNegativeTimeEstimate = Annotated[Estimate, _of("time", 0.0)]
 NonNegativeEffortEstimate = Annotated[Estimate, _of("effort", 0.0)]
 AnyQuantity = Annotated[Quantity, _of("any")]
 
