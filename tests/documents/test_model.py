@@ -23,6 +23,9 @@ def test_the_golden_model_is_read_and_written_byte_for_byte() -> None:
     assert (model.laws.dwell.fresh, model.laws.dwell.rise_time_s) == (0.9, 0.25)
     assert [regime.above.value for regime in model.laws.regimes] == [150.0, 260.0]
     assert model.parameters.stribeck_velocity is not None
+    assert model.laws.load is not None
+    assert model.laws.load.ripple is not None
+    assert model.laws.load.ripple.cycles == 7.0
 
 
 def test_the_schema_describes_the_laws() -> None:
@@ -40,6 +43,7 @@ def test_the_schema_describes_the_laws() -> None:
         ("fresh: 0.9", "fresh: 0.0", ["laws.dwell.fresh", "> 0"]),
         ("rise_time_s: 0.25", "rise_time_s: 0", ["laws.dwell.rise_time_s", "> 0"]),
         ("stribeck_exponent: 1.5", "stribeck_exponent: 9", ["laws.stribeck_exponent", "9", "<= 4"]),
+        ("cycles: 7.0", "cycles: 0", ["laws.load.ripple.cycles", "> 0"]),
         ("forward: [1.0, 0.004]", "forward: []", ["laws.position.coulomb", "found 0 coefficients; allowed: 1 to 8"]),
         ("forward: [1.0, 0.004]", "forward: [1.0, x]", ["laws.position.coulomb.forward[1]", "'x'", "a number"]),
         ("low: 0.0, high: 60.0, unit: rad", "low: 0.0, high: 60.0, unit: m", ["laws.position.over.unit", "'m'", "rad"]),
