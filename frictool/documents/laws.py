@@ -17,6 +17,7 @@ from frictool.documents.quantity import (
     ViscousEstimate,
 )
 
+Ends = tuple[float, float]  # low, high
 MOST_REGIMES, MOST_COEFFICIENTS = 4, 8
 
 
@@ -37,15 +38,24 @@ class Regime(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Polynomial(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Coefficients of powers of the position in SI (rad | m), lowest first; without `backward` the same in both directions."""
+    """Coefficients of powers of the position in SI (rad | m), lowest first; without `backward` the same in both directions.
+
+    forward_interval, backward_interval: (low, high) of each coefficient, each for itself.
+    """
 
     forward: tuple[float, ...]
     backward: tuple[float, ...] | None = None
+    forward_interval: tuple[Ends, ...] | None = None
+    backward_interval: tuple[Ends, ...] | None = None
 
     def __post_init__(self) -> None:
         for side in (self.forward, self.backward or self.forward):
             if not 1 <= len(side) <= MOST_COEFFICIENTS:
                 raise ValueError(f"found {len(side)} coefficients; allowed: 1 to {MOST_COEFFICIENTS}")
+        for name in ("forward", "backward"):
+            ends, side = getattr(self, f"{name}_interval"), getattr(self, name)
+            if ends is not None and (side is None or len(ends) != len(side)):
+                raise ValueError(f"{name}_interval: found {len(ends)}; allowed: one for each coefficient of {name}")
 
 
 class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -63,11 +73,16 @@ class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
             raise ValueError(f"over: found {self.over.low:g} to {self.over.high:g}; allowed: low < high")
 
 
-class Dwell(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Rising static friction: `fresh` breakaway just after a stop over that of a long rest, half of the rest after `rise_time_s`."""
+class Dwell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Rising static friction: `fresh` breakaway just after a stop over that of a long rest, half of the rest after `rise_time_s`.
+
+    fresh_interval, rise_time_interval_s: (low, high) of each, where they were identified.
+    """
 
     fresh: Annotated[float, msgspec.Meta(gt=0, le=1)]
     rise_time_s: Annotated[float, msgspec.Meta(gt=0, le=1e6)]
+    fresh_interval: Ends | None = None
+    rise_time_interval_s: Ends | None = None
 
 
 class Gravity(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

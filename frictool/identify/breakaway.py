@@ -22,7 +22,7 @@ Onsets inside the backlash after a reversal are left out: there only the motor m
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,7 +73,7 @@ class Onset:
 class ByPosition:
     """Breakaway over [low, high], rad | m: its means forward and backward, and powers of the position, lowest first, in N m | N.
 
-    `common`: the same in both directions.
+    unsure: the interval of each power. `common`: the same in both directions.
     """
 
     low: float
@@ -81,6 +81,7 @@ class ByPosition:
     forward: Interval
     backward: Interval
     powers: tuple[tuple[float, ...], tuple[float, ...]]
+    unsure: tuple[tuple[Interval, ...], tuple[Interval, ...]]
     common: bool
 
 
@@ -265,7 +266,7 @@ def breakaway(records: list[Record], bench: Bench, axis: Mapping[str, Interval],
     mean = interval(np.mean(levels, axis=0))
     if rising is not None:
         mean = _wider(rising.full, mean.half_width)
-    law = None if structure.constant or len(levels) < 2 else _by_position(evidence.places, structure, solution, list(map(interval, levels)))
+    law = None if structure.constant or len(levels) < 2 else _by_position(evidence.places, structure, solution, interval)
     seen = efforts(evidence.onsets, nominal, evidence.resolution, evidence.rest(nominal, shape)[0], shape)[0]
     means = [
         float(np.mean(seen[side])) if side.any() else np.nan for side in (evidence.places.direction > 0.0, evidence.places.direction < 0.0)
@@ -330,6 +331,9 @@ def _moved(
     return list(zip(low, high, strict=True))
 
 
-def _by_position(places: Places, structure: Structure, solution: Solution, levels: list[Interval]) -> ByPosition:
+def _by_position(places: Places, structure: Structure, solution: Solution, interval: Callable[[Vector], Interval]) -> ByPosition:
+    """`interval`: of any weighted sum (p,) of the coefficients."""
     forward, backward = (places.powers(side) for side in sides_of(structure, solution.value))
-    return ByPosition(places.low, places.high, levels[0], levels[1], (forward, backward), structure.common)
+    first, second = (tuple(map(interval, places.power_weights(rows))) for rows in sides_of(structure, np.eye(solution.value.size)))
+    levels = list(map(interval, _levels(structure)))
+    return ByPosition(places.low, places.high, levels[0], levels[1], (forward, backward), (first, second), structure.common)

@@ -109,7 +109,8 @@ def breakaway_laws(ramp: Breakaway, bench: Bench, found: dict[str, Interval], sl
     """The document's laws of a breakaway that varies, beside those of `sliding`; `found` gets the positive direction's breakaway."""
     law, laws = ramp.by_position, sliding or Laws()
     if ramp.rising is not None:
-        laws = msgspec.structs.replace(laws, dwell=Dwell(ramp.rising.fresh.value, ramp.rising.rise_time.value))
+        fresh, rise = ramp.rising.fresh, ramp.rising.rise_time
+        laws = msgspec.structs.replace(laws, dwell=Dwell(fresh.value, rise.value, (fresh.low, fresh.high), (rise.low, rise.high)))
     if law is None:
         found["breakaway"] = ramp.interval
         return laws
@@ -118,7 +119,9 @@ def breakaway_laws(ramp: Breakaway, bench: Bench, found: dict[str, Interval], sl
     backward = laws.backward
     if not law.common:
         backward = msgspec.structs.replace(backward or Backward(), breakaway=_estimate(law.backward, bench))
-    position = PositionLaw(span, Polynomial(law.powers[0], None if law.common else law.powers[1]))
+    own = [Polynomial(powers, forward_interval=tuple((one.low, one.high) for one in law.unsure[k])) for k, powers in enumerate(law.powers)]
+    both = msgspec.structs.replace(own[0], backward=own[1].forward, backward_interval=own[1].forward_interval)
+    position = PositionLaw(span, own[0] if law.common else both)
     return msgspec.structs.replace(laws, backward=backward, position=position)
 
 

@@ -66,6 +66,14 @@ class Places:
         series = Legendre(coefficients, domain=[self.low, self.high])
         return tuple(float(c) for c in series.convert(kind=Polynomial, domain=[-1, 1], window=[-1, 1]).coef)
 
+    def power_weights(self, rows: Matrix) -> Matrix:
+        """What each power of the position, lowest first, is of the coefficients: (m, p); rows (m, p) picks Legendre's m of them."""
+        convert = np.zeros((rows.shape[0], rows.shape[0]))
+        for k, unit in enumerate(np.eye(rows.shape[0])):
+            powers = self.powers(unit[: k + 1])
+            convert[: len(powers), k] = powers
+        return np.asarray(convert @ rows)
+
 
 def fitted(places: Places, friction: Vector, structure: Structure) -> Solution:
     """The coefficients of `structure`, in the order of `design`.

@@ -91,7 +91,7 @@ def sines_of_table_4_1() -> dict[str, Any]:
 
 def friction_map() -> dict[str, Any]:
     """The non-linear clutch: how often the intervals hold its levels, its knee and what is viscous beyond it; errors of beta."""
-    truth, bench, hits, betas, orders = nonlinear_clutch(), clutch(), [], [], []
+    truth, bench, hits, betas, orders, powers = nonlinear_clutch(), clutch(), [], [], [], []
     for seed in range(MAP_SEEDS):
         logs = [record(make(seed, truth), truth, name) for name, make in (("sines", sines), ("ramp", ramp))]
         found = identify(logs, [], bench, "sines", Settings(RATE))
@@ -112,9 +112,13 @@ def friction_map() -> dict[str, Any]:
             "viscous_beyond": (regime.viscous, 3.81e-4),
         }
         hits.append({name: bool(interval.low <= true <= interval.high) for name, (interval, true) in checks.items()})
+        for side, unsure in zip((1.0, -1.0), law.unsure, strict=True):
+            if len(unsure) == len(TABLE_4_7[side]):
+                powers += [one.low <= term <= one.high for one, term in zip(unsure, TABLE_4_7[side], strict=True)]
         betas.append(found.fit.details["beta"])
         orders.append([len(side) - 1 for side in law.powers] == [3, 4])
     rates = {f"covered_{name}": float(np.mean([hit[name] for hit in hits])) for name in hits[0]}
+    rates["covered_coefficients"] = float(np.mean(powers))
     beta = 100.0 * float(np.sqrt(np.mean((np.array(betas) / BETA - 1.0) ** 2)))
     share = float(np.mean(orders))
     passed = min(rates.values()) >= 0.88 and beta < 0.5 and share > 0.8

@@ -38,6 +38,13 @@ def test_breakaway_of_table_4_7_over_the_travel(result: Identification) -> None:
         found = np.polynomial.polynomial.polyval(places, np.array(powers))
         assert np.sqrt(np.mean((found - true) ** 2)) < 0.015 * np.mean(true)
         assert level.low <= np.mean(true) <= level.high
+    hits = [
+        one.low <= term <= one.high
+        for side, unsure in zip((1.0, -1.0), law.unsure, strict=True)
+        for one, term in zip(unsure, TABLE_4_7[side], strict=True)
+    ]
+    assert sum(hits) >= 7  # of nine at 95 %; fewer once in a hundred
+    assert result.laws.position.coulomb.backward_interval == tuple((one.low, one.high) for one in law.unsure[1])
 
 
 def test_slip_knee_and_beta(result: Identification) -> None:

@@ -25,6 +25,14 @@ def friction(where: Places, forward: list[float], backward: list[float], seed: i
     return exact + noise * np.random.default_rng([seed, 1]).standard_normal(exact.size)
 
 
+@given(st.lists(st.floats(-1.0, 1.0), min_size=1, max_size=6))
+def test_powers_are_weighted_sums_of_the_coefficients(coefficients: list[float]) -> None:
+    where, value = places(3), np.array(coefficients)
+    weights = where.power_weights(np.eye(value.size))
+    found = np.polynomial.polynomial.polyval(where.position, weights @ value)
+    assert found == pytest.approx(np.polynomial.legendre.legval(where.scaled, value), abs=1e-9)
+
+
 def test_table_4_7_has_a_cubic_forward_and_a_quartic_backward() -> None:
     where = places(1)
     structure = choose_structure(where, friction(where, FORWARD, BACKWARD, 1))
