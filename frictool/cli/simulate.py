@@ -8,14 +8,27 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.output import command_line, existing, json_option, note, output_option, print_json, refuse_inputs, replacing, say
+from frictool.cli.bench_servo import LAW, Gains, servo_options
+from frictool.cli.output import (
+    FiniteRange,
+    command_line,
+    existing,
+    json_option,
+    note,
+    output_option,
+    print_json,
+    refuse_inputs,
+    replacing,
+    say,
+)
 
 if TYPE_CHECKING:
     from frictool.logs.log import Log
 
-HELP = """\b
+HELP = f"""\b
 Example:
   frictool simulate model.yaml --controller controller.yaml --scenario scenarios/steps.yaml -o run.mcap
+  frictool simulate model.yaml --excitation sines.mcap --position-gain 30 --speed-gain 0.1 -o bench_log.mcap
 
 Play a scenario to the model under its controller and write what a bench would have logged.
 
@@ -23,16 +36,77 @@ The engine moves from event to event (stop, breakaway, backlash contact, knee, e
 rest below its breakaway stays where it is, exactly. The controller is sampled, sees the position through the encoder, and acts after
 the bench's computational delay.
 With `variants: vertices` the scenario is played once more at each vertex at which the controller was verified (streams /axis/NAME).
+
+With --excitation a test that `frictool excite` wrote as MCAP is played as the bench would play it: ramps by their rule, a reference under
+the bench's own position loop,  {LAW},  on the encoder's counts. The log holds what the bench would have logged.
 """
 
 
 @click.command("simulate", help=HELP)
 @click.argument("model", type=existing)
-@click.option("--controller", type=existing, required=True, help="The controller (controller.yaml).")
-@click.option("--scenario", type=existing, required=True, help="References, durations, variants, noise (scenario.yaml).")
+@click.option("--controller", type=existing, help="The controller (controller.yaml).")
+@click.option("--scenario", type=existing, help="References, durations, variants, noise (scenario.yaml).")
+@click.option("--excitation", type=existing, help="Instead: a test of `frictool excite` (.mcap).")
+@servo_options
+@click.option("--drive-noise", type=FiniteRange(0.0), help="--excitation: standard deviation of the measured drive, A | V. [default: 0]")
+@click.option("--seed", type=click.IntRange(0), help="--excitation: of the noise, and of the encoder's zero within a count. [default: 0]")
 @output_option()
 @json_option
-def command(model: Path, controller: Path, scenario: Path, output: Path, as_json: bool) -> None:
+def command(
+    model: Path,
+    controller: Path | None,
+    scenario: Path | None,
+    excitation: Path | None,
+    output: Path,
+    as_json: bool,
+    drive_noise: float | None,
+    seed: int | None,
+    **servo: Any,
+) -> None:
+    gains = Gains(servo["position_gain"], servo["speed_gain"], servo["integral_gain"])
+    if excitation is not None:
+        if controller is not None or scenario is not None:
+            raise click.UsageError("--excitation is played by the bench: leave out --controller and --scenario.")
+        log = _bench_test(model, excitation, gains, drive_noise, seed, output)
+        views = bench_summary, bench_table
+    elif controller is None or scenario is None:
+        raise click.UsageError("give --controller and --scenario, or --excitation.")
+    elif gains.given or drive_noise is not None or seed is not None:
+        raise click.UsageError("gains, --drive-noise and --seed belong to --excitation; a scenario has its own.")
+    else:
+        log = _step_test(model, controller, scenario, output)
+        views = summary, table
+    if as_json:
+        print_json(views[0](log), output)
+    else:
+        say(views[1](log), output)
+
+
+def _bench_test(model: Path, excitation: Path, gains: Gains, noise: float | None, seed: int | None, output: Path) -> Log:
+    """What the bench would have logged, saved."""
+    from frictool.documents.model import Model
+    from frictool.documents.provenance import record
+    from frictool.documents.registry import load
+    from frictool.logs.canonical.mcap_format import read_mcap
+    from frictool.simulate.bench_test import bench_test, is_ramps
+
+    closed, document, test = gains.given, load(model, Model), read_mcap(excitation)
+    if is_ramps(test) == closed:
+        raise click.UsageError(
+            f"{excitation.name} holds ramps of the drive, which no gains follow; leave them out."
+            if closed
+            else f"{excitation.name} holds a reference; give --position-gain and --speed-gain of the loop that follows it."
+        )
+    named = {f"--{name}-gain": getattr(gains, name) for name in ("position", "speed", "integral")}
+    words = {"model": model, "--excitation": excitation, **named}
+    provenance = record(command_line("simulate", words | {"--drive-noise": noise, "--seed": seed}), [model, excitation])
+    log = bench_test(document, test, gains.servo(document.bench), noise or 0.0, seed or 0, provenance)
+    _save(log, output, [model, excitation])
+    return log
+
+
+def _step_test(model: Path, controller: Path, scenario: Path, output: Path) -> Log:
+    """The log of a scenario, saved."""
     from frictool.documents.controller import Controller
     from frictool.documents.model import Model
     from frictool.documents.provenance import record
@@ -42,20 +116,22 @@ def command(model: Path, controller: Path, scenario: Path, output: Path, as_json
     inputs = [model, controller, scenario]
     documents = (load(model, Model), load(controller, Controller), load(scenario, Scenario))
     refuse_inputs(output, inputs)
-    from frictool.logs.canonical.mcap_format import write_mcap
     from frictool.simulate.agreement import Names
     from frictool.simulate.step_test import step_test
 
     provenance = record(command_line("simulate", {"model": model, "--controller": controller, "--scenario": scenario}), inputs)
     log = step_test(*documents, provenance, Names(*map(str, inputs)), _progress)
+    _save(log, output, inputs)
+    return log
+
+
+def _save(log: Log, output: Path, inputs: list[Path]) -> None:
+    from frictool.logs.canonical.mcap_format import write_mcap
+
     for warning in log.warnings:
         note(f"warning: {warning}")
     with replacing(output, inputs) as stream:
         write_mcap(log, stream)
-    if as_json:
-        print_json(summary(log), output)
-    else:
-        say(table(log), output)
 
 
 def _progress(done: int, total: int) -> None:
@@ -93,3 +169,23 @@ def table(log: Log) -> str:
         end = "at rest" if row["at_rest"] else "moving"
         lines.append(f"{row['topic']:<14}{row['final_error']:>18.4g}{row['command_peak']:>18.4g}  {end}")
     return "\n".join(lines)
+
+
+def bench_summary(log: Log) -> dict[str, Any]:
+    """The machine's view of a bench test that was played."""
+    stream, position = log.main, log.main.signals["position"]
+    return {
+        "test": log.source,
+        "samples": int(stream.time.size),
+        "duration_s": round(float(stream.time[-1] - stream.time[0]) + stream.period, 9),
+        "lowest": float(position.min()),
+        "highest": float(position.max()),
+        "units": stream.units,
+    }
+
+
+def bench_table(log: Log) -> str:
+    """The same for people."""
+    found = bench_summary(log)
+    where = f"position from {found['lowest']:.4g} to {found['highest']:.4g} {found['units']['position']}"
+    return f"{found['test']}: {found['samples']} samples, {found['duration_s']:g} s; {', '.join(found['units'])}; {where}"

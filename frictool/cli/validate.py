@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from frictool.cli.bench_servo import LAW, Gains, servo_options
 from frictool.cli.output import FiniteRange, existing, json_option, note, print_json, refuse_inputs, save_text, say
 
 if TYPE_CHECKING:
     from frictool.documents.model import Model
-    from frictool.engine.servo import Servo
     from frictool.identify.validate.validation import Validation
 
-HELP = """\b
+HELP = f"""\b
 Example:
   frictool validate model.yaml sines.mcap --plot validation.svg
 
@@ -22,7 +22,7 @@ Replay what was measured through the model and compare: the measured effort driv
 samples (or as the bench's drive lag lets it); the errors of position, velocity, acceleration and force leave out the first 20 samples.
 
 With the gains of the controller that ran on the bench (--position-gain, --speed-gain), the measured reference drives the model in closed
-loop:  drive = speed gain (position gain (reference - position) - speed) + integral.  Gains are in SI: 1/s, A s/rad (V s/m), A/(rad s).
+loop:  {LAW}.  Gains are in SI: 1/s, A s/rad (V s/m), A/(rad s).
 
 Open loop the force error is what the model lacks of the effort along the measured motion, closed loop measured less simulated effort.
 Relative errors are norms over the norm of what was measured.
@@ -33,9 +33,7 @@ positive = FiniteRange(0.0, min_open=True)
 @click.command("validate", help=HELP)
 @click.argument("model", type=existing)
 @click.argument("log", type=existing)
-@click.option("--position-gain", type=positive, help="Of the bench's controller, 1/s; with --speed-gain.")
-@click.option("--speed-gain", type=positive, help="Of the bench's controller, drive per speed; with --position-gain.")
-@click.option("--integral-gain", type=positive, help="Of the position's error, drive per position and s.")
+@servo_options
 @click.option("--skip", type=click.IntRange(0), default=20, show_default=True, help="Samples left out at the start.")
 @click.option("--moving", is_flag=True, help="Start with the measured speed, not at rest.")
 @click.option(
@@ -55,8 +53,8 @@ def command(
     plot: Path | None,
     as_json: bool,
 ) -> None:
-    if (position_gain is None) != (speed_gain is None) or (integral_gain is not None and speed_gain is None):
-        raise click.UsageError("a controller has both --position-gain and --speed-gain; give both, or none for the open loop.")
+    gains = Gains(position_gain, speed_gain, integral_gain)
+    closed = gains.given
     if plot is not None:
         refuse_inputs(plot, [model, log])
     from frictool.documents.model import Model
@@ -70,7 +68,7 @@ def command(
     measured = matched(read_log(log, document.bench), document.bench)
     for warning in measured.warnings:
         note(f"warning: {log.name}: {warning}")
-    servo = _servo(document, position_gain, speed_gain, integral_gain)
+    servo = gains.servo(document.bench) if closed else None
     found = validate(document, record_of(measured, document.bench), skip, cutoff_hz, servo, moving)
     if plot is not None:
         from frictool.identify.validate.picture import picture
@@ -80,22 +78,6 @@ def command(
         print_json(summary(found, document), plot)
     else:
         say(table(found, document), plot)
-
-
-def _servo(model: Model, position_gain: float | None, speed_gain: float | None, integral_gain: float | None) -> Servo | None:
-    """The bench's controller, from position to effort."""
-    if position_gain is None or speed_gain is None:
-        return None
-    from frictool.engine.servo import Servo
-
-    actuator = model.bench.actuator
-    constant = actuator.constant.value
-    return Servo(
-        proportional=constant * speed_gain * position_gain,
-        integral=constant * (integral_gain or 0.0),
-        derivative=constant * speed_gain,
-        limit=constant * actuator.limit.value,
-    )
 
 
 def summary(found: Validation, model: Model) -> dict[str, Any]:

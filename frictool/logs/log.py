@@ -15,6 +15,7 @@ from frictool.errors import LogError
 
 Vector = NDArray[np.float64]
 MAIN_TOPIC = "/axis"
+EXCITATION = "excitation"  # metadata record of a test of `frictool excite`: kind, rule, figures
 
 
 @dataclass(frozen=True)

@@ -106,11 +106,12 @@ def breakaway_ramps(bench: Bench, limits: Limits, top: float | None, rate: float
         else f"next segment as soon as the position has moved by {ramp.advance_on:.6g} {limits.unit} since the segment began; first "
         f"segment of the other direction beyond {ramp.low:.6g} and {ramp.high:.6g} {limits.unit}; negative segments go backward"
     )
+    rules = {"advance_on": ramp.advance_on, "turn_low": ramp.low, "turn_high": ramp.high}
     figures = {
         "rate": ramp.rate,
         "step": ramp.rate * bench.sample_period_s,
         "top": ramp.top,
-        "advance_on": ramp.advance_on,
+        **{name: value for name, value in rules.items() if math.isfinite(value) and not open_loop},
         **{f"top_speed_{name}": one.speed for name, one in zip(NAMES, played, strict=True)},
     }
     return command_sequence(bench, command, number, rule, figures)

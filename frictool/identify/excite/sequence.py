@@ -12,9 +12,7 @@ from frictool.identify.excite.information import Vector
 from frictool.logs.canonical.mcap_layout import NS, Head
 from frictool.logs.conversion import Outgoing
 from frictool.logs.flow import Samples
-from frictool.logs.log import MAIN_TOPIC, Log, Stream
-
-ABOUT = "excitation"  # the metadata record of a test
+from frictool.logs.log import EXCITATION, MAIN_TOPIC, Log, Stream
 
 
 @dataclass(frozen=True)
@@ -41,7 +39,7 @@ class Sequence:
     def as_log(self, source: str) -> Log:
         """The same as a log, with rule and figures as metadata."""
         about = {"kind": self.kind, "rule": self.rule, **{name: repr(float(value)) for name, value in self.figures.items()}}
-        return Log((Stream(MAIN_TOPIC, self.time, self.columns, self.units),), {ABOUT: about}, source)
+        return Log((Stream(MAIN_TOPIC, self.time, self.columns, self.units),), {EXCITATION: about}, source)
 
     def outgoing(self) -> Outgoing:
         """The same for the formats of other tools."""

@@ -1,0 +1,107 @@
+"""A bench test as the bench plays it: a reference under the bench's own position loop, or breakaway ramps by their rules.
+
+    reference   position --[encoder]--> servo (engine/servo.py) --[delay]--> drive --> axis
+    ramps       rows of the drive; the encoder tells when to leave a segment, and when to turn (figure 4.6)
+
+The servo's rates are differences of the encoder's counts over a period, as a bench has them. What is computed from sample k acts
+`delay` samples later, and is 0 before. The record holds what is measured: `position` and `drive` (n,) at each sample.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.axis import advance
+from frictool.engine.closed_loop import measure
+from frictool.engine.servo import DERIVATIVE, INTEGRAL, PROPORTIONAL, REFERENCE_RATE
+from frictool.engine.status import OK
+from frictool.kernels import inner_kernel, kernel
+from frictool.plant.axis import CONSTANT, DRIVE, DRIVE_LIMIT, ENCODER_STEP, LAG, OFFSET, POSITION, VELOCITY
+from frictool.plant.load import load_effort
+
+Vector = NDArray[np.float64]
+Rows = NDArray[np.int64]
+
+
+@inner_kernel
+def _limited(command: float, p: Vector) -> float:
+    return float(min(max(command, -p[DRIVE_LIMIT]), p[DRIVE_LIMIT]))
+
+
+@inner_kernel
+def _moved(state: Vector, acting: float, p: Vector, offset: float, load: Vector, period: float) -> int:
+    """One period further, the load held at its value half a period ahead."""
+    p[OFFSET] = offset + load_effort(load, state[POSITION] + 0.5 * period * state[VELOCITY])
+    return int(advance(state, acting, p, period))
+
+
+@kernel
+def play_reference(
+    axis: Vector, load: Vector, state: Vector, servo: Vector, reference: Vector, period: float, delay: int, position: Vector, drive: Vector
+) -> int:
+    """Follows `reference` (n,) from `state` (7,), which is changed; fills position, drive (n,). Returns engine/status.py.
+
+    axis: plant/axis.py. load: plant/load.py. servo (5,): `Servo`, in effort, its limit that of the axis's drive.
+    """
+    p, waiting = axis.copy(), np.zeros(delay + 1)
+    before, wanted, held = measure(state[POSITION], axis[ENCODER_STEP]), reference[0], 0.0
+    for k in range(reference.shape[0]):
+        measured = measure(state[POSITION], axis[ENCODER_STEP])
+        rate = (servo[REFERENCE_RATE] * (reference[k] - wanted) - (measured - before)) / period
+        error = reference[k] - measured
+        held += servo[INTEGRAL] * error * period
+        before, wanted = measured, reference[k]
+        effort = servo[PROPORTIONAL] * error + servo[DERIVATIVE] * rate + held
+        waiting[k % (delay + 1)] = effort / axis[CONSTANT]
+        acting = _limited(waiting[(k + 1) % (delay + 1)], axis)
+        position[k], drive[k] = measured, state[DRIVE] if axis[LAG] > 0.0 else acting
+        status = _moved(state, acting, p, axis[OFFSET], load, period)
+        if status != OK:
+            return status
+    return OK
+
+
+@kernel
+def play_ramps(
+    axis: Vector,
+    load: Vector,
+    state: Vector,
+    rows: Vector,
+    segment: Vector,
+    following: Rows,
+    turning: Rows,
+    rules: Vector,
+    period: float,
+    delay: int,
+    position: Vector,
+    drive: Vector,
+    played: Rows,
+) -> int:
+    """Plays `rows` (n,) of the drive by their rules; fills position, drive (n,), and their number in `played` (1,). Returns status.
+
+    segment (n,): its sign is the direction. following, turning (n,): the first row of the next segment, and of the next segment in
+    the other direction; n where there is none. rules (3,): distance to go on, lower and upper turn, rad | m.
+    """
+    p, waiting, row = axis.copy(), np.zeros(delay + 1), 0
+    current, start = segment[0], measure(state[POSITION], axis[ENCODER_STEP])
+    for k in range(rows.shape[0]):
+        measured = measure(state[POSITION], axis[ENCODER_STEP])
+        if measured > rules[2] if current > 0.0 else measured < rules[1]:
+            row = turning[max(row - 1, 0)]
+        elif abs(measured - start) >= rules[0] and segment[row] == current:
+            row = following[row]
+        if row == rows.shape[0]:
+            return OK
+        if segment[row] != current:
+            current, start = segment[row], measured
+        waiting[k % (delay + 1)] = rows[row]
+        acting = _limited(waiting[(k + 1) % (delay + 1)], axis)
+        position[k], drive[k] = measured, state[DRIVE] if axis[LAG] > 0.0 else acting
+        played[0], row = k + 1, row + 1
+        status = _moved(state, acting, p, axis[OFFSET], load, period)
+        if status != OK:
+            return status
+        if row == rows.shape[0]:
+            return OK
+    return OK

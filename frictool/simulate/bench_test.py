@@ -1,0 +1,115 @@
+"""Plays a test of `frictool excite` to a model as its bench would, and returns what the bench would have logged: nothing else.
+
+    a reference     under the bench's own position loop (engine/servo.py)
+    ramps           by the rule that the test carries (figure 4.6)
+
+Position is what the encoder reports; the drive is measured with noise. Where the encoder's zero lies within a count is chance, and is
+drawn, with the noise, from PCG64 seeded with `seed`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.model import Model
+from frictool.documents.provenance import Provenance
+from frictool.documents.quantity import CHANNEL_DIMENSIONS, si_unit
+from frictool.engine.bench_test import play_ramps, play_reference
+from frictool.engine.servo import Servo
+from frictool.engine.status import MESSAGES, OK
+from frictool.errors import LogError, NoSolutionError
+from frictool.logs.log import EXCITATION, MAIN_TOPIC, Log, Stream
+from frictool.logs.provenance import with_provenance
+from frictool.plant.axis import AxisParameters, rest
+from frictool.plant.axis_model import axis_of, load_of
+
+Vector = NDArray[np.float64]
+SAME_PERIOD = 1e-6  # relative
+
+
+def is_ramps(excitation: Log) -> bool:
+    """Whether a test is one of rows of the drive. Raises LogError where it is no test of `frictool excite`."""
+    if EXCITATION not in excitation.metadata:
+        raise LogError(excitation.source, "is no test of frictool excite; write one with -o NAME.mcap, which carries how it is played")
+    return "reference" not in excitation.main.signals
+
+
+def bench_test(model: Model, excitation: Log, servo: Servo, noise: float, seed: int, provenance: Provenance) -> Log:
+    """The log of a test: position, drive and effort, and the reference where there is one; `noise` of the measured drive, A | V.
+
+    Raises LogError where the test is not of this model's bench, NoSolutionError where it cannot be simulated.
+    """
+    bench, stream = model.bench, excitation.main
+    actuator = bench.actuator
+    ramps = is_ramps(excitation)
+    if ramps and actuator.drive not in stream.signals:
+        raise LogError(excitation.source, f"has neither reference nor {actuator.drive}; found: {', '.join(stream.signals)}")
+    if abs(stream.period / bench.sample_period_s - 1.0) > SAME_PERIOD:
+        found = f"has a period of {stream.period:.6g} s, the model's bench {bench.sample_period_s:.6g} s"
+        raise LogError(excitation.source, f"{found}; write it for that bench")
+    generator = np.random.Generator(np.random.PCG64(seed))
+    phase, axis = bench.encoder.resolution * generator.random(), axis_of(model)
+    play = _ramps if ramps else _reference
+    position, drive = play(model, axis, excitation, servo, phase)
+    drive = drive + noise * generator.standard_normal(drive.size)
+    columns = {"position": position, actuator.drive: drive, "effort": actuator.constant.value * drive}
+    if not ramps:
+        columns["reference"] = stream.signals["reference"]
+    units = {name: si_unit(CHANNEL_DIMENSIONS[name], model.axis) for name in columns}
+    logged = Stream(MAIN_TOPIC, stream.time[: position.size], columns, units)
+    kind = excitation.metadata[EXCITATION].get("kind", "")
+    return with_provenance(Log((logged,), {"log": {"kind": "simulated", "test": kind, "model": model.name}}, kind), provenance)
+
+
+def _reference(model: Model, axis: AxisParameters, excitation: Log, servo: Servo, phase: float) -> tuple[Vector, Vector]:
+    """Measured position and drive (n,) under the servo, from rest where the reference starts."""
+    reference = excitation.main.signals["reference"]
+    _within_travel(model, excitation, reference)
+    position, drive = np.empty(reference.size), np.empty(reference.size)
+    state, load, bench = rest(float(reference[0]) + phase), load_of(model).as_array(), model.bench
+    _check(
+        excitation,
+        play_reference(
+            axis.as_array(), load, state, np.array(servo), reference, bench.sample_period_s, bench.delay_samples, position, drive
+        ),
+    )
+    return position, drive
+
+
+def _ramps(model: Model, axis: AxisParameters, excitation: Log, servo: Servo, phase: float) -> tuple[Vector, Vector]:
+    """The same (m,) of ramps, m rows at most, from rest at the lower turn."""
+    bench, about, signals = model.bench, excitation.metadata[EXCITATION], excitation.main.signals
+    rows, segment = signals[bench.actuator.drive], signals["segment"]
+    low, high = (float(about.get(name, side)) for name, side in (("turn_low", "-inf"), ("turn_high", "inf")))
+    rules = np.array([float(about.get("advance_on", "inf")), low, high])
+    position, drive, played = np.empty(rows.size), np.empty(rows.size), np.zeros(1, dtype=np.int64)
+    state, load = rest((low if math.isfinite(low) else 0.0) + phase), load_of(model).as_array()
+    jumps = _next_change(segment), _next_change(np.sign(segment))
+    _check(
+        excitation,
+        play_ramps(
+            axis.as_array(), load, state, rows, segment, *jumps, rules, bench.sample_period_s, bench.delay_samples, position, drive, played
+        ),
+    )
+    return position[: played[0]], drive[: played[0]]
+
+
+def _next_change(values: Vector) -> NDArray[np.int64]:
+    """For each row (n,) the first later one at which `values` (n,) has changed; n where there is none."""
+    edges = np.append(np.flatnonzero(np.diff(values)) + 1, values.size)
+    return edges[np.searchsorted(edges, np.arange(values.size), side="right")]
+
+
+def _within_travel(model: Model, excitation: Log, reference: Vector) -> None:
+    travel = model.bench.mechanics.travel
+    if travel is not None and not travel.low <= reference.min() <= reference.max() <= travel.high:
+        found = f"goes from {reference.min():.4g} to {reference.max():.4g} {travel.unit}"
+        raise LogError(excitation.source, f"{found}; allowed: the travel of the model's bench, {travel.low:g} to {travel.high:g}")
+
+
+def _check(excitation: Log, status: int) -> None:
+    if status != OK:
+        raise NoSolutionError(f"{excitation.source}: {MESSAGES[status]}; check the model's parameters and the gains")

@@ -1,0 +1,83 @@
+"""`frictool simulate --excitation`: a bench's log of what `excite` proposes, the chain that it feeds, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictool.logs.canonical.mcap_format import read_mcap
+from tests.cli.run import Result, refused, run
+
+ROOT = Path(__file__).parents[2]
+CLUTCH = ROOT / "configs" / "clutch"
+GAINS = ("--position-gain", "30", "--speed-gain", "0.1")
+STEP = 2.0 * np.pi / 56.0
+
+
+@pytest.fixture(scope="module")
+def tests(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with steps.mcap and ramps.mcap, of `excite`."""
+    folder = tmp_path_factory.mktemp("excitation")
+    for name, kind in (("steps", "steps"), ("ramps", "breakaway")):
+        assert run("excite", "--bench", CLUTCH / "bench.yaml", "--kind", kind, "-o", folder / f"{name}.mcap").code == 0
+    return folder
+
+
+def play(test: Path, output: Path, *more: str) -> Result:
+    return run("simulate", CLUTCH / "nonlinear.yaml", "--excitation", test, "-o", output, *more)
+
+
+def test_a_reference_gives_what_the_bench_would_log_and_no_more(tests: Path, tmp_path: Path) -> None:
+    result = play(tests / "steps.mcap", tmp_path / "log.mcap", *GAINS, "--drive-noise", "0.1", "--seed", "7")
+    assert result.code == 0, result.stderr
+    assert result.stdout.startswith("steps: 4455 samples, 4.455 s; position, current, effort, reference")
+    log = read_mcap(tmp_path / "log.mcap")
+    assert set(log.main.signals) == {"position", "current", "effort", "reference"}
+    np.testing.assert_allclose(log.main.signals["position"] / STEP, np.rint(log.main.signals["position"] / STEP), atol=1e-9)
+    assert "--seed 7" in log.metadata["provenance"]["command"]
+
+
+def test_the_same_seed_gives_the_same_bytes_and_another_seed_another_log(tests: Path, tmp_path: Path) -> None:
+    for name, seed in (("a", "1"), ("b", "1"), ("c", "2")):
+        play(tests / "steps.mcap", tmp_path / name, *GAINS, "--drive-noise", "0.1", "--seed", seed)
+    logs = [(tmp_path / name).read_bytes() for name in "abc"]
+    assert logs[0] == logs[1] != logs[2]
+
+
+def test_ramps_give_the_breakaway_that_the_model_has(tests: Path, tmp_path: Path) -> None:
+    assert play(tests / "ramps.mcap", tmp_path / "log.mcap", "--drive-noise", "0.1").code == 0
+    ramp = read_mcap(tmp_path / "log.mcap").main.signals
+    turned = int(np.argmax(ramp["position"]))
+    assert ramp["current"][:turned].min() > -1.0
+    assert ramp["current"][turned + 100 :].max() < 1.0
+    assert ramp["position"].max() > 59.85
+    assert ramp["position"][-1] < 3.15 + STEP
+
+
+@pytest.mark.parametrize(
+    ("test", "more", "words"),
+    [
+        ("steps", [], "--position-gain and --speed-gain"),
+        ("steps", ["--position-gain", "30"], "--speed-gain"),
+        ("ramps", [*GAINS], "leave them out"),
+        ("steps", [*GAINS, "--scenario", str(CLUTCH / "scenarios" / "steps.yaml")], "leave out --controller and --scenario"),
+    ],
+)
+def test_a_command_line_that_makes_no_sense_is_refused(tests: Path, tmp_path: Path, test: str, more: list[str], words: str) -> None:
+    result = play(tests / f"{test}.mcap", tmp_path / "log.mcap", *more)
+    assert result.code == 2
+    assert words in result.stderr
+    assert not (tmp_path / "log.mcap").exists()
+
+
+def test_a_log_that_is_no_test_is_refused(tests: Path, tmp_path: Path) -> None:
+    play(tests / "steps.mcap", tmp_path / "log.mcap", *GAINS)
+    refused(play(tmp_path / "log.mcap", tmp_path / "again.mcap", *GAINS), 3, "is no test of frictool excite")
+
+
+def test_neither_controller_nor_test_is_refused() -> None:
+    result = run("simulate", CLUTCH / "nonlinear.yaml", "-o", "x.mcap")
+    assert result.code == 2
+    assert "--excitation" in result.stderr
