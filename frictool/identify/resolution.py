@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from frictool.documents.bench import Bench
+from frictool.documents.quantity import si_unit
 from frictool.identify.outcome import Fit
 from frictool.identify.record import Record, Vector
 
@@ -42,8 +43,9 @@ def refuse_hidden_inertia(fit: Fit, record: Record, bench: Bench, response: Vect
     reason = unresolved_inertia(record, bench, response, acceleration, smoothing)
     if reason is None or "inertia" not in fit.parameters:
         return fit
+    told = f"the fit gives {fit.parameters['inertia'].value:.4g} {si_unit('inertia', bench.axis)}; {reason}"
     kept = {name: interval for name, interval in fit.parameters.items() if name != "inertia"}
-    return replace(fit, parameters=kept, refused={**fit.refused, "inertia": reason})
+    return replace(fit, parameters=kept, refused={**fit.refused, "inertia": told})
 
 
 def _percent(part: float, whole: float) -> str:
