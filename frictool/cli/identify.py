@@ -8,7 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.output import FiniteRange, command_line, existing, json_option, note, output_option, print_json, save_text, say
+from frictool.cli.output import (
+    FiniteRange,
+    command_line,
+    existing,
+    json_option,
+    note,
+    output_option,
+    print_json,
+    refuse_inputs,
+    save_text,
+    say,
+)
 from frictool.identify.methods import DEFAULT, METHODS
 
 if TYPE_CHECKING:
@@ -65,6 +76,7 @@ Exit code 1, and no model, where the logs are in order and give nothing at all.
 @click.option("--padding", type=click.IntRange(0), help="inverse-dynamic: samples that pad either end. [default: 12]")
 @click.option("--skip", type=click.IntRange(0), help="inverse-dynamic: samples left out at the start. [default: 49]")
 @click.option("--decimate", type=click.IntRange(1, 1000), help="inverse-dynamic: one sample in so many. [default: 10]")
+@click.option("--plot", type=click.Path(path_type=Path), help="Friction over speed and position, measured and found (SVG).")
 @output_option(required=False, help="The model (YAML); - is stdout. Without it nothing is written.")
 @json_option
 def command(
@@ -79,6 +91,7 @@ def command(
     time_constant: float | None,
     threshold: float | None,
     forgetting: float | None,
+    plot: Path | None,
     output: Path | None,
     as_json: bool,
     **filters: Any,
@@ -87,6 +100,9 @@ def command(
         raise click.UsageError("Missing argument 'LOG...'.")
     own: dict[str, Any] = {"window": window, "time_constant": time_constant, "threshold": threshold, "forgetting": forgetting}
     _check_options(method, own, filters)
+    inputs = [*logs, *ramp, *loops, bench]
+    if plot is not None:
+        refuse_inputs(plot, inputs)
     from frictool.documents.bench import Bench
     from frictool.documents.provenance import record
     from frictool.documents.registry import load
@@ -99,13 +115,13 @@ def command(
 
     settings = Settings(confidence, pipeline=_pipeline(filters), **own)
     try:
-        result = identify(_records(logs, document), _records(ramp, document), document, method, settings)
+        records = _records(logs, document)
+        result = identify(records, _records(ramp, document), document, method, settings)
     except NothingIdentified as error:
         if logs or ramp:
             _tell(error.result, document, as_json, output)
             raise
         result = error.result  # loops alone: all else is the bench's
-    inputs = [*logs, *ramp, *loops, bench]
     given = {f"--{name.replace('_', '-')}": value for name, value in {**own, **filters}.items()}
     shown = {
         "logs": logs,
@@ -125,6 +141,8 @@ def command(
         model = _measured(model, result, (*logs, *ramp))
     if output is not None:
         save_text(output, to_yaml(model), inputs)
+    if plot is not None:
+        save_text(plot, _picture(model, result, records, document) + "\n", inputs)
     _tell(result, document, as_json, output, model)
     if not as_json:
         say(table(result, model), output)
@@ -174,6 +192,20 @@ def _presliding(model: Model, records: list[Record], alone: bool) -> Model:
     if alone and found.presliding is None:
         raise NothingUsable(f"presliding: {found.not_identified['presliding']}")
     return found
+
+
+def _picture(model: Model, result: Identification, records: list[Record], bench: Bench) -> str:
+    """The strokes that can be averaged and the breakaways, with the laws that were found."""
+    from frictool.identify.outcome import NothingUsable
+    from frictool.identify.picture import picture
+    from frictool.identify.sines import gated_rows
+
+    sliding = [record for record in records if result.kinds[record.name] != "ramp"]
+    try:
+        rows = gated_rows(sliding, bench)
+    except NothingUsable:
+        rows = None  # strokes of one speed, or too few: the law alone is drawn
+    return picture(model, rows, result.ramp)
 
 
 def _tell(result: Identification, bench: Bench, as_json: bool, output: Path | None, model: Model | None = None) -> None:
@@ -250,6 +282,8 @@ def law_lines(model: Model) -> list[str]:
         over, curve = laws.position.over, laws.position.coulomb
         orders = f"{len(curve.forward) - 1} forward, {len(curve.backward or curve.forward) - 1} backward"
         lines.append(f"friction over {over.low:.4g} to {over.high:.4g} {over.unit} as polynomials of order {orders} (4.44)")
+        for side, powers in (("forward", curve.forward), ("backward", curve.backward or curve.forward)):
+            lines.append(f"  breakaway {side}, b0 first: {', '.join(f'{power:.5g}' for power in powers)}")
     if laws.backward is not None:
         own = {name: getattr(laws.backward, name) for name in ("viscous", "coulomb", "breakaway")}
         own = {name: found for name, found in own.items() if found is not None}

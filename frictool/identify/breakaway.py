@@ -89,6 +89,8 @@ class ByPosition:
 class Breakaway:
     """The mean breakaway; mean |effort| forward and backward (nan where there is none), number of onsets; mean delay corrected, N m | N.
 
+    position, direction, friction (n,): each breakaway's place in rad | m, +-1, and |effort| less the offset.
+
     by_position: None where the breakaway is one constant. rising: None where it does not grow with the time at rest; else `interval` is
     that after a long rest.
     """
@@ -98,6 +100,9 @@ class Breakaway:
     backward: float
     onsets: int
     delay: float
+    position: Vector
+    direction: Vector
+    friction: Vector
     by_position: ByPosition | None = None
     rising: Rising | None = None
 
@@ -272,7 +277,8 @@ def breakaway(records: list[Record], bench: Bench, axis: Mapping[str, Interval],
         float(np.mean(seen[side])) if side.any() else np.nan for side in (evidence.places.direction > 0.0, evidence.places.direction < 0.0)
     ]
     late = float(np.mean([onset.level for onset in evidence.onsets]) - np.mean(seen))
-    return Breakaway(mean, means[0], means[1], len(evidence.onsets), late, law, rising)
+    places = evidence.places
+    return Breakaway(mean, means[0], means[1], len(evidence.onsets), late, places.position, places.direction, friction, law, rising)
 
 
 def _wider(found: Interval, half: float) -> Interval:

@@ -71,7 +71,7 @@ def _mean(levels: list[Interval]) -> Interval:
 def _fitted(rows: Rows, law: ByPosition, offset: float, bench: Bench, settings: Settings) -> tuple[Fit, list[Interval]]:
     """The fit of the rows to a shape over position, and the levels of friction in slip: one, or forward and backward."""
     means = rows.means
-    shaped = means.sign * means.mean(_shape(rows, law))
+    shaped = means.sign * means.mean(shape_along(rows, law))
     forward = (means.sign > 0.0).astype(np.float64)
     second = np.ones(shaped.size) if law.common else shaped * (1.0 - forward)
     first = shaped if law.common else shaped * forward
@@ -93,8 +93,8 @@ def _fitted(rows: Rows, law: ByPosition, offset: float, bench: Bench, settings: 
     return Fit(found, refused, error, None, pieces.solution.condition, means.speed.size, details, laws), levels
 
 
-def _shape(rows: Rows, law: ByPosition) -> Vector:
-    """C_s over its mean (n,), at each sample in its direction; beyond the range of the ramps as at its ends."""
+def shape_along(rows: Rows, law: ByPosition) -> Vector:
+    """C_s over its mean (n,), at each sample of the rows in its direction; beyond the range of the ramps as at its ends."""
     lengths = np.diff(np.append(rows.means.starts, rows.position.size))
     forward = np.repeat(rows.means.sign > 0.0, lengths)
     place = np.clip(rows.position, law.low, law.high)

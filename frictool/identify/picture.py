@@ -1,0 +1,135 @@
+"""What identification found of friction, as an SVG: over speed, over position, and over both.
+
+over speed       mean |effort| of each stroke's middle over its mean speed, less what its places add to the mean friction where the
+                 friction depends on position, and the law (figures 4.9, 4.10); a stroke that holds speeds on both sides of a
+                 knee lies above the law at its mean speed
+over position    each breakaway, and the polynomials with the intervals of their levels (figure 4.12); where there are ramps
+over both        friction in slip (figure 4.13); where friction depends on position
+"""
+
+from __future__ import annotations
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from frictool.documents.model import Model
+from frictool.documents.quantity import si_unit
+from frictool.friction.speed_knee import knee_force, regimes_from
+from frictool.identify.breakaway import Breakaway
+from frictool.identify.friction_map import shape_along
+from frictool.identify.record import Vector
+from frictool.identify.sines import Rows
+from frictool.svg import render
+
+FORWARD, BACKWARD = "#1f5fa8", "#c0392b"
+SIDES = ((1.0, FORWARD, "forward"), (-1.0, BACKWARD, "backward"))
+WIDTH, HEIGHT = 7.0, 3.2  # inches; of each axes
+POINTS, LEVELS = 201, 15  # of a curve, of colours
+REACH = 1.1  # of the speeds drawn over the fastest stroke's
+
+
+def picture(model: Model, rows: Rows | None, ramp: Breakaway | None) -> str:
+    """The `<svg>` element, the same bytes for the same identification."""
+    mapped = model.laws is not None and model.laws.position is not None
+    with mpl.rc_context({"svg.hashsalt": "identify", "svg.fonttype": "none", "font.family": ["sans-serif"]}):
+        count = 1 + (ramp is not None) + mapped
+        figure = Figure(figsize=(WIDTH, HEIGHT * count), layout="constrained")
+        axes = iter(figure.subplots(count, 1, squeeze=False)[:, 0])
+        _over_speed(next(axes), model, rows, ramp)
+        if ramp is not None:
+            _over_position(next(axes), model, ramp)
+        if mapped:
+            _over_both(figure, next(axes), model, rows)
+        return render(figure, f"{model.name}: friction over speed and position")
+
+
+def friction_over_speed(model: Model, speed: Vector, direction: float) -> Vector:
+    """The mean friction in slip (n,), N m | N, at speeds (n,) >= 0 in a direction, +1 or -1; a fall at low speeds left out."""
+    today, laws = model.parameters, model.laws
+    own = None if laws is None or direction > 0.0 else laws.backward
+    coulomb = (own.coulomb if own is not None else None) or today.coulomb
+    first = (own.viscous if own is not None else None) or today.viscous
+    knees, before = [], first.value
+    for regime in () if laws is None else laws.regimes:
+        slope = ((regime.backward if direction < 0.0 else None) or regime.viscous).value
+        knees.append((regime.above.value, slope - before))
+        before = slope
+    kinks = regimes_from(knees)
+    return np.asarray(coulomb.value + first.value * speed + np.array([knee_force(float(v), kinks) for v in speed]), dtype=np.float64)
+
+
+def _fastest(model: Model, rows: Rows | None) -> float:
+    """The speed that the pictures go to."""
+    if rows is not None:
+        return REACH * float(rows.means.mean(rows.means.speed).max())
+    top = model.bench.mechanics.top_speed
+    return top.value if top is not None else 1.0
+
+
+def _over_speed(ax: Axes, model: Model, rows: Rows | None, ramp: Breakaway | None) -> None:
+    speed, effort, velocity = (
+        np.linspace(0.0, _fastest(model, rows), POINTS),
+        si_unit("effort", model.axis),
+        si_unit("velocity", model.axis),
+    )
+    for side, colour, name in SIDES:
+        ax.plot(speed, friction_over_speed(model, speed, side), color=colour, linewidth=1.2, label=name)
+        if rows is not None:
+            chosen = rows.means.sign == side
+            inertial = model.parameters.inertia.value * rows.acceleration + model.parameters.offset.value
+            measured = side * (rows.means.effort - inertial) - _beside_the_mean(model, rows, ramp, side)
+            ax.plot(rows.means.mean(rows.means.speed)[chosen], measured[chosen], "x", color=colour, markersize=4, alpha=0.6)
+    ax.set_xlabel(f"speed, {velocity}")
+    ax.set_ylabel(f"friction in slip, {effort}")
+    ax.set_ylim(bottom=0.0)
+    ax.grid(True)
+    ax.legend(loc="lower right")
+
+
+def _beside_the_mean(model: Model, rows: Rows, ramp: Breakaway | None, side: float) -> Vector | float:
+    """By how much friction at the places that each stroke passes (m,) is above its mean over the travel."""
+    if ramp is None or ramp.by_position is None or model.laws is None or model.laws.position is None:
+        return 0.0
+    level = float(friction_over_speed(model, np.zeros(1), side)[0])
+    return level * (rows.means.mean(shape_along(rows, ramp.by_position)) - 1.0)
+
+
+def _over_position(ax: Axes, model: Model, ramp: Breakaway) -> None:
+    law = ramp.by_position
+    for index, (side, colour, name) in enumerate(SIDES):
+        chosen = ramp.direction == side
+        ax.plot(ramp.position[chosen], ramp.friction[chosen], "x", color=colour, markersize=4, label=f"breakaways {name}")
+        if law is None:
+            level, curve, x = ramp.interval, np.ones(2), np.array([ramp.position.min(), ramp.position.max()])
+            curve = level.value * curve
+        else:
+            level, x = (law.forward, law.backward)[index], np.linspace(law.low, law.high, POINTS)
+            curve = np.polynomial.polynomial.polyval(x, np.array(law.powers[index]))
+        ax.plot(x, curve, color=colour, linewidth=1.2)
+        ax.fill_between(x, curve * level.low / level.value, curve * level.high / level.value, color=colour, alpha=0.25, linewidth=0.0)
+    ax.set_xlabel(f"position, {si_unit('position', model.axis)}")
+    ax.set_ylabel(f"breakaway, {si_unit('effort', model.axis)}")
+    ax.set_ylim(bottom=0.0)
+    ax.grid(True)
+    ax.legend(loc="lower right")
+
+
+def _over_both(figure: Figure, ax: Axes, model: Model, rows: Rows | None) -> None:
+    """Friction in slip against the motion, over position and signed speed: the level over speed times the shape over position."""
+    assert model.laws is not None
+    assert model.laws.position is not None
+    law, fastest = model.laws.position, _fastest(model, rows)
+    x, speed = np.linspace(law.over.low, law.over.high, POINTS), np.linspace(0.0, fastest, POINTS)
+    parts = []
+    for side, powers in ((-1.0, law.coulomb.backward or law.coulomb.forward), (1.0, law.coulomb.forward)):
+        curve = np.polynomial.polynomial.polyval(x, np.array(powers))
+        level = friction_over_speed(model, speed, side)
+        parts.append(level[0] * (curve / np.mean(curve))[None, :] + (level - level[0])[:, None])
+    lowest, highest = min(part.min() for part in parts), max(part.max() for part in parts)
+    colours = np.linspace(lowest, highest, LEVELS)
+    drawn = [ax.contourf(x, side * speed, part, levels=colours) for side, part in zip((-1.0, 1.0), parts, strict=True)]
+    figure.colorbar(drawn[0], ax=ax, label=f"friction in slip, {si_unit('effort', model.axis)}")
+    ax.set_xlabel(f"position, {si_unit('position', model.axis)}")
+    ax.set_ylabel(f"velocity, {si_unit('velocity', model.axis)}")
