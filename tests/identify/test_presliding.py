@@ -156,6 +156,13 @@ def test_the_command_writes_presliding_into_the_model(tmp_path: Path) -> None:
     assert "presliding, by lugre" in run("identify", "--loops", tmp_path / "loops.csv", "--bench", bench).stdout
 
 
+def test_a_log_of_sliding_is_no_loops() -> None:
+    """One line, no model: strokes of the sample logs, whose encoder sees many counts."""
+    for name in ("sines.csv", "ramp.csv"):
+        result = run("identify", "--loops", CLUTCH.parents[2] / "sample_logs" / name, "--bench", CLUTCH)
+        refused(result, 1, "no law of presliding suits these loops (does the axis slip in them?)")
+
+
 def test_the_clutch_is_refused_in_one_line(tmp_path: Path) -> None:
     target, steps = tmp_path / "model.yaml", CLUTCH.parents[2] / "sample_logs" / "ramp.csv"
     still = tmp_path / "loops.csv"

@@ -21,7 +21,8 @@ from frictool.identify.presliding.path_fit import LawFit
 from frictool.identify.presliding.preisach import Table, preisach
 from frictool.identify.record import Record
 
-T = TypeVar("T")
+T = TypeVar("T", LawFit, Maxwell, Table)
+LARGEST_ERROR = 0.1  # of the breakaway, that a law may be off by on branches that its fit has not seen
 
 
 def presliding(records: list[Record], breakaway: Interval, inertia: float, bench: Bench, confidence: float) -> Presliding:
@@ -34,7 +35,8 @@ def presliding(records: list[Record], breakaway: Interval, inertia: float, bench
     four = _tried("preisach", preisach, loops, confidence, refused)
     errors = {name: fit.held_out for name, fit in (("lugre", one), ("elasto_plastic", two), ("maxwell_slip", three)) if fit is not None}
     if not errors:
-        raise NothingUsable("; ".join(f"{name}: {reason}" for name, reason in refused.items()))
+        reasons = "; ".join(f"{name}: {reason}" for name, reason in refused.items() if name != "preisach")
+        raise NothingUsable(f"no law of presliding suits these loops (does the axis slip in them?): {reasons}")
     law: Any = min(errors, key=lambda name: errors[name])  # one of the three that the document names
     if law == "maxwell_slip":
         assert isinstance(three, Maxwell)
@@ -58,11 +60,21 @@ def presliding(records: list[Record], breakaway: Interval, inertia: float, bench
 
 
 def _tried(name: str, method: Callable[[Loops, float], T], loops: Loops, confidence: float, refused: dict[str, str]) -> T | None:
+    """What the method finds, or None and the reason in `refused`."""
     try:
-        return method(loops, confidence)
+        found = method(loops, confidence)
     except NothingUsable as error:
         refused[name] = str(error)
         return None
+    if isinstance(found, LawFit | Maxwell) and found.held_out > LARGEST_ERROR:
+        refused[name] = (
+            f"on branches not seen it is off by {100.0 * found.held_out:.3g} % of the breakaway (allowed: {100 * LARGEST_ERROR:g} %)"
+        )
+        return None
+    if isinstance(found, Maxwell) and not (found.limit.low > 0.0 and found.stiffness.low > 0.0):
+        refused[name] = f"z_max is not told: its interval [{found.limit.low:.3g}, {found.limit.high:.3g}] reaches zero"
+        return None
+    return found
 
 
 def _contact(fit: LawFit, inertia: float, bench: Bench) -> Contact:

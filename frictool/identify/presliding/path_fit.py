@@ -25,6 +25,7 @@ from frictool.identify.unknowns import half_width
 
 FARTHEST = 30.0  # from the start, either way as a factor
 MOST_STEPS = 40
+MOST_UNSURE = 1.2  # standard deviation of a parameter's logarithm: twice it is a factor of ten
 
 Path = Callable[[Loops, Vector], Vector]  # loops and parameters (p,) in SI -> force (n,) N m | N
 
@@ -50,6 +51,8 @@ def fit_path(loops: Loops, path: Path, start: Vector, confidence: float) -> LawF
     statistical = solution.half_width(confidence)[:-2] / float(ndtri(0.5 + 0.5 * confidence))
     ends = [_minimum(with_breakaway(loops, end), path, value, loops.used)[0] for end in (loops.breakaway.low, loops.breakaway.high)]
     counts = 0.5 * loops.count * float(value[0]) / loops.breakaway.value  # of z_max: where within its count the axis turned
+    if not np.all(np.isfinite(statistical) & (statistical < MOST_UNSURE)):
+        raise NothingUsable("the loops tell a parameter to no better than a factor of ten")
     found = []
     for k, centre in enumerate(value):
         width = half_width(confidence, float(statistical[k]), [0.5 * float(np.log(ends[1][k] / ends[0][k])), counts])
