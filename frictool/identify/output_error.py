@@ -6,7 +6,8 @@ Open loop an error of the effort stays in the position for as long as the axis r
 uncertain a parameter is. The interval is made of the errors of the effort themselves: an observer follows the measured
 position, and what it has to add is the effort that the model lacks. Stroke by stroke (or cluster by cluster, `clusters`) this is
 put back, the simulation run again, and the parameters moved by what it changed: a stroke's influence. The variance is the sum of the
-squared influences, which holds whatever the correlation within a stroke is. Closed loop residuals are the errors of the effort.
+squared influences, which holds whatever the correlation within a stroke is. The errors are those that the regression leaves: a
+simulation that was fitted to them no longer shows those that moved it. Closed loop residuals are the errors of the effort.
 
 Over many seconds the position forgets accelerations: where the regression knows the inertia better, it is the regression's, and the
 simulation gives the others.
@@ -14,7 +15,7 @@ simulation gives the others.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -40,9 +41,9 @@ KNOWN_BETTER = 0.5  # of the simulation's own interval
 MOST_CLUSTERS = 60  # strokes are joined until there are no more: each costs a simulation
 
 
-def influences(simulated: Simulated, found: Minimum) -> Matrix:
-    """How far each cluster of strokes moved the parameters (c, p), through the errors of the effort in it."""
-    errors = simulated.missing_effort(found.values)
+def influences(simulated: Simulated, found: Minimum, regressed: Mapping[str, float]) -> Matrix:
+    """How far each cluster of strokes moved the parameters (c, p), through the errors of the effort in it, which `regressed` leaves."""
+    errors = simulated.missing_effort({**found.values, **regressed})
     numbers = _cluster_numbers(simulated, errors)
     count = 1 + max(int(number.max()) for number in numbers)
     inverse = np.linalg.pinv(found.jacobian)
@@ -69,19 +70,20 @@ def _cluster_numbers(simulated: Simulated, errors: Sequence[Vector]) -> list[NDA
     return [number // joined for number in numbers]
 
 
-def _open_loop_deviation(simulated: Simulated, found: Minimum) -> tuple[Vector, int]:
-    """Standard deviations (p,) from the influences and the encoder's noise, and the degrees of freedom."""
-    moved = influences(simulated, found)
-    count, size = moved.shape
-    if count <= size:
-        return np.full(size, np.inf), 1
-    spread = count / (count - size) * np.sum((moved - moved.mean(axis=0)) ** 2, axis=0)
+def _open_loop_deviation(simulated: Simulated, found: Minimum, regressed: Mapping[str, float]) -> tuple[Vector, Vector]:
+    """Standard deviations (p,) from the influences and the encoder's noise, and the degrees of freedom (p,).
+
+    Early strokes move the simulation longer than late ones: Satterthwaite's degrees of freedom count how many matter.
+    """
+    squares = influences(simulated, found, regressed) ** 2
+    spread = np.sum(squares, axis=0)
+    freedom = np.maximum(spread**2 / np.maximum(np.sum(squares**2, axis=0), 1e-300), 1.0)
     step = max(segment.record.resolution for segment in simulated.segments)
     encoder = step**2 / 12.0 * np.diag(np.linalg.pinv(found.jacobian.T @ found.jacobian))
-    return np.sqrt(spread + encoder), count - size
+    return np.sqrt(spread + encoder), freedom
 
 
-def _closed_loop_deviation(simulated: Simulated, found: Minimum) -> tuple[Vector, int]:
+def _closed_loop_deviation(simulated: Simulated, found: Minimum) -> tuple[Vector, Vector]:
     """The same where the residual is the effort's: strokes left out in turn (`regression`)."""
     numbers = np.concatenate(_cluster_numbers(simulated, [segment.effort for segment in simulated.segments]))
     values = np.array(list(found.values.values()))
@@ -90,7 +92,7 @@ def _closed_loop_deviation(simulated: Simulated, found: Minimum) -> tuple[Vector
         solution = solve(columns, found.residual + columns @ values, np.ones(numbers.size), numbers)
     except Singular as error:
         raise NothingUsable(f"the closed loop does not tell its parameters: {error}") from None
-    return solution.deviation, int(solution.freedom.min())
+    return solution.deviation, solution.freedom
 
 
 def simulation_error(records: list[Record], bench: Bench, settings: Settings, terms: tuple[str, ...], servo: Servo | None = None) -> Fit:
@@ -108,22 +110,25 @@ def simulation_error(records: list[Record], bench: Bench, settings: Settings, te
         raise NothingUsable("a closed loop needs the controller's reference in the log (channel reference); leave the controller out")
     known = start_values(start, bench)
     found = estimate(simulated, known)
-    half = _half_widths(simulated, found, settings.confidence)
+    half = _half_widths(simulated, found, known, settings.confidence)
     intervals = {name: Interval(found.values[name], found.values[name] - w, found.values[name] + w) for name, w in half.items()}
     inertia = start.parameters.get("inertia")
     if servo is None and inertia is not None and inertia.half_width < KNOWN_BETTER * half["inertia"]:
-        simulated, found, intervals = _with_inertia(simulated, found, inertia, settings.confidence)
+        simulated, found, intervals = _with_inertia(simulated, found, known, inertia, settings.confidence)
     return _fit(simulated, found, intervals)
 
 
-def _half_widths(simulated: Simulated, found: Minimum, confidence: float) -> dict[str, float]:
-    deviation, freedom = (_open_loop_deviation if simulated.servo is None else _closed_loop_deviation)(simulated, found)
-    half = deviation * float(stdtrit(freedom, 0.5 + 0.5 * confidence))
+def _half_widths(simulated: Simulated, found: Minimum, regressed: Mapping[str, float], confidence: float) -> dict[str, float]:
+    if simulated.servo is None:
+        deviation, freedom = _open_loop_deviation(simulated, found, regressed)
+    else:
+        deviation, freedom = _closed_loop_deviation(simulated, found)
+    half = deviation * stdtrit(freedom, 0.5 + 0.5 * confidence)
     return dict(zip(simulated.names, half.tolist(), strict=True))
 
 
 def _with_inertia(
-    simulated: Simulated, found: Minimum, inertia: Interval, confidence: float
+    simulated: Simulated, found: Minimum, regressed: Mapping[str, float], inertia: Interval, confidence: float
 ) -> tuple[Simulated, Minimum, dict[str, Interval]]:
     """The others once more with the regression's inertia, and intervals that hold what is uncertain of it."""
     place = simulated.names.index("inertia")
@@ -131,7 +136,7 @@ def _with_inertia(
     slope = np.linalg.lstsq(others, found.jacobian[:, place], rcond=None)[0]
     simulated = replace(simulated, held={"inertia": inertia.value})
     again = estimate(simulated, found.values)
-    half = _half_widths(simulated, again, confidence)
+    half = _half_widths(simulated, again, regressed, confidence)
     intervals = {"inertia": inertia}
     for (name, own), change in zip(half.items(), slope.tolist(), strict=True):
         width = float(np.hypot(own, change * inertia.half_width))
@@ -184,7 +189,8 @@ def refined(records: list[Record], bench: Bench, settings: Settings, fit: Fit) -
     """`fit`, of the method it names, or output error where that simulates by a tenth better what neither has seen (`held_out`).
 
     Where the regression refuses a parameter, or the logs are too short for halves or have no position, there is nothing to compare; a load
-    that the regression has found is not left out again.
+    that the regression has found is not left out again. Where the regression's values lie outside output error's intervals, something that
+    neither knows (a breakaway at the reversals) has moved the simulation, which remembers it: the regression stands.
     """
     if fit.laws is not None or any(record.velocity is not None for record in records):
         return fit
@@ -200,6 +206,8 @@ def refined(records: list[Record], bench: Bench, settings: Settings, fit: Fit) -
             return fit
         better = output_error(records, bench, settings)
     except NothingUsable:
+        return fit
+    if any(not better.parameters[name].low <= fit.parameters[name].value <= better.parameters[name].high for name in SLIDING):
         return fit
     why = f"simulated on strokes that were not seen, its position is off by {other:.3g}, that of {fit.method} by {one:.3g} (rms, SI)"
     return replace(better, method="output-error", why=why)
