@@ -15,7 +15,7 @@ from frictool.svg import render
 
 POINTS = 4000  # of a curve; more is thinned to the extremes of each stretch
 WIDTH, HEIGHT = 7.0, 1.9  # inches; of each axes
-MEASURED, SIMULATED = "#444444", "#c0392b"
+MEASURED, SIMULATED, REFERENCE = "#444444", "#c0392b", "#1f5fa8"
 
 
 def picture(validation: Validation, name: str, axis: Axis) -> str:
@@ -23,6 +23,9 @@ def picture(validation: Validation, name: str, axis: Axis) -> str:
     with mpl.rc_context({"svg.hashsalt": "validate", "svg.fonttype": "none", "font.family": ["sans-serif"], "axes.grid": True}):
         figure = Figure(figsize=(WIDTH, HEIGHT * 4), layout="constrained")
         axes = figure.subplots(4, 1, sharex=True)
+        if validation.reference is not None:
+            shown = _extremes(validation.reference)
+            axes[0].plot(validation.time[shown], validation.reference[shown], ":", linewidth=0.9, color=REFERENCE, label="reference")
         for ax, signal in zip(axes, ("position", "velocity", "force"), strict=False):
             for values, colour, label in (
                 (validation.measured[signal], MEASURED, "measured"),

@@ -35,7 +35,8 @@ HIGHEST_CUTOFF = 0.4  # of the sampling rate: below half of it
 class Validation:
     """Samples (n,) of measured and simulated signals in SI, nan before the first that counts, and the errors by name.
 
-    loop: `open` or `closed`. skip: samples left out at the start of each piece. reached: the largest position error, rad | m.
+    loop: `open` or `closed`. skip: samples left out at the start of each piece. largest: the largest position error, rad | m.
+    reference (n,): rad | m, of a closed loop.
     """
 
     loop: str
@@ -46,6 +47,7 @@ class Validation:
     position_rmse: float
     largest: float
     errors: dict[str, float]
+    reference: Vector | None = None
 
 
 def validate(model: Model, record: Record, skip: int, cutoff_hz: float, servo: Servo | None = None, moving: bool = False) -> Validation:
@@ -77,6 +79,7 @@ def validate(model: Model, record: Record, skip: int, cutoff_hz: float, servo: S
         float(np.sqrt(np.mean(gap**2))),
         float(np.max(np.abs(gap))),
         {name: _relative(*pair) for name, pair in signals.items()},
+        None if servo is None else np.concatenate([piece.reference[skip:] for piece in pieces if piece.reference is not None]),
     )
 
 
