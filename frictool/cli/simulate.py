@@ -87,10 +87,9 @@ def _bench_test(model: Path, excitation: Path, gains: Gains, noise: float | None
     from frictool.documents.model import Model
     from frictool.documents.provenance import record
     from frictool.documents.registry import load
-    from frictool.logs.canonical.mcap_format import read_mcap
-    from frictool.simulate.bench_test import bench_test, is_ramps
+    from frictool.simulate.bench_test import bench_test, is_ramps, read_excitation
 
-    closed, document, test = gains.given, load(model, Model), read_mcap(excitation)
+    closed, document, test = gains.given, load(model, Model), read_excitation(excitation)
     if is_ramps(test) == closed:
         raise click.UsageError(
             f"{excitation.name} holds ramps of the drive, which no gains follow; leave them out."

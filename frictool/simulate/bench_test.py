@@ -10,6 +10,7 @@ drawn, with the noise, from PCG64 seeded with `seed`.
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,8 @@ from frictool.engine.bench_test import play_ramps, play_reference
 from frictool.engine.servo import Servo
 from frictool.engine.status import MESSAGES, OK
 from frictool.errors import LogError, NoSolutionError
+from frictool.logs.canonical.mcap_format import read_mcap
+from frictool.logs.canonical.mcap_reader import is_canonical
 from frictool.logs.log import EXCITATION, MAIN_TOPIC, Log, Stream
 from frictool.logs.provenance import with_provenance
 from frictool.plant.axis import AxisParameters, rest
@@ -30,10 +33,16 @@ Vector = NDArray[np.float64]
 SAME_PERIOD = 1e-6  # relative
 
 
+def read_excitation(path: Path) -> Log:
+    """The test at `path`. Raises LogError where it is none of `frictool excite`."""
+    found = read_mcap(path) if is_canonical(path) else None
+    if found is None or EXCITATION not in found.metadata:
+        raise LogError(str(path), "is no test of frictool excite; write one with -o NAME.mcap, which carries how it is played")
+    return found
+
+
 def is_ramps(excitation: Log) -> bool:
-    """Whether a test is one of rows of the drive. Raises LogError where it is no test of `frictool excite`."""
-    if EXCITATION not in excitation.metadata:
-        raise LogError(excitation.source, "is no test of frictool excite; write one with -o NAME.mcap, which carries how it is played")
+    """Whether a test is one of rows of the drive."""
     return "reference" not in excitation.main.signals
 
 
@@ -45,8 +54,11 @@ def bench_test(model: Model, excitation: Log, servo: Servo, noise: float, seed: 
     bench, stream = model.bench, excitation.main
     actuator = bench.actuator
     ramps = is_ramps(excitation)
-    if ramps and actuator.drive not in stream.signals:
+    played = actuator.drive if ramps else "reference"
+    if played not in stream.signals:
         raise LogError(excitation.source, f"has neither reference nor {actuator.drive}; found: {', '.join(stream.signals)}")
+    if stream.units[played] != si_unit(CHANNEL_DIMENSIONS[played], model.axis):
+        raise LogError(excitation.source, f"has its {played} in {stream.units[played]!r}; the model is one of a {model.axis} axis")
     if abs(stream.period / bench.sample_period_s - 1.0) > SAME_PERIOD:
         found = f"has a period of {stream.period:.6g} s, the model's bench {bench.sample_period_s:.6g} s"
         raise LogError(excitation.source, f"{found}; write it for that bench")
@@ -61,7 +73,17 @@ def bench_test(model: Model, excitation: Log, servo: Servo, noise: float, seed: 
     units = {name: si_unit(CHANNEL_DIMENSIONS[name], model.axis) for name in columns}
     logged = Stream(MAIN_TOPIC, stream.time[: position.size], columns, units)
     kind = excitation.metadata[EXCITATION].get("kind", "")
-    return with_provenance(Log((logged,), {"log": {"kind": "simulated", "test": kind, "model": model.name}}, kind), provenance)
+    about = {"log": {"kind": "simulated", "test": kind, "model": model.name}}
+    return with_provenance(Log((logged,), about, kind, tuple(_at_stops(model, position))), provenance)
+
+
+def _at_stops(model: Model, position: Vector) -> list[str]:
+    """A warning for each end of the travel that the measured position (n,) comes to within a count of: no test should."""
+    travel, step = model.bench.mechanics.travel, model.bench.encoder.resolution
+    if travel is None:
+        return []
+    near = ((travel.low, position.min() < travel.low + step), (travel.high, position.max() > travel.high - step))
+    return [f"comes to within a count of its end stop at {place:g} {travel.unit}; make the test smaller" for place, hit in near if hit]
 
 
 def _reference(model: Model, axis: AxisParameters, excitation: Log, servo: Servo, phase: float) -> tuple[Vector, Vector]:

@@ -74,7 +74,40 @@ def test_a_command_line_that_makes_no_sense_is_refused(tests: Path, tmp_path: Pa
 
 def test_a_log_that_is_no_test_is_refused(tests: Path, tmp_path: Path) -> None:
     play(tests / "steps.mcap", tmp_path / "log.mcap", *GAINS)
-    refused(play(tmp_path / "log.mcap", tmp_path / "again.mcap", *GAINS), 3, "is no test of frictool excite")
+    for other in (tmp_path / "log.mcap", ROOT / "sample_logs" / "steps.csv"):
+        refused(play(other, tmp_path / "again.mcap", *GAINS), 3, "is no test of frictool excite")
+
+
+def test_a_test_of_another_kind_of_axis_is_refused(tmp_path: Path) -> None:
+    assert run("excite", "--bench", ROOT / "configs" / "emps" / "bench.yaml", "--kind", "steps", "-o", tmp_path / "emps.mcap").code == 0
+    refused(play(tmp_path / "emps.mcap", tmp_path / "log.mcap", *GAINS), 3, "reference in 'm'", "rotary")
+
+
+def test_a_test_of_another_period_is_refused(tests: Path, tmp_path: Path) -> None:
+    text = (CLUTCH / "nonlinear.yaml").read_text()
+    slow = tmp_path / "slow.yaml"
+    slow.write_text(text.replace("sample_period_s: 0.001", "sample_period_s: 0.002"))
+    refused(run("simulate", slow, "--excitation", tests / "steps.mcap", *GAINS, "-o", tmp_path / "log.mcap"), 3, "0.001 s", "0.002 s")
+
+
+def test_a_loop_that_runs_into_the_end_of_the_travel_is_told(tests: Path, tmp_path: Path) -> None:
+    result = play(tests / "steps.mcap", tmp_path / "log.mcap", *GAINS, "--integral-gain", "150")
+    assert result.code == 0
+    assert "within a count of its end stop at 0 rad" in result.stderr
+
+
+def test_a_load_acts_on_the_bench_too(tests: Path, tmp_path: Path) -> None:
+    """A spring that the model has is in the effort that holds the axis."""
+    text = (CLUTCH / "nonlinear.yaml").read_text()
+    sprung = tmp_path / "sprung.yaml"
+    spring = "laws:\n  load: {stiffness: {value: 0.002, unit: N m/rad, source: assumed}}\n"
+    sprung.write_text(text.replace("laws:\n", spring, 1))
+    efforts = []
+    for model in (CLUTCH / "nonlinear.yaml", sprung):
+        assert run("simulate", model, "--excitation", tests / "steps.mcap", *GAINS, "-o", tmp_path / "log.mcap").code == 0
+        log = read_mcap(tmp_path / "log.mcap").main.signals
+        efforts.append(float(np.mean(log["effort"][log["position"] > 50.0])))
+    assert efforts[1] > efforts[0] + 0.03
 
 
 def test_neither_controller_nor_test_is_refused() -> None:
