@@ -198,13 +198,13 @@ def _picture(model: Model, result: Identification, records: list[Record], bench:
     """The strokes that can be averaged and the breakaways, with the laws that were found."""
     from frictool.identify.outcome import NothingUsable
     from frictool.identify.picture import picture
-    from frictool.identify.sines import gated_rows
+    from frictool.identify.sines import stroke_rows
 
     sliding = [record for record in records if result.kinds[record.name] != "ramp"]
     try:
-        rows = gated_rows(sliding, bench)
+        rows = stroke_rows(sliding, bench)
     except NothingUsable:
-        rows = None  # strokes of one speed, or too few: the law alone is drawn
+        rows = None  # no stroke is long enough: the law alone is drawn
     return picture(model, rows, result.ramp)
 
 

@@ -4,7 +4,7 @@ over speed       mean |effort| of each stroke's middle over its mean speed, less
                  friction depends on position, and the law (figures 4.9, 4.10); a stroke that holds speeds on both sides of a
                  knee lies above the law at its mean speed
 over position    each breakaway, and the polynomials with the intervals of their levels (figure 4.12); where there are ramps
-over both        friction in slip (figure 4.13); where friction depends on position
+over both        friction in slip (figure 4.13); where friction depends on position and strokes tell its level
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ REACH = 1.1  # of the speeds drawn over the fastest stroke's
 
 def picture(model: Model, rows: Rows | None, ramp: Breakaway | None) -> str:
     """The `<svg>` element, the same bytes for the same identification."""
-    mapped = model.laws is not None and model.laws.position is not None
+    mapped = model.laws is not None and model.laws.position is not None and model.parameters.coulomb.source == "identified"
     with mpl.rc_context({"svg.hashsalt": "identify", "svg.fonttype": "none", "font.family": ["sans-serif"]}):
         count = 1 + (ramp is not None) + mapped
         figure = Figure(figsize=(WIDTH, HEIGHT * count), layout="constrained")

@@ -20,7 +20,7 @@ from scipy.special import ndtri
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws, Regime
 from frictool.documents.quantity import Estimate, Quantity, si_unit
-from frictool.identify.clusters import Numbers, clusters
+from frictool.identify.clusters import clusters
 from frictool.identify.methods import Settings
 from frictool.identify.outcome import Fit, Interval, NothingUsable
 from frictool.identify.record import Record, Vector
@@ -72,7 +72,17 @@ def sines(records: list[Record], bench: Bench, settings: Settings) -> Fit:
 
 
 def gated_rows(records: list[Record], bench: Bench) -> Rows:
-    """The means over the middles of all strokes, with the columns of Coulomb friction and offset; raises as `sines`."""
+    """The rows of strokes that tell the friction's line; raises as `sines`."""
+    rows = stroke_rows(records, bench)
+    _check(rows.means)
+    return rows
+
+
+def stroke_rows(records: list[Record], bench: Bench) -> Rows:
+    """The means over the middles of all strokes, with the columns of Coulomb friction and offset.
+
+    Raises NothingUsable where no stroke is long enough.
+    """
     width = bench.mechanics.backlash
     backlash = 0.0 if width is None else max(width.interval)
     if not records:
@@ -83,7 +93,6 @@ def gated_rows(records: list[Record], bench: Bench) -> Rows:
         raise NothingUsable("no stroke is long enough to see the middle of it slip")
     starts = np.flatnonzero(np.diff(samples.stroke, prepend=-1))
     lengths = np.diff(np.append(starts, samples.stroke.size))
-    _check(samples, starts, lengths)
     sign = samples.sign[starts]
     effort, acceleration = (np.add.reduceat(values, starts) / lengths for values in (samples.effort, samples.acceleration))
     cluster = clusters(samples.stroke, samples.sign, samples.counts, samples.stroke.size)[starts]
@@ -109,15 +118,15 @@ def _gated(record: Record, backlash: float) -> tuple[Samples, Vector]:
     return kept, record.position[mask] + 0.5 * record.resolution
 
 
-def _check(samples: Samples, starts: Numbers, lengths: Numbers) -> None:
+def _check(means: Means) -> None:
     """Raises NothingUsable where the strokes do not tell the friction's line."""
-    sign = samples.sign[starts]
+    sign = means.sign
     if min(np.sum(sign > 0.0), np.sum(sign < 0.0)) < FEWEST_STROKES // 2:
         raise NothingUsable(
             f"{np.sum(sign > 0.0)} strokes forward and {np.sum(sign < 0.0)} backward are certain to slip; "
             f"at least {FEWEST_STROKES // 2} each way are needed"
         )
-    speed = np.abs(np.add.reduceat(samples.velocity, starts) / lengths)
+    speed = means.mean(means.speed)
     if speed.max() < SPREAD * speed.min():
         raise NothingUsable(
             f"all strokes have one speed ({speed.min():.3g} to {speed.max():.3g}), which does not tell viscous from Coulomb friction "

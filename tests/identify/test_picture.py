@@ -45,9 +45,11 @@ def test_sines_and_ramps_are_drawn_over_speed_and_position(tmp_path: Path) -> No
     assert "velocity, rad/s" not in text  # no map: friction is the same everywhere
 
 
-def test_a_single_speed_is_drawn_as_the_law_alone(tmp_path: Path) -> None:
-    assert run("identify", SAMPLES / "steps.csv", "--bench", BENCH, "--plot", tmp_path / "a.svg").code == 0
-    assert "speed, rad/s" in (tmp_path / "a.svg").read_text()
+def test_without_a_stroke_the_breakaways_are_drawn_and_no_map(tmp_path: Path) -> None:
+    assert run("identify", "--ramp", SAMPLES / "ramp.csv", "--bench", BENCH, "--plot", tmp_path / "a.svg").code == 0
+    text = (tmp_path / "a.svg").read_text()
+    assert "breakaways forward" in text
+    assert "velocity, rad/s" not in text
 
 
 def test_a_log_is_not_overwritten_by_its_picture(tmp_path: Path) -> None:
