@@ -196,11 +196,14 @@ def _presliding(model: Model, records: list[Record], alone: bool) -> Model:
 
 def _picture(model: Model, result: Identification, records: list[Record], bench: Bench) -> str:
     """The strokes that can be averaged and the breakaways, with the laws that were found."""
+    from frictool.identify.identification import without_load
     from frictool.identify.outcome import NothingUsable
     from frictool.identify.picture import picture
     from frictool.identify.sines import stroke_rows
 
     sliding = [record for record in records if result.kinds[record.name] != "ramp"]
+    if result.laws is not None:
+        sliding = [without_load(record, result.laws) for record in sliding]
     try:
         rows = stroke_rows(sliding, bench)
     except NothingUsable:
