@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -16,6 +14,7 @@ from frictool.logs.canonical.chunks import chunked
 from frictool.logs.canonical.mcap_layout import Head
 from frictool.logs.canonical.mcap_writer import CanonicalWriter, write_streams
 from frictool.logs.flow import Samples
+from tests.cli.peak_memory import peak_mb
 from tests.logs.example import ROOT
 
 SEED = 11
@@ -23,16 +22,6 @@ BYTES = 2_000_000_000
 MOST_MB = 400.0
 BLOCK = 100_000
 BENCH = ROOT / "configs" / "clutch" / "bench.yaml"
-PEAK = """
-import resource, sys
-from frictool.cli.main import main
-sys.argv[0] = "frictool"
-try:
-    main()
-except SystemExit as stop:
-    assert not stop.code, stop.code
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, file=sys.stderr)
-"""
 
 
 def long_csv(path: Path) -> None:
@@ -71,9 +60,7 @@ def _ingested(make: Callable[[Path], None], suffix: str) -> dict[str, Any]:
         raw, log = Path(folder, f"raw{suffix}"), Path(folder, "log.mcap")
         make(raw)
         start = time.perf_counter()
-        line = [sys.executable, "-c", PEAK, "ingest", raw, "--bench", BENCH, "-o", log]
-        done = subprocess.run(line, capture_output=True, text=True, check=True)
-        peak = int(done.stderr.splitlines()[-1]) / 1024.0
+        peak = peak_mb("ingest", raw, "--bench", BENCH, "-o", log)
         size = raw.stat().st_size
         return {"passed": peak < MOST_MB and size >= BYTES, "peak_mb": peak, "bytes": size, "seconds": time.perf_counter() - start}
 
