@@ -44,9 +44,9 @@ def mapped(tables: Table | list[Table], rig: Bench) -> Log:
 
 
 def golden_log() -> Log:
-    """Two streams that start before 0, over more than a second, with a gap: every feature of the canonical layout."""
+    """Two streams that start before 0, over more than one chunk, with a gap: every feature of the canonical layout."""
     sample = np.arange(12.0)
-    time = np.where(sample < 6, sample - 3, sample + 2) / 4.0
+    time = np.where(sample < 6, sample - 3, sample + 14) / 4.0
     main = {"position": sample * 0.125, "current": np.where(sample % 2, -1.5, 2.25)}
     force = {"effort": 10.0 - sample[:3]}
     return Log(

@@ -21,8 +21,8 @@ from frictool.logs.losses import Losses, losses_of
 from frictool.logs.table import Loss
 from tests.logs.example import as_bytes
 
-SECONDS = 5
-TIME = np.arange(SECONDS * 100) / 100.0
+CHUNKS = 5
+TIME = np.arange(CHUNKS * 100) / 25.0  # a hundred samples in each chunk, fifty of the other stream
 LOG = Log(
     (
         Stream("/axis", TIME, {"position": np.sin(TIME), "current": np.cos(7.0 * TIME)}, {"position": "rad", "current": "A"}),
@@ -99,7 +99,7 @@ def chunk_bodies() -> list[tuple[int, int]]:
     return found
 
 
-@pytest.mark.parametrize("place", range(2 * SECONDS))
+@pytest.mark.parametrize("place", range(2 * CHUNKS))
 def test_one_bad_chunk_costs_only_itself_and_is_counted(place: int):
     begin, end = chunk_bodies()[place]
     damaged = bytearray(WHOLE)

@@ -63,6 +63,8 @@ def _open(path: Path) -> Sequence[Described]:
     count = Counter(name for _, name in named)
     found = [_group(path, file, index, name if count[name] == 1 else f"{name} {index + 1}", start, end) for index, name in named]
     if not any(table.names for table in found):
+        if described_at(path) is not None:  # the library may take the zeros behind the end for a file without channels
+            raise LogError(path, _unreadable(path))
         empty = [f"{name} ({what})" for table in found for name, what in table.others.items()]
         raise LogError(path, f"has no channel of numbers with samples; found: {listed(empty)}")
     return [table for table in found if table.names]

@@ -10,11 +10,12 @@ import numpy as np
 from frictool.logs.canonical.mcap_layout import NS, message_dtype
 from frictool.logs.flow import Samples
 
-CHUNK_BYTES = 4_000_000  # a second of a fast log is several chunks
+CHUNK_NS = 4 * NS  # a quarter of a megabyte at 1 kHz: many small chunks cost time at both ends
+CHUNK_BYTES = 4_000_000  # of a fast log it is several chunks
 
 
 def chunked(pieces: Iterator[Samples]) -> Iterator[Samples]:
-    """The samples of a stream in pieces of a second, counted from its first sample, and of no more than CHUNK_BYTES each."""
+    """The samples of a stream in pieces of CHUNK_NS, counted from its first sample, and of no more than CHUNK_BYTES each."""
     held: list[Samples] = []  # of a chunk that is not whole yet,
     left = end = rows = 0  # which takes so many samples more, before so many ns
     start: int | None = None
@@ -24,7 +25,7 @@ def chunked(pieces: Iterator[Samples]) -> Iterator[Samples]:
             start, rows = int(piece.time[0]), max(1, CHUNK_BYTES // message_dtype(len(piece.values)).itemsize)
         while low < size:
             if not held:
-                left, end = rows, start + ((int(piece.time[low]) - start) // NS + 1) * NS
+                left, end = rows, start + ((int(piece.time[low]) - start) // CHUNK_NS + 1) * CHUNK_NS
             high = min(int(piece.time.searchsorted(end)), low + left)
             if high > low:
                 held.append(piece.part(low, high))

@@ -3,7 +3,7 @@
     Header                 profile `ros2`
     Schema, Channel        one channel per stream: topic `/axis` or `/axis/NAME`, encoding `cdr`; schema `ros2msg`, flat `float64` fields
     Metadata               `units` (`/axis.position` -> `rad`), `time` (where times were shifted), `provenance`, ...
-    Chunk, MessageIndex    at most one second of one stream, zstd; nothing in it but its messages, so that it is one NumPy array
+    Chunk, MessageIndex    at most four seconds of one stream, zstd; nothing in it but its messages, so that it is one NumPy array
     DataEnd                with the CRC of everything before it
     summary                schemas, channels, statistics, chunk and metadata indexes, offsets
 
