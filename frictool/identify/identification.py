@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+import msgspec
 import numpy as np
 
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
+from frictool.documents.load import LoadTerms
 from frictool.documents.quantity import Quantity
 from frictool.errors import LogError
 from frictool.identify import methods
@@ -22,6 +24,10 @@ from frictool.plant.axis_model import load_law
 SLIDING_LOG, RAMP_LOG = "sliding", "ramp"
 NEVER_NEGATIVE = ("inertia", "viscous", "coulomb", "breakaway", "stribeck_velocity")
 LARGEST_FORCE_ERROR = 0.5  # above it the model leaves more than a quarter of the effort's mean square unexplained
+POSITION_HIDES_INERTIA = (
+    "friction varies with the position, which goes with the acceleration along a stroke: what one does is taken for the other; "
+    "the bench's value is kept"
+)
 SAME_EFFORT = 1e-9  # relative to the largest: two files of one log may round differently
 
 
@@ -58,6 +64,7 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
     of this axis.
     """
     _refuse_twice([*records, *ramps])
+    given = ramps
     odd = [warning for record in [*records, *ramps] for warning in implausible(record, bench)]
     ramp_like = [record for record in records if record.velocity is None and is_ramp(record, bench)]
     sliding = [record for record in records if not any(record is other for other in ramp_like)]
@@ -79,6 +86,9 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
         if "breakaway" not in found:
             refused["breakaway"] = str(error)
     laws = None if fit is None else fit.laws
+    if onsets is not None and onsets.by_position is not None and laws is not None and laws.load is not None and bench.load is None:
+        # a load that nobody has named is what friction over the position looks like where it slips
+        return identify(records, given, msgspec.structs.replace(bench, load=LoadTerms(("offset",))), method, settings)
     if onsets is not None and onsets.by_position is not None:
         fit, onsets, laws = _by_position(sliding, ramps, fit, onsets, bench, settings, found, refused)
     elif onsets is not None and onsets.rising is not None:
@@ -164,6 +174,9 @@ def _by_position(
 
     if fit is not None and fit.laws is not None and (fit.laws.load or fit.laws.backward):  # which the map does not know
         return fit, onsets, breakaway_laws(onsets, bench, found, fit.laws)
+    if fit is not None and "inertia" in fit.parameters:
+        found.pop("inertia", None)
+        refused["inertia"] = POSITION_HIDES_INERTIA
     axis = {name: found.get(name) or prior(bench, name) for name in SLIDING} | {"offset": prior(bench, "offset")}
     try:
         mapped = friction_map(sliding, ramps, onsets, axis, bench, settings)

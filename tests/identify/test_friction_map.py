@@ -60,6 +60,18 @@ def test_slip_knee_and_beta(result: Identification) -> None:
     assert "half of their difference and an offset are one number" in result.refused["offset"]
 
 
+def test_an_inertia_that_was_fitted_to_a_constant_friction_is_refused() -> None:
+    """Its interval was [2.2e-5, 2.8e-5] here: along a stroke, what friction does over the position passes for inertia."""
+    truth, bench = nonlinear_clutch(), clutch()
+    fine = truth._replace(encoder_step=2.0 * np.pi / 4096.0)
+    logs = [record(make(0, fine), fine, name) for name, make in (("sines", sines), ("ramp", ramp))]
+    for method in ("auto", "least-squares"):
+        found = identify(logs, [], bench, method, Settings())
+        assert found.laws is not None
+        assert "inertia" not in found.identified
+        assert "friction varies with the position" in found.refused["inertia"]
+
+
 def test_the_model_can_be_simulated(result: Identification, tmp_path) -> None:
     """The document comes back as it was written, and its axis has the map."""
     model = model_of(result, clutch(), Provenance(command="test", frictool="0"))
