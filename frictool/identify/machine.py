@@ -1,0 +1,42 @@
+"""An identification as JSON: the keys are part of the format, documented in docs/formats.md."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from msgspec import to_builtins
+
+from frictool.documents.bench import Bench
+from frictool.documents.model import Model
+from frictool.identify.identification import Identification
+from frictool.identify.model import unit_of
+
+
+def as_view(result: Identification, bench: Bench, model: Model | None = None) -> dict[str, Any]:
+    """The machine's view of an identification."""
+    fit, ramp = result.fit, result.ramp
+    return {
+        "method": result.method,
+        "confidence": result.confidence,
+        "logs": [{"name": Path(name).name, "kind": kind} for name, kind in result.kinds.items()],
+        "parameters": {
+            name: {"value": found.value, "low": found.low, "high": found.high, "unit": unit_of(name, bench)}
+            for name, found in result.identified.items()
+        },
+        "force_error": fit.force_error if fit else None,
+        "held_out_force_error": fit.held_out_force_error if fit else None,
+        "condition": fit.condition if fit else None,
+        "samples": fit.samples if fit else None,
+        "details": fit.details if fit else {},
+        "chosen_because": fit.why if fit else None,
+        "dropped": list(fit.dropped) if fit else [],
+        "not_identified": result.refused,
+        "warnings": list(result.warnings),
+        "laws": None if result.laws is None else to_builtins(result.laws),
+        "measurement": None if model is None or model.measurement is None else to_builtins(model.measurement),
+        "presliding": None if model is None or model.presliding is None else to_builtins(model.presliding),
+        "ramp": {"forward": ramp.forward, "backward": ramp.backward, "onsets": ramp.onsets, "delay_corrected": ramp.delay}
+        if ramp
+        else None,
+    }

@@ -1,0 +1,122 @@
+"""An identification for people: one line a parameter, and what was found or refused beside them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from frictool.documents.laws import Load
+from frictool.documents.model import Model
+from frictool.documents.quantity import Estimate
+from frictool.identify.identification import Identification
+from frictool.identify.methods import METHODS
+from frictool.identify.outcome import CURVE, PARAMETERS
+
+
+def law_lines(model: Model) -> list[str]:
+    """What friction does beyond the parameters."""
+    if model.laws is None:
+        return []
+    lines, today, laws = [], model.parameters, model.laws
+    for regime in laws.regimes:
+        speed, viscous = regime.above, regime.viscous
+        lines.append(
+            f"from {speed.value:.4g} {speed.unit} [{speed.low:.4g}, {speed.high:.4g}] on, viscous is {viscous.value:.4g} {viscous.unit} "
+            f"[{viscous.low:.4g}, {viscous.high:.4g}]"
+        )
+    if laws.position is not None:
+        over, curve = laws.position.over, laws.position.coulomb
+        orders = f"{len(curve.forward) - 1} forward, {len(curve.backward or curve.forward) - 1} backward"
+        lines.append(f"friction over {over.low:.4g} to {over.high:.4g} {over.unit} as polynomials of order {orders} (4.44)")
+        for side, powers in (("forward", curve.forward), ("backward", curve.backward or curve.forward)):
+            lines.append(f"  breakaway {side}, b0 first: {', '.join(f'{power:.5g}' for power in powers)}")
+    if laws.backward is not None:
+        own = {name: getattr(laws.backward, name) for name in ("viscous", "coulomb", "breakaway")}
+        own = {name: found for name, found in own.items() if found is not None}
+        lines.append(f"backward: {', '.join(shown(name, found) for name, found in own.items())}; {', '.join(own)} above: forward")
+    if laws.load is not None:
+        lines.append(f"load beside friction: {load_line(laws.load)}")
+    if laws.position is not None and today.coulomb.value > 0.0:
+        lines.append(f"beta, breakaway over friction in slip (4.42): {today.breakaway.value / today.coulomb.value:.4g}")
+    return lines
+
+
+def shown(name: str, found: Estimate) -> str:
+    """A parameter with its interval."""
+    low, high = found.interval
+    return f"{name} {found.value:.5g} {found.unit} [{low:.5g}, {high:.5g}]"
+
+
+def load_line(load: Load) -> str:
+    """What acts beside friction."""
+    parts = [] if load.stiffness is None else [shown("spring", load.stiffness)]
+    if load.gravity is not None:
+        parts += [shown("gravity sine", load.gravity.sine), shown("gravity cosine", load.gravity.cosine)]
+    if load.ripple is not None:
+        cycles, per = load.ripple.cycles, load.ripple.per
+        parts += [
+            shown(f"ripple of {cycles:g} cycles per {per.value:.5g} {per.unit} sine", load.ripple.sine),
+            shown("cosine", load.ripple.cosine),
+        ]
+    return ", ".join(parts)
+
+
+def measurement_lines(model: Model) -> list[str]:
+    """The bench itself."""
+    found = model.measurement
+    if found is None:
+        return []
+    lines = []
+    for name in ("backlash", "delay", "loop_time_constant"):
+        one: Estimate | None = getattr(found, name)
+        if one is not None:
+            lines.append(f"measured: {shown(name, one)}")
+    return lines + [f"not measured: {name}: {reason}" for name, reason in found.refused.items()]
+
+
+def presliding_lines(model: Model) -> list[str]:
+    """What comes before the breakaway."""
+    found = model.presliding
+    if found is None:
+        return []
+    lines = [f"presliding, by {found.law} which predicts best: {shown('z_max', found.limit)}, {shown('stiffness', found.stiffness)}"]
+    for name in ("lugre", "elasto_plastic", "maxwell_slip"):
+        law = getattr(found, name)
+        if law is not None:
+            elastic = "" if name != "elasto_plastic" else f", {shown('elastic limit', law.elastic_limit)}"
+            unseen = f"off by {100.0 * law.held_out:.3g} % of the breakaway on branches not seen"
+            lines.append(f"  {name}: {shown('stiffness', law.stiffness)}{elastic}; {unseen}")
+    if found.preisach is not None:
+        size = found.preisach
+        lines.append(f"  preisach: {len(size.table) // 2} amplitudes, {shown('up to', size.limit)}, {shown('saturation', size.saturation)}")
+    return lines + [f"  {name}: not told: {reason}" for name, reason in found.refused.items()]
+
+
+def table(result: Identification, model: Model) -> str:
+    """The same for people."""
+    lines = [f"{Path(name).name}: {kind}" for name, kind in result.kinds.items()]
+    lines.append(f"{result.method}: {METHODS[result.method].what}")
+    chosen = result.fit is not None and result.fit.why
+    lines.append(f"  chosen: {chosen}" if chosen else f"  right for {METHODS[result.method].when}")
+    rows = [name for name in (*PARAMETERS, *CURVE) if getattr(model.parameters, name) is not None]
+    width = max(map(len, rows)) + 2
+    lines.append(f"{'parameter':<{width}}{'value':>12}  {f'interval at {100 * result.confidence:g} %':<28}{'unit':<12}source")
+    for name in rows:
+        estimate = getattr(model.parameters, name)
+        known = estimate.low is not None and estimate.high is not None
+        interval = f"[{estimate.low:.5g}, {estimate.high:.5g}]" if known else "unknown"
+        lines.append(f"{name:<{width}}{estimate.value:>12.5g}  {interval:<28}{estimate.unit:<12}{estimate.source}")
+    if result.fit is not None:
+        held_out = result.fit.held_out_force_error
+        unseen = "" if held_out is None else f", {100 * held_out:.3g} % on strokes it did not see"
+        lines.append(
+            f"force error {100 * result.fit.force_error:.3g} %{unseen}; condition {result.fit.condition:.3g}; {result.fit.samples} samples"
+        )
+    if result.ramp is not None:
+        unit = model.parameters.breakaway.unit
+        lines.append(f"breakaway from {result.ramp.onsets} onsets, each seen {result.ramp.delay:.3g} {unit} late (corrected)")
+    if result.fit is not None and result.fit.dropped:
+        lines.append(f"taken to be 0, unseen strokes are predicted no worse without: {', '.join(result.fit.dropped)}")
+    lines += law_lines(model) + presliding_lines(model) + measurement_lines(model)
+    ordered = dict.fromkeys((*PARAMETERS, *result.refused))
+    lines += [f"not identified: {name}: {result.refused[name]}" for name in ordered if name in result.refused]
+    return "\n".join(lines)
