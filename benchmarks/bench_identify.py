@@ -15,10 +15,10 @@ import numpy as np
 
 from benchmarks.timing import pair
 from frictool.documents.bench import Bench
-from frictool.identify.least_squares import least_squares
+from frictool.identify.estimators.least_squares import least_squares
 from frictool.identify.methods import Settings
 from frictool.identify.record import Record, make_record
-from frictool.identify.slipping import SMALLEST_SHARE, slipping
+from frictool.identify.rows.slipping import SMALLEST_SHARE, slipping
 from sample_logs.make import TRUTH, sines
 from tests.identify.benches import clutch
 

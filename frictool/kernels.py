@@ -20,7 +20,8 @@ from numba.core import event
 
 from frictool import waiting
 
-ROOMS = ("friction", "control", "plant", "engine", "identify", "identify/presliding", "logs/kernels")
+IDENTIFY = tuple(f"identify/{room}" for room in ("breakaway", "estimators", "presliding", "regression", "rows"))
+ROOMS = ("friction", "control", "plant", "engine", *IDENTIFY, "logs/kernels")
 F = TypeVar("F", bound=Callable[..., Any])
 settings: Any = numba.config
 compiler: Any = numba.njit  # its own signature does not list every option

@@ -25,8 +25,8 @@ from frictool.identify.methods import DEFAULT, METHODS
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
     from frictool.documents.model import Model
+    from frictool.identify.estimators.inverse_dynamic import Pipeline
     from frictool.identify.identification import Identification
-    from frictool.identify.inverse_dynamic import Pipeline
     from frictool.identify.record import Record
 
 HELP = f"""\b
@@ -196,10 +196,10 @@ def _presliding(model: Model, records: list[Record], alone: bool) -> Model:
 
 def _picture(model: Model, result: Identification, records: list[Record], bench: Bench) -> str:
     """The strokes that can be averaged and the breakaways, with the laws that were found."""
+    from frictool.identify.estimators.sines import stroke_rows
     from frictool.identify.identification import without_load
     from frictool.identify.outcome import NothingUsable
     from frictool.identify.picture import picture
-    from frictool.identify.sines import stroke_rows
 
     sliding = [record for record in records if result.kinds[record.name] != "ramp"]
     if result.laws is not None:
@@ -234,6 +234,6 @@ def _check_options(method: str, own: dict[str, Any], filters: dict[str, Any]) ->
 
 
 def _pipeline(filters: dict[str, Any]) -> Pipeline:
-    from frictool.identify.inverse_dynamic import PUBLISHED
+    from frictool.identify.estimators.inverse_dynamic import PUBLISHED
 
     return replace(PUBLISHED, **{name: value for name, value in filters.items() if value is not None})

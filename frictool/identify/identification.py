@@ -14,7 +14,7 @@ from frictool.documents.load import LoadTerms
 from frictool.documents.quantity import Quantity
 from frictool.errors import LogError
 from frictool.identify import methods
-from frictool.identify.breakaway import Breakaway, breakaway, is_ramp
+from frictool.identify.breakaway.breakaway import Breakaway, breakaway, is_ramp
 from frictool.identify.outcome import CURVE, PARAMETERS, SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.plausible import implausible
 from frictool.identify.record import Record
@@ -170,7 +170,7 @@ def _by_position(
 
     Returns the fit, the breakaway that agrees with it, and the laws; without strokes that tell it, the breakaway alone has laws.
     """
-    from frictool.identify.friction_map import breakaway_laws, friction_map
+    from frictool.identify.breakaway.friction_map import breakaway_laws, friction_map
 
     if fit is not None and fit.laws is not None and (fit.laws.load or fit.laws.backward):  # which the map does not know
         return fit, onsets, breakaway_laws(onsets, bench, found, fit.laws)
@@ -192,7 +192,7 @@ def _by_position(
 
 def _rising(onsets: Breakaway, bench: Bench, found: dict[str, Interval], laws: Laws | None) -> Laws:
     """The laws with a breakaway that grows with the time at rest."""
-    from frictool.identify.friction_map import breakaway_laws
+    from frictool.identify.breakaway.friction_map import breakaway_laws
 
     return breakaway_laws(onsets, bench, found, laws)
 

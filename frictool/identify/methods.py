@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, cast
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
-    from frictool.identify.inverse_dynamic import Pipeline
+    from frictool.identify.estimators.inverse_dynamic import Pipeline
     from frictool.identify.outcome import Fit
     from frictool.identify.record import Record
 
@@ -145,7 +145,7 @@ def run(method: str, records: list[Record], bench: Bench, settings: Settings) ->
     """The sliding parameters by the method called `method`. Raises NothingUsable where the records do not give any."""
     _check(method, records, bench)
     name = method.replace("-", "_")
-    return cast("Fit", getattr(import_module(f"frictool.identify.{name}"), name)(records, bench, settings))
+    return cast("Fit", getattr(import_module(f"frictool.identify.estimators.{name}"), name)(records, bench, settings))
 
 
 def _check(method: str, records: list[Record], bench: Bench) -> None:

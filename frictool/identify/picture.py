@@ -17,10 +17,10 @@ from matplotlib.figure import Figure
 from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
 from frictool.friction.speed_knee import knee_force, regimes_from
-from frictool.identify.breakaway import Breakaway
-from frictool.identify.friction_map import shape_along
+from frictool.identify.breakaway.breakaway import Breakaway
+from frictool.identify.breakaway.friction_map import shape_along
+from frictool.identify.estimators.sines import Rows
 from frictool.identify.record import Vector
-from frictool.identify.sines import Rows
 from frictool.svg import render
 
 FORWARD, BACKWARD = "#1f5fa8", "#c0392b"

@@ -13,13 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from frictool.identify.breakaway import breakaway
+from frictool.identify.breakaway.breakaway import breakaway
+from frictool.identify.estimators.ordinary import ordinary
+from frictool.identify.estimators.sines import sines as method_of_sines
 from frictool.identify.identification import identify
 from frictool.identify.methods import Settings
-from frictool.identify.ordinary import ordinary
 from frictool.identify.outcome import SLIDING, Interval
 from frictool.identify.record import make_record
-from frictool.identify.sines import sines as method_of_sines
 from sample_logs.make import PERIOD, SECONDS_EACH, TRUTH, ramp, sines
 from tests.accept.check_identify import FINE_STEP, RATE, experiment
 from tests.identify.benches import MASS, clutch, mass_bench, record

@@ -17,15 +17,15 @@ import numpy as np
 from scipy.stats import binom
 
 from frictool.documents.bench import Bench
-from frictool.identify.differences import differenced
+from frictool.identify.estimators.inverse_dynamic import inverse_dynamic
+from frictool.identify.estimators.least_squares import least_squares
+from frictool.identify.estimators.power_balance import by_speed
 from frictool.identify.identification import identify
-from frictool.identify.inverse_dynamic import inverse_dynamic
-from frictool.identify.least_squares import least_squares
 from frictool.identify.methods import DEFAULT, Settings, run
 from frictool.identify.outcome import SLIDING
-from frictool.identify.power_balance import by_speed
 from frictool.identify.record import Vector
-from frictool.identify.samples import fit
+from frictool.identify.rows.differences import differenced
+from frictool.identify.rows.samples import fit
 from frictool.plant.axis import AxisParameters
 from sample_logs.make import TRUTH, ramp, sines
 from tests.identify.benches import MASS, clutch, mass_bench, mass_sine, record

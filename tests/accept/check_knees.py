@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from frictool.identify.estimators.sines import sines as method_of_sines
 from frictool.identify.identification import identify
 from frictool.identify.methods import Settings
-from frictool.identify.sines import sines as method_of_sines
 from sample_logs.make import TRUTH, ramp, sines
 from tests.accept.check_identify import RATE, experiment
 from tests.identify.benches import clutch, record

@@ -11,7 +11,7 @@ from typing import Any
 
 from scipy.stats import binom
 
-from frictool.identify.load_search import with_found_loads
+from frictool.identify.estimators.load_search import with_found_loads
 from frictool.identify.methods import DEFAULT, Settings, run
 from tests.accept.check_identify import CHANCE, RATE, SEEDS
 from tests.identify.loaded_axis import TERMS, covered, loaded_axis, rotary_bench

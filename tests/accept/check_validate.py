@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from scipy.stats import binom
 
+from frictool.identify.estimators.output_error import simulation_error
 from frictool.identify.methods import Settings
 from frictool.identify.outcome import SLIDING
-from frictool.identify.output_error import simulation_error
 from tests.identify.linear_axis import linear_axis, linear_bench
 from tests.identify.test_output_error import closed_loop_errors
 

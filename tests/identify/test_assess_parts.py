@@ -17,8 +17,8 @@ from frictool.identify.assess.quantisation import inertia_error, viscous_error
 from frictool.identify.assess.ramps import SPREAD, ramp_precision
 from frictool.identify.assess.sines import sines_half_width
 from frictool.identify.assess.weak import weak_deviation
-from frictool.identify.bell import bell
 from frictool.identify.excite.information import Friction, Sensing, Stroke, cramer_rao, regressors
+from frictool.identify.rows.bell import bell
 from tests.identify.benches import clutch
 
 AXIS = Friction(inertia=2.0, viscous=3.0, coulomb=1.0)

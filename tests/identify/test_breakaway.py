@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from frictool.engine.axis import advance
-from frictool.identify.breakaway import breakaway, find_onsets, is_ramp
+from frictool.identify.breakaway.breakaway import breakaway, find_onsets, is_ramp
 from frictool.identify.outcome import Interval, NothingUsable
 from frictool.identify.record import Record, make_record
 from frictool.plant.axis import AxisParameters, rest

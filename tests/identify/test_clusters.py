@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from frictool.identify.clusters import clusters
+from frictool.identify.regression.clusters import clusters
 
 
 def numbered(lengths: list[int], counts: list[float], signs: list[float]) -> list[int]:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from frictool.friction.dwell import dwell_factor
-from frictool.identify.breakaway import Breakaway, breakaway
-from frictool.identify.dwell import rising_friction
-from frictool.identify.friction_map import breakaway_laws
+from frictool.identify.breakaway.breakaway import Breakaway, breakaway
+from frictool.identify.breakaway.dwell import rising_friction
+from frictool.identify.breakaway.friction_map import breakaway_laws
 from frictool.identify.outcome import SLIDING, Interval
 from sample_logs.make import TRUTH, ramp
 from tests.identify.benches import clutch, record

@@ -16,7 +16,7 @@ from frictool.documents.bench import Bench
 from frictool.documents.registry import load
 from frictool.engine.axis import advance
 from frictool.errors import NoSolutionError
-from frictool.identify.breakaway import breakaway, is_ramp
+from frictool.identify.breakaway.breakaway import breakaway, is_ramp
 from frictool.identify.excite.half_sines import TOP_SHARE, reachable_speed
 from frictool.identify.excite.information import cramer_rao
 from frictool.identify.excite.kinds import MAKERS, Settings, excite

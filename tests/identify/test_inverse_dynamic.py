@@ -8,11 +8,11 @@ from scipy.io import loadmat
 
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
-from frictool.identify.inverse_dynamic import PUBLISHED, Pipeline, inverse_dynamic
-from frictool.identify.least_squares import least_squares
+from frictool.identify.estimators.inverse_dynamic import PUBLISHED, Pipeline, inverse_dynamic
+from frictool.identify.estimators.least_squares import least_squares
+from frictool.identify.estimators.power_balance import power_balance
 from frictool.identify.methods import Settings
 from frictool.identify.outcome import NothingUsable
-from frictool.identify.power_balance import power_balance
 from frictool.identify.record import Record, make_record
 from sample_logs.make import TRUTH, sines
 from tests.accept.check_identify import linear_covered

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictool.identify.least_squares import least_squares
+from frictool.identify.estimators.least_squares import least_squares
 from frictool.identify.methods import Settings
 from frictool.identify.outcome import NothingUsable
 from frictool.identify.record import Record, make_record

@@ -14,14 +14,14 @@ from hypothesis import strategies as st
 
 from frictool.documents.model import Model
 from frictool.documents.registry import load as load_document
-from frictool.identify.alternatives import beyond_chance, needless
+from frictool.identify.estimators.load_search import with_found_loads
 from frictool.identify.identification import without_load
-from frictool.identify.load_columns import by_direction
-from frictool.identify.load_search import with_found_loads
 from frictool.identify.methods import METHODS, Settings, run
 from frictool.identify.outcome import NothingUsable
 from frictool.identify.record import Record, make_record, velocity_record
-from frictool.identify.triangles import triangles
+from frictool.identify.regression.alternatives import beyond_chance, needless
+from frictool.identify.regression.triangles import triangles
+from frictool.identify.rows.load_columns import by_direction
 from tests.cli.run import refused
 from tests.cli.run import run as command
 from tests.identify.benches import CLUTCH, ROOT

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from frictool.errors import FrictoolError
+from frictool.identify.estimators.total_least_squares import errors_in_variables
 from frictool.identify.methods import Settings, run
 from frictool.identify.outcome import Fit, NothingUsable
 from frictool.identify.record import Record
-from frictool.identify.total_least_squares import errors_in_variables
 from sample_logs.make import TRUTH, sines
 from tests.identify.benches import MASS, clutch, mass_bench, mass_reference, mass_sine, record
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
-from frictool.identify.onset import NO_MOTION, NOT_POSITIVE, OK, misfit, onset_time, phi3, search_span, travel
+from frictool.identify.breakaway.onset import NO_MOTION, NOT_POSITIVE, OK, misfit, onset_time, phi3, search_span, travel
 
 INERTIA, VISCOUS, COULOMB = 1.32e-5, 3.81e-4, 0.099
 STEP = 0.1122

@@ -14,14 +14,14 @@ from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.engine.replay import FREE, replay, replayed
 from frictool.engine.servo import Servo
-from frictool.identify.held_out import better, choose_terms, halves
-from frictool.identify.load_terms import DIRECTION, GRAVITY, SPRING, possible
+from frictool.identify.estimators.held_out import better, choose_terms, halves
+from frictool.identify.estimators.output_error import simulation_error
+from frictool.identify.estimators.simulated import Simulated, estimate
 from frictool.identify.methods import Settings, run
 from frictool.identify.outcome import SLIDING, NothingUsable
-from frictool.identify.output_error import simulation_error
 from frictool.identify.record import Record, record_of
-from frictool.identify.segments import whole
-from frictool.identify.simulated import Simulated, estimate
+from frictool.identify.rows.load_terms import DIRECTION, GRAVITY, SPRING, possible
+from frictool.identify.rows.segments import whole
 from frictool.logs.reading import read_log
 from frictool.plant.axis import AxisParameters, rest
 from frictool.plant.axis_laws import Laws, Levels

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.identify.position_law import Places, Structure, choose_structure, fitted, sides_of
+from frictool.identify.breakaway.position_law import Places, Structure, choose_structure, fitted, sides_of
 
 FORWARD, BACKWARD = [0.0794, 0.0077, -2.7773e-4, 2.8731e-6], [0.0938, -0.0126, 0.0013, -3.2940e-5, 2.5120e-7]  # table 4.7
 NOISE = 1e-3  # N m

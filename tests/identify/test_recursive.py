@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from frictool.identify.estimators.recursive import givens_path, path
 from frictool.identify.methods import Settings, run
-from frictool.identify.recursive import givens_path, path
-from frictool.identify.slipping import SMALLEST_SHARE, slipping
+from frictool.identify.rows.slipping import SMALLEST_SHARE, slipping
 from sample_logs.make import TRUTH, sines
 from tests.identify.benches import clutch, record
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.identify.regimes import Means, fit_pieces
+from frictool.identify.estimators.regimes import Means, fit_pieces
 
 
 def means(friction, noise: float, seed: int, top: float = 400.0) -> Means:

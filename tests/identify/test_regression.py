@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.identify.regression import Singular, solve
+from frictool.identify.regression.regression import Singular, solve
 
 
 @settings(derandomize=True, deadline=None, max_examples=40)

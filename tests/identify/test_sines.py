@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from frictool.identify.estimators.sines import sines
 from frictool.identify.methods import Settings
 from frictool.identify.outcome import NothingUsable
 from frictool.identify.record import make_record
-from frictool.identify.sines import sines
 from sample_logs.make import TRUTH
 from sample_logs.make import sines as half_sines
 from tests.accept.check_knees import false_knees, true_knees

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from frictool.documents.provenance import Provenance
+from frictool.identify.estimators.stribeck_curve import Runs, find_runs, stribeck_curve
 from frictool.identify.identification import identify
 from frictool.identify.methods import Settings
 from frictool.identify.model import model_of
 from frictool.identify.outcome import NothingUsable
-from frictool.identify.stribeck_curve import Runs, find_runs, stribeck_curve
 from frictool.plant.axis_model import axis_of
 from sample_logs.make import sines
 from tests.identify.benches import clutch, record
@@ -57,7 +57,7 @@ def test_the_exponent_is_found(exponent: float) -> None:
     runs = Runs(speed, np.repeat([1.0, -1.0], 30), np.zeros(60), np.full(60, 300.0))
     exact = runs.design(10.0, exponent) @ np.array([0.1, 0.03, 1e-4, 0.004])
     runs = Runs(speed, runs.sign, exact + 1e-4 * generator.standard_normal(60), runs.samples)
-    from frictool.identify.stribeck_curve import _choice
+    from frictool.identify.estimators.stribeck_curve import _choice
 
     velocity, found = _choice(runs)
     assert found == exponent

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.identify.record import make_record
-from frictool.identify.slip import slip_mask
-from frictool.identify.strokes import find_strokes, turning_points
+from frictool.identify.rows.slip import slip_mask
+from frictool.identify.rows.strokes import find_strokes, turning_points
 
 PATHS = st.lists(st.integers(-4, 4), min_size=2, max_size=60)
 

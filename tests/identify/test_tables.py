@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictool.identify.conditioned import BEST_SPEED, condition_m2
-from frictool.identify.differences import differenced, memory_of
+from frictool.identify.estimators.conditioned import BEST_SPEED, condition_m2
 from frictool.identify.methods import Settings, run
 from frictool.identify.record import Record, make_record
+from frictool.identify.rows.differences import differenced, memory_of
 from tests.accept.check_identify import in_published_order, table_errors
 from tests.identify.benches import MASS, mass_bench, mass_sine
 

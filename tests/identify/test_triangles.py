@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.identify.triangles import merged, triangles
+from frictool.identify.regression.triangles import merged, triangles
 
 
 @settings(derandomize=True, deadline=None, max_examples=40)

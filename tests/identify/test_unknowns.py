@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.identify.unknowns import half_width
+from frictool.identify.regression.unknowns import half_width
 
 DRAWS = np.random.default_rng(7).uniform(-1.0, 1.0, (3, 200_000))
 NORMAL = np.random.default_rng(8).standard_normal(200_000)

@@ -17,10 +17,10 @@ from frictool.engine.replay import FREE, replay, replayed
 from frictool.errors import LogError
 from frictool.identify.identification import NothingIdentified, identify
 from frictool.identify.methods import METHODS, Settings, run
-from frictool.identify.newey_west import newey_west
 from frictool.identify.outcome import SLIDING, NothingUsable
 from frictool.identify.record import Record, make_record, velocity_record
-from frictool.identify.smoothing import acceleration_filter, acceleration_response, bump
+from frictool.identify.regression.newey_west import newey_west
+from frictool.identify.rows.smoothing import acceleration_filter, acceleration_response, bump
 from frictool.plant.axis import AxisParameters, rest
 from tests.cli.run import refused
 from tests.cli.run import run as command

@@ -16,8 +16,8 @@ from frictool.identify.excite.information import Sensing, Stroke
 from frictool.identify.excite.limits import axis_known
 from frictool.identify.outcome import NothingUsable
 from frictool.identify.record import Record, Vector
-from frictool.identify.smoothing import FOURTH_DIFFERENCE_GAIN, fourth_difference_power, position_noise
-from frictool.identify.strokes import find_strokes
+from frictool.identify.rows.smoothing import FOURTH_DIFFERENCE_GAIN, fourth_difference_power, position_noise
+from frictool.identify.rows.strokes import find_strokes
 
 MOST = 8  # strokes that stand for all
 

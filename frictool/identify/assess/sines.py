@@ -20,7 +20,7 @@ from frictool.identify.excite.information import Vector
 
 GATE = math.radians(30.0)  # sines count from 30 to 150 degrees
 MEAN = math.cos(GATE) / (0.5 * math.pi - GATE)  # of the sine over the gate
-SPREAD = 1.2  # of the fastest stroke over the slowest: as identify/sines.py asks
+SPREAD = 1.2  # of the fastest stroke over the slowest: as identify/estimators/sines.py asks
 FOLLOWED = 0.03  # of the top speed
 
 

@@ -1,6 +1,6 @@
 """How precise least squares over smoothing windows is, computed before anything is measured: the weak form of the equation of motion.
 
-Convolved with a bell g whose second difference is c (identify/bell.py) the equation needs no derivative of a measurement:
+Convolved with a bell g whose second difference is c (identify/rows/bell.py) the equation needs no derivative of a measurement:
 
     inertia (c*x) + viscous (g*dx) + coulomb (g*sign v) + offset = g*u + n,    n = g*e_u - (inertia c + viscous g*d) * e_x
 
@@ -15,9 +15,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import fftconvolve
 
-from frictool.identify.bell import bell
 from frictool.identify.excite.information import Friction, Sensing, Stroke, Vector, both_ways, regressors
-from frictool.identify.smoothing import SHORTEST
+from frictool.identify.rows.bell import bell
+from frictool.identify.rows.smoothing import SHORTEST
 
 STROKE_SHARE = 0.25  # longest window over the median stroke
 

@@ -14,7 +14,7 @@ from scipy.signal import lfilter
 
 from frictool.identify.outcome import Interval, NothingUsable
 from frictool.identify.record import Vector
-from frictool.identify.regression import Singular, solve
+from frictool.identify.regression.regression import Singular, solve
 
 PARTS = 30  # of the record, each left out in turn
 SHORTEST, LONGEST = 0.25, 500.0  # periods: a shorter lag is over within the sample

@@ -22,16 +22,16 @@ from scipy.special import ndtri
 from frictool.documents.bench import Bench
 from frictool.identify.assess.recorded import recorded_facts
 from frictool.identify.assess.weak import weak_deviation
-from frictool.identify.bell import bell
+from frictool.identify.estimators.regimes import EVIDENCE
 from frictool.identify.outcome import Interval, NothingUsable
 from frictool.identify.record import Record, Vector
-from frictool.identify.regimes import EVIDENCE
-from frictool.identify.regression import Matrix, Singular, Solution, solve
-from frictool.identify.slip import slip_mask
-from frictool.identify.slipping import full_backlash
-from frictool.identify.smoothing import smoothed_by
-from frictool.identify.strokes import find_strokes
-from frictool.identify.unknowns import half_width
+from frictool.identify.regression.regression import Matrix, Singular, Solution, solve
+from frictool.identify.regression.unknowns import half_width
+from frictool.identify.rows.bell import bell
+from frictool.identify.rows.slip import slip_mask
+from frictool.identify.rows.slipping import full_backlash
+from frictool.identify.rows.smoothing import smoothed_by
+from frictool.identify.rows.strokes import find_strokes
 
 ROUNDS = 4  # of the delay
 PLACES = 40  # of the first search for the width

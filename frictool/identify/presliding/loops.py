@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from frictool.identify.outcome import Interval, NothingUsable
 from frictool.identify.record import Record, Vector
-from frictool.identify.strokes import turning_points
+from frictool.identify.rows.strokes import turning_points
 
 FEWEST_BRANCHES = 6
 TURN = 0.05  # of the effort's range: smaller turns are noise

@@ -18,8 +18,8 @@ from scipy.special import ndtri, stdtrit
 from frictool.identify.outcome import Interval, NothingUsable
 from frictool.identify.presliding.loops import Loops
 from frictool.identify.record import Vector
-from frictool.identify.regression import Matrix
-from frictool.identify.unknowns import half_width
+from frictool.identify.regression.regression import Matrix
+from frictool.identify.regression.unknowns import half_width
 from frictool.kernels import kernel
 
 ELEMENTS = 12

@@ -20,8 +20,8 @@ from scipy.special import ndtri
 from frictool.identify.outcome import Interval, NothingUsable
 from frictool.identify.presliding.loops import Loops
 from frictool.identify.record import Vector
-from frictool.identify.regression import Singular, solve
-from frictool.identify.unknowns import half_width
+from frictool.identify.regression.regression import Singular, solve
+from frictool.identify.regression.unknowns import half_width
 
 FARTHEST = 30.0  # from the start, either way as a factor
 MOST_STEPS = 40

@@ -15,7 +15,7 @@ from frictool.friction.preisach_cycles import everett_tail
 from frictool.identify.outcome import Interval, NothingUsable
 from frictool.identify.presliding.loops import Loops
 from frictool.identify.record import Vector
-from frictool.identify.regression import Matrix
+from frictool.identify.regression.regression import Matrix
 
 MOST, FEWEST = 10, 2  # amplitudes
 SAME_SIZE = 0.1  # of a step between amplitudes: how far a centred cycle's ends may be off

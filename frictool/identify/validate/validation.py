@@ -20,9 +20,9 @@ from frictool.engine.replay import FREE, replay, replayed
 from frictool.engine.servo import Servo, serve
 from frictool.engine.status import MESSAGES, OK
 from frictool.errors import LogError, NoSolutionError
+from frictool.identify.estimators.simulated import observer_gains
 from frictool.identify.record import Record, Vector
-from frictool.identify.segments import Segment, whole
-from frictool.identify.simulated import observer_gains
+from frictool.identify.rows.segments import Segment, whole
 from frictool.plant.axis import INERTIA, VELOCITY
 from frictool.plant.axis_model import axis_of, load_of
 

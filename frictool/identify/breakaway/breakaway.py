@@ -1,0 +1,345 @@
+"""Breakaway from ramps (4.3, figure 4.6): the effort at which rest ends, corrected for the delay with which the encoder shows it.
+
+The thesis takes the largest effort before each motion is seen. The axis has then been moving for some time, in which the ramp went
+on: the maximum is late by several steps of the ramp, always upwards. Here the ramp is a line fitted to the effort at rest, read at
+the onset that the motion after it tells (`onset`), for which the inertia and the friction of slip have to be known: what is not known
+of them widens the interval.
+
+Breakaway is a function of position and direction, which `position_law` finds; a constant is its simplest. Friction in slip, which decides
+how fast the axis is seen to move, is taken to follow it (4.42).
+
+    breakaway = mean over the range and both directions, so that an offset of the effort cancels
+    interval  = the spread from one onset to the next (each left out in turn), and the ranges of the axis's parameters (`unknowns`); half
+                a step of a held ramp besides: the breakaway lies anywhere within the step, at the same place each time; and as motion then
+                begins with a sample, its changes are late by as much each time: anything within half a sample
+
+Where within its count the axis rests follows from its changes too, but for what the timing hides. A test that takes the ramp back when
+the encoder has changed so many times brings the axis to rest at much the same place each time: it is the mean of all onsets (`Rest`) that
+decides what a single one leaves open.
+
+Onsets inside the backlash after a reversal are left out: there only the motor moves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtri
+
+from frictool.documents.bench import Bench
+from frictool.identify.breakaway.dwell import Rising, rising_friction
+from frictool.identify.breakaway.onset import OK, onset_time, search_span
+from frictool.identify.breakaway.position_law import FOLLOWING, Places, Structure, choose_structure, fitted, sides_of
+from frictool.identify.outcome import Interval, NothingUsable
+from frictool.identify.record import Record, Vector
+from frictool.identify.regression.regression import Singular, Solution
+from frictool.identify.regression.unknowns import half_width
+from frictool.identify.rows.smoothing import effort_weights
+from frictool.identify.rows.strokes import find_strokes
+
+SHORTEST_REST = 30  # samples without a count, for a line to be fitted
+STRAIGHT = 0.8  # least squared correlation of effort and time at rest: a ramp
+MOVED_COUNTS = 0.5  # a motion ends further than this from where it began: one count to and fro is none
+CHANGES_USED = 4  # of the encoder after the onset: later ones tell more of the inertia than of the onset
+FEWEST_ONSETS = 5
+RELATIVE_NOISE = 1e-3  # of the effort: the least that its noise is taken for
+UNIFORM = float(np.sqrt(3.0))  # half a range over its standard deviation
+ROUNDS = 3  # of the friction's shape over position and the onsets that it tells
+LEFT_THE_RAMP = 5.0  # standard deviations of the effort: the ramp was taken back
+
+
+@dataclass(frozen=True)
+class Onset:
+    """One breakaway. direction +-1; `level` and `rate`: the line of |effort|, N m | N at time 0 and per s; time 0 is when motion is seen.
+
+    `time` (n,) in s of the encoder's changes, `seen` (n,) the distance at each, from the first change. `position`: of the rest, rad | m,
+    the middle of its count; `rested`: s without a count before it. `timing`: see `onset`.
+    """
+
+    direction: float
+    level: float
+    rate: float
+    time: Vector
+    seen: Vector
+    position: float
+    rested: float
+    timing: float
+
+
+@dataclass(frozen=True)
+class ByPosition:
+    """Breakaway over [low, high], rad | m: its means forward and backward, and powers of the position, lowest first, in N m | N.
+
+    unsure: the interval of each power. `common`: the same in both directions.
+    """
+
+    low: float
+    high: float
+    forward: Interval
+    backward: Interval
+    powers: tuple[tuple[float, ...], tuple[float, ...]]
+    unsure: tuple[tuple[Interval, ...], tuple[Interval, ...]]
+    common: bool
+
+
+@dataclass(frozen=True)
+class Breakaway:
+    """The mean breakaway; mean |effort| forward and backward (nan where there is none), number of onsets; mean delay corrected, N m | N.
+
+    position, direction, friction (n,): each breakaway's place in rad | m, +-1, and |effort| less the offset.
+
+    by_position: None where the breakaway is one constant. rising: None where it does not grow with the time at rest; else `interval` is
+    that after a long rest.
+    """
+
+    interval: Interval
+    forward: float
+    backward: float
+    onsets: int
+    delay: float
+    position: Vector
+    direction: Vector
+    friction: Vector
+    by_position: ByPosition | None = None
+    rising: Rising | None = None
+
+
+def is_ramp(record: Record, bench: Bench) -> bool:
+    """Whether a log is one of breakaway ramps: at rest for most of its time, and rest ends under an effort that grows along a line."""
+    moving = np.abs(np.diff(record.position)) > 0.5 * record.resolution
+    starts, ends = _rests(record)
+    if starts.size < FEWEST_ONSETS or np.mean(moving) > 0.5 or np.sum(ends - starts) < 0.5 * record.time.size:
+        return False
+    return len(find_onsets(record, bench)) >= max(FEWEST_ONSETS, starts.size // 4)
+
+
+def _rests(record: Record) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """First sample of each rest, and the first sample after it at which the encoder has moved."""
+    changed = np.flatnonzero((np.abs(np.diff(record.position)) > 0.5 * record.resolution) | (np.diff(record.piece) > 0)) + 1
+    edges = np.concatenate(([0], changed))
+    starts, ends = edges[:-1], edges[1:]
+    long = ends - starts >= SHORTEST_REST
+    return starts[long], ends[long]
+
+
+def find_onsets(record: Record, bench: Bench) -> list[Onset]:
+    """Every breakaway under a growing effort, with the load attached."""
+    width = bench.mechanics.backlash
+    gap = 0.0 if width is None else max(width.interval) + 2.0 * record.resolution
+    strokes, (starts, ends) = find_strokes(record), _rests(record)
+    following = np.append(starts[1:] + 1, record.position.size)  # a rest begins with the place where the motion has ended
+    found = []
+    for start, end, until in zip(starts, ends, following, strict=True):
+        direction = float(strokes.sign[end])
+        if direction == 0.0 or strokes.advance[end] < gap or record.piece[end] != record.piece[end - 1]:
+            continue
+        onset = _onset(record, int(start), int(end), int(until), direction)
+        if onset is not None:
+            found.append(onset)
+    return found
+
+
+def _onset(record: Record, start: int, end: int, until: int, direction: float) -> Onset | None:
+    """The breakaway that ends the rest [start, end), seen until `until`, or None where the effort is no ramp or the motion too small."""
+    ramp = slice(start + (end - start) // 2, end)
+    time, effort = record.time[ramp] - record.time[end], direction * record.effort[ramp]
+    if float(np.ptp(effort)) == 0.0:
+        return None
+    rate, level = np.polyfit(time, effort, 1)
+    noise = float(np.std(effort - level - rate * time))
+    seen = direction * (record.position[end:until] - record.position[end - 1])
+    if rate <= 0.0 or np.corrcoef(time, effort)[0, 1] ** 2 < STRAIGHT or seen[-1] < MOVED_COUNTS * record.resolution:
+        return None
+    changed = np.flatnonzero(np.diff(seen, prepend=0.0) > 0.5 * record.resolution)[:CHANGES_USED]
+    after = record.time[end:until] - record.time[end]
+    below = direction * record.effort[end:until] - level - rate * after < -LEFT_THE_RAMP * max(noise, RELATIVE_NOISE * level)
+    left = np.flatnonzero(below)
+    changed = changed[: max(1, int(np.searchsorted(changed, left[0])))] if left.size else changed
+    before = np.where(changed > 0, seen[changed - 1], 0.0)
+    distance = 0.5 * (before + seen[changed] - record.resolution)
+    level += rate * record.period * _above(record)
+    place, rested = float(record.position[start]) + 0.5 * record.resolution, float(record.time[end] - record.time[start])
+    time = after[changed] - 0.5 * record.period
+    return Onset(direction, float(level), float(rate), time, distance, place, rested, _timing(time, distance, record))
+
+
+def _timing(time: Vector, distance: Vector, record: Record) -> float:
+    """How far the axis moves in a sample, in counts, squared: the mean over its changes."""
+    if time.size < 2:
+        return 1.0  # any positive number: nothing is left to weigh it against
+    return float(np.mean((np.diff(distance) / np.diff(time) * record.period / record.resolution) ** 2))
+
+
+def _above(record: Record) -> float:
+    """By how many steps of the ramp the effort between two rows is above the line through them, on average.
+
+    A held effort acts half a sample later than its row says; one that lags behind a held command bulges towards it.
+    """
+    before, _, after = effort_weights(record.period, record.lag)
+    return after - before
+
+
+def efforts(
+    onsets: list[Onset], axis: Mapping[str, float], resolution: float, start: float, shape: Vector | None = None
+) -> tuple[Vector, Vector]:
+    """|effort| (n,) at each onset, and the place of rest within its count (n,), 0 to 1.
+
+    axis: `inertia`, `viscous`, `coulomb` and `offset` in SI. start: the place that is expected. shape (n,): factors of `coulomb` where
+    the onsets are.
+    """
+    out, places = np.empty(len(onsets)), np.empty(len(onsets))
+    for k, onset in enumerate(onsets):
+        # in the axis's own frame the offset takes its share of the effort before friction does
+        ramp = np.array([onset.level - onset.direction * axis["offset"], onset.rate])
+        coulomb = axis["coulomb"] * (1.0 if shape is None else shape[k])
+        coefficients = np.array([axis["inertia"], axis["viscous"], coulomb])
+        span = search_span(resolution, onset.rate, axis["inertia"], CHANGES_USED)
+        t0, place, status = onset_time(onset.time, onset.seen, ramp, coefficients, resolution, start * resolution, onset.timing, span)
+        out[k], places[k] = (onset.level + onset.rate * t0, place / resolution) if status == OK else (np.nan, np.nan)
+    return out, places
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """The onsets that count, where they are, and what is known of their axis."""
+
+    onsets: list[Onset]
+    places: Places
+    resolution: float
+    offset: float | None  # N m | N, the bench's; None where one direction only makes it a parameter of the axis
+
+    def rest(self, axis: Mapping[str, float], shape: Vector | None) -> tuple[float, float]:
+        """The mean place of rest within a count, 0 to 1, and its standard deviation.
+
+        What is found leans towards what is expected: found = told + lean expected. Where found is expected, told/(1 - lean), the timing
+        decides alone; as far as it decides nothing, anywhere within the count is as likely.
+        """
+        low, high = (efforts(self.onsets, axis, self.resolution, expected, shape)[1] for expected in (0.0, 1.0))
+        told, tells = float(np.mean(low)), max(1.0 - float(np.mean(high - low)), 1e-6)
+        independent = max(1.0, low.size / FOLLOWING)
+        precision = tells**2 * independent / max(float(np.var(0.5 * (low + high))), 1e-9)
+        prior = 12.0
+        mean = (precision * min(max(told / tells, 0.0), 1.0) + 0.5 * prior) / (precision + prior)
+        return mean, float(1.0 / np.sqrt(precision + prior))
+
+    def friction(self, axis: Mapping[str, float], shape: Vector | None, beside: float = 0.0) -> Vector:
+        """|effort| less the offset, (n,); with the place of rest so many standard deviations `beside` its mean."""
+        offset = axis["offset"] if self.offset is None else self.offset
+        mean, deviation = self.rest(axis, shape)
+        return efforts(self.onsets, axis, self.resolution, mean + beside * deviation, shape)[0] - offset * self.places.direction
+
+    def shape(self, structure: Structure, value: Vector) -> Vector:
+        """The factors (n,) of the friction at the onsets over their mean: friction in slip follows the breakaway (4.42)."""
+        curve = self.places.design(structure) @ value
+        if structure.common:
+            curve = curve - value[-1] * self.places.direction
+        return np.asarray(curve / np.mean(curve))
+
+
+def breakaway(records: list[Record], bench: Bench, axis: Mapping[str, Interval], confidence: float) -> Breakaway:
+    """The breakaway of ramp logs; `axis` gives `inertia`, `viscous`, `coulomb`, `offset` as far as they are known.
+
+    Raises NothingUsable where fewer than five onsets are found in every direction. With one direction only, the offset is taken off.
+    """
+    evidence = _evidence(records, bench)
+    nominal = {name: known.value for name, known in axis.items()}
+    try:
+        structure, shape, solution, friction = _settled(evidence, nominal)
+        moved = _moved(evidence, structure, shape, nominal, axis)
+    except Singular as error:
+        raise NothingUsable(f"the breakaways do not tell friction over position: {error}") from None
+    half_step = (
+        0.5 * max(onset.rate for onset in evidence.onsets) * records[0].period if any(record.lag == 0.0 for record in records) else 0.0
+    )
+
+    def interval(weights: Vector) -> Interval:
+        value, statistical = float(weights @ solution.value), float(np.linalg.norm(weights * solution.half_width(confidence)))
+        deviation = statistical / float(ndtri(0.5 + 0.5 * confidence))
+        ends = [(float(weights @ low), float(weights @ high)) for low, high in moved]
+        down, up = (
+            half_step + half_width(confidence, deviation, [half_step, *(max(0.0, sign * low, sign * high) for low, high in ends)])
+            for sign in (-1.0, 1.0)
+        )
+        return Interval(value, value - down, value + up)
+
+    rested = np.array([onset.rested for onset in evidence.onsets])
+    rising = rising_friction(rested, evidence.places.direction, friction, confidence) if structure.constant else None
+    levels = _levels(structure)
+    mean = interval(np.mean(levels, axis=0))
+    if rising is not None:
+        mean = _wider(rising.full, mean.half_width)
+    law = None if structure.constant or len(levels) < 2 else _by_position(evidence.places, structure, solution, interval)
+    seen = efforts(evidence.onsets, nominal, evidence.resolution, evidence.rest(nominal, shape)[0], shape)[0]
+    means = [
+        float(np.mean(seen[side])) if side.any() else np.nan for side in (evidence.places.direction > 0.0, evidence.places.direction < 0.0)
+    ]
+    late = float(np.mean([onset.level for onset in evidence.onsets]) - np.mean(seen))
+    places = evidence.places
+    return Breakaway(mean, means[0], means[1], len(evidence.onsets), late, places.position, places.direction, friction, law, rising)
+
+
+def _wider(found: Interval, half: float) -> Interval:
+    """With what is not known of the axis besides."""
+    width = float(np.hypot(found.half_width, half))
+    return Interval(found.value, found.value - width, found.value + width)
+
+
+def _evidence(records: list[Record], bench: Bench) -> Evidence:
+    """The onsets of the directions that have enough of them."""
+    found = [onset for record in records for onset in find_onsets(record, bench)]
+    used = [onset for onset in found if sum(o.direction == onset.direction for o in found) >= FEWEST_ONSETS]
+    if not used:
+        raise NothingUsable(f"{len(found)} breakaways under a growing effort; at least {FEWEST_ONSETS} in one direction are needed")
+    position, direction = np.array([o.position for o in used]), np.array([o.direction for o in used])
+    places = Places(position, direction, float(position.min()), float(position.max()))
+    known = bench.mechanics.offset
+    one_way = abs(float(np.sum(direction))) == direction.size
+    return Evidence(used, places, records[0].resolution, None if one_way else 0.0 if known is None else known.value)
+
+
+def _settled(evidence: Evidence, nominal: Mapping[str, float]) -> tuple[Structure, Vector | None, Solution, Vector]:
+    """The structure, the shape that friction in slip has with it, the fit, and the friction (n,), in agreement with each other."""
+    shape: Vector | None = None
+    for _ in range(ROUNDS):
+        friction = evidence.friction(nominal, shape)
+        structure = choose_structure(evidence.places, friction)
+        solution = fitted(evidence.places, friction, structure)
+        if structure.constant:
+            break
+        shape = evidence.shape(structure, solution.value)
+    return structure, shape, solution, friction
+
+
+def _levels(structure: Structure) -> list[Vector]:
+    """What the mean in each direction is of the coefficients: (p,) each, forward first; one where there is one direction."""
+    if structure.common:
+        unit = np.eye(structure.orders[0] + 2)
+        return [unit[0], unit[0]]
+    sizes = [order + 1 for order in structure.orders]
+    unit = np.eye(sum(sizes))
+    return [unit[first] for first, size in zip((0, sizes[0]), sizes, strict=True) if size]
+
+
+def _moved(
+    evidence: Evidence, structure: Structure, shape: Vector | None, nominal: Mapping[str, float], axis: Mapping[str, Interval]
+) -> list[tuple[Vector, Vector]]:
+    """How far the coefficients (p,) move to each end of what is known of a parameter, and of the place of rest."""
+    design = evidence.places.design(structure)
+    friction = evidence.friction(nominal, shape)
+    ends = [[evidence.friction({**nominal, name: value}, shape) for value in (known.low, known.high)] for name, known in axis.items()]
+    ends.append([evidence.friction(nominal, shape, beside) for beside in (-UNIFORM, UNIFORM)])
+    low, high = (
+        [np.asarray(np.linalg.lstsq(design, pair[end] - friction, rcond=None)[0], dtype=np.float64) for pair in ends] for end in (0, 1)
+    )
+    return list(zip(low, high, strict=True))
+
+
+def _by_position(places: Places, structure: Structure, solution: Solution, interval: Callable[[Vector], Interval]) -> ByPosition:
+    """`interval`: of any weighted sum (p,) of the coefficients."""
+    forward, backward = (places.powers(side) for side in sides_of(structure, solution.value))
+    first, second = (tuple(map(interval, places.power_weights(rows))) for rows in sides_of(structure, np.eye(solution.value.size)))
+    levels = list(map(interval, _levels(structure)))
+    return ByPosition(places.low, places.high, levels[0], levels[1], (forward, backward), (first, second), structure.common)

@@ -1,0 +1,116 @@
+"""Which method, and why: the decision scheme of figure 4.4, which is `assess`'s (assess/verdicts.py), on what the records show.
+
+    1  assess refuses the velocity by differentiation                                                             sines
+    2  the efficient estimate (`least_squares`) and the robust one (`power_balance`) disagree by more than their
+       intervals: friction is not viscous + Coulomb over all speeds, and the slow samples tell something else     power-balance
+    3  else                                                                                                       least-squares
+    4  simulated on strokes that were not seen, output error is off by a tenth less than what 2 or 3 gives        output-error
+    5  assess gives the inertia to the weak form, and 1 to 4 do not give it: its value is the weak form's
+
+Step 2 is Hausman's test, read off intervals. Offset and viscous friction are dropped where strokes that the fit has not seen are predicted
+no worse without them. Where the strokes are no sines of several speeds, 2 and 3 do what they can.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.documents.load import LoadTerms
+from frictool.documents.quantity import Quantity
+from frictool.identify.assess.assessment import WANTED
+from frictool.identify.assess.bench_facts import Facts
+from frictool.identify.assess.recorded import recorded_facts
+from frictool.identify.assess.verdicts import Verdict, verdict
+from frictool.identify.estimators.load_search import with_found_loads
+from frictool.identify.estimators.power_balance import by_speed
+from frictool.identify.methods import Settings, run
+from frictool.identify.outcome import Fit, Interval, NothingUsable
+from frictool.identify.record import Record
+from frictool.identify.refusals import refuse_self_explained
+from frictool.identify.rows.slipping import weighted_fit
+
+DROPPABLE = ("viscous", "offset")
+ONLY_OFFSET = LoadTerms(("offset",))  # nothing that the method of sines does not know
+
+
+def auto(records: list[Record], bench: Bench, settings: Settings) -> Fit:
+    """Inertia, viscous, Coulomb and offset by the method that suits the records. Raises NothingUsable where nothing moves enough."""
+    if any(record.velocity is not None for record in records):
+        return _differentiated(records, bench, settings)  # what a measured velocity tells, no encoder decides
+    bench = with_found_loads(records, bench, settings)
+    facts = recorded_facts(records, bench)
+    inertia, friction = decided("inertia", facts), decided("viscous", facts)
+    weak = _weak(records, bench, settings) if inertia.method == "weak" else None
+    if friction.method == "sines" and bench.load in (None, ONLY_OFFSET):
+        try:
+            known = bench if weak is None else with_inertia(bench, weak.parameters["inertia"])
+            fit = replace(run("sines", records, known, settings), method="sines", why=friction.why)
+            return fit if weak is None else joined(fit, weak, inertia.why)
+        except NothingUsable:
+            pass  # no strokes of several speeds: least squares averages over windows what it can
+    fit = _differentiated(records, bench, settings)
+    return fit if weak is None or "inertia" in fit.parameters else joined(fit, weak, inertia.why)
+
+
+def decided(parameter: str, facts: Facts) -> Verdict:
+    """`assess`'s verdict at the precision that it wants, or else at one that is better than what the bench knows (4.2.1)."""
+    known = facts.known.get(parameter, 1.0)
+    first = verdict(parameter, facts, min(WANTED, known))
+    return first if first.identifiable else verdict(parameter, facts, known)
+
+
+def _weak(records: list[Record], bench: Bench, settings: Settings) -> Fit | None:
+    """The weak form, where it gives the inertia."""
+    try:
+        fit = run("weak", records, bench, settings)
+    except NothingUsable:
+        return None
+    inertia = fit.parameters.get("inertia")
+    return fit if inertia is not None and inertia.low > 0.0 and np.isfinite(inertia.high) else None
+
+
+def with_inertia(bench: Bench, found: Interval) -> Bench:
+    """The bench that knows the inertia as it was found."""
+    inertia = Quantity(found.value, found.low, found.high, bench.mechanics.inertia.unit)
+    return msgspec.structs.replace(bench, mechanics=msgspec.structs.replace(bench.mechanics, inertia=inertia))
+
+
+def joined(fit: Fit, weak: Fit, why: str) -> Fit:
+    """`fit` with the inertia of the weak form."""
+    refused = {name: reason for name, reason in fit.refused.items() if name != "inertia"}
+    parameters = {"inertia": weak.parameters["inertia"], **fit.parameters}
+    details = {**fit.details, "window": weak.details["window"]}
+    return replace(fit, parameters=parameters, refused=refused, details=details, why=f"{fit.why}. inertia by weak: {why}")
+
+
+def _differentiated(records: list[Record], bench: Bench, settings: Settings) -> Fit:
+    """Steps 2 to 4."""
+    efficient = weighted_fit(records, bench, settings, lambda rows: np.ones(rows.velocity.size), DROPPABLE)
+    robust = weighted_fit(records, bench, settings, by_speed)
+    apart = disagreement(efficient, robust)
+    if apart is None:
+        why = "equal weights and weights by speed agree within their intervals: friction is viscous and Coulomb at all speeds used"
+        return _refined(records, bench, settings, replace(efficient, method="least-squares", why=why))
+    why = f"{apart} with equal weights is outside what weights by speed give: the slow samples tell another friction, and count less"
+    return _refined(records, bench, settings, replace(robust, method="power-balance", why=why))
+
+
+def _refined(records: list[Record], bench: Bench, settings: Settings, fit: Fit) -> Fit:
+    """Step 4, imported when it is used. A computed effort is refused before: simulated, it would no longer explain itself."""
+    from frictool.identify.estimators.output_error import refined
+
+    refuse_self_explained(fit, records)
+    return refined(records, bench, settings, fit)
+
+
+def disagreement(one: Fit, other: Fit) -> str | None:
+    """The first parameter of friction whose intervals have nothing in common, for people; None where all agree."""
+    for name in ("viscous", "coulomb"):
+        a, b = one.parameters.get(name), other.parameters.get(name)
+        if a is not None and b is not None and (a.low > b.high or b.low > a.high):
+            return f"{name} {a.value:.4g}"
+    return None

@@ -1,0 +1,98 @@
+"""Which structure, by what it predicts and has not seen: each half of the records simulated by a fit to the other half.
+
+    half       the strokes before and after the middle of each record, cut at a reversal, where a simulation can begin at rest
+    candidate  output error on the four sliding parameters, and with one load term after the other (`load_terms`)
+    choice     a term is kept where the squares of the strokes it predicts are smaller beyond chance (pairs of strokes, Student), and the
+               held-out error falls by a fifth: strokes of one record share its day, from which other days differ more than they do
+
+A richer structure always fits better what it has seen. Where the log is too short for halves, nothing is compared and nothing added.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.identify.estimators.simulated import Simulated, estimate
+from frictool.identify.outcome import NothingUsable
+from frictool.identify.record import Record, Vector
+from frictool.identify.regression.alternatives import beyond_chance
+from frictool.identify.rows.segments import FEWEST_SAMPLES, whole
+from frictool.identify.rows.strokes import find_strokes
+
+Sides = tuple[list[Record], list[Record]]
+WORTH = 0.8  # of the held-out error: what a richer structure has to come below
+FEWEST_STROKES = 4  # of a record that is cut: both directions on either side
+
+
+def halves(records: Sequence[Record]) -> Sides | None:
+    """The records before and after the reversal that is nearest to their middle; None where one has too few strokes."""
+    before, after = [], []
+    for record in records:
+        number = find_strokes(record).number
+        starts = np.flatnonzero(np.diff(number)) + 1
+        if starts.size + 1 < FEWEST_STROKES:
+            return None
+        cut = int(starts[np.argmin(np.abs(starts - number.size // 2))])
+        if not FEWEST_SAMPLES < cut < number.size - FEWEST_SAMPLES:
+            return None
+        before.append(_part(record, slice(0, cut)))
+        after.append(_part(record, slice(cut, None)))
+    return before, after
+
+
+def _part(record: Record, kept: slice) -> Record:
+    reference = None if record.reference is None else record.reference[kept]
+    piece = record.piece[kept] - record.piece[kept][0]
+    return replace(
+        record, time=record.time[kept], position=record.position[kept], effort=record.effort[kept], piece=piece, reference=reference
+    )
+
+
+def held_out_squares(sides: Sides, bench: Bench, terms: tuple[str, ...], known: Mapping[str, float]) -> Vector:
+    """Mean square (s,) of the simulated position's error in each stroke, rad^2 | m^2: each half simulated by a fit to the other."""
+    squares = []
+    for seen, unseen in (sides, (sides[1], sides[0])):
+        found = estimate(Simulated(whole(seen), bench, terms), known).values
+        squares.append(stroke_squares(Simulated(whole(unseen), bench, terms), found))
+    return np.concatenate(squares)
+
+
+def stroke_squares(simulated: Simulated, values: Mapping[str, float]) -> Vector:
+    """Mean square (s,) of the residual in each stroke."""
+    out = []
+    for segment in simulated.segments:
+        residual = replace(simulated, segments=[segment]).residual(values)
+        number = find_strokes(segment.record).number[segment.first : segment.last]
+        starts = np.flatnonzero(np.diff(number, prepend=-1))
+        out.append(np.add.reduceat(residual**2, starts) / np.diff(np.append(starts, number.size)))
+    return np.concatenate(out)
+
+
+def better(richer: Vector, simpler: Vector, confidence: float) -> bool:
+    """Whether the richer one's squares (s,) are smaller: beyond chance, by Student's test of the pairs, and by WORTH."""
+    return beyond_chance(richer, simpler, confidence) and bool(np.mean(richer) < WORTH**2 * np.mean(simpler))
+
+
+def choose_terms(
+    records: Sequence[Record], bench: Bench, candidates: Sequence[str], known: Mapping[str, float], confidence: float
+) -> tuple[tuple[str, ...], dict[str, float]]:
+    """The load terms to keep, and the held-out error (rms, rad | m) of every structure that was compared, by its name."""
+    sides = halves(records)
+    if sides is None:
+        return (), {}
+    terms: tuple[str, ...] = ()
+    best = held_out_squares(sides, bench, terms, known)
+    errors = {"sliding": float(np.sqrt(np.mean(best)))}
+    for term in candidates:
+        try:
+            squares = held_out_squares(sides, bench, (*terms, term), known)
+        except NothingUsable:
+            continue
+        errors["_".join((*terms, term))] = float(np.sqrt(np.mean(squares)))
+        if better(squares, best, confidence):
+            terms, best = (*terms, term), squares
+    return terms, errors

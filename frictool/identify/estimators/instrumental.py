@@ -1,0 +1,71 @@
+"""Instrumental variables from the reference: 0 = sum z (u - inertia a - viscous v - coulomb s - offset).
+
+The instruments z are acceleration, velocity, its sign and 1 of the reference that the axis followed, smoothed as the position is. They move
+with the motion and know nothing of the encoder's noise, so that noisy regressors leave no bias, whatever the noise is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.bench import Bench
+from frictool.identify.methods import Settings
+from frictool.identify.outcome import Fit, Interval, NothingUsable
+from frictool.identify.record import Record, Vector
+from frictool.identify.rows.samples import Samples, cluster_products, fit, intervals, joined, parameters_of
+from frictool.identify.rows.slip import keep_rows, slip_mask
+from frictool.identify.rows.slipping import full_backlash, slipping_rows, slipping_window
+from frictool.identify.rows.smoothing import smoothed
+from frictool.identify.rows.strokes import find_strokes
+
+Matrix = NDArray[np.float64]
+WEAKEST = 0.1  # least correlation of the velocity with that of the reference
+
+
+def instrumental(records: list[Record], bench: Bench, settings: Settings) -> Fit:
+    """Inertia, viscous, Coulomb and offset. Raises NothingUsable where a record has no reference, or does not follow it."""
+    for record in records:
+        if record.reference is None:
+            raise NothingUsable(f"{record.name} has no reference of the position to take instruments from; use least-squares")
+    window = slipping_window(records, settings.window)
+    parts, instruments = [], []
+    for record in records:
+        signals = smoothed(record, window)
+        instruments.append(_instruments(record, bench, window, signals[1]))
+        parts.append(slipping_rows(record, bench, window, signals))
+    samples = joined(parts)
+    plain = fit(samples, np.ones(samples.velocity.size), window, settings.confidence, {"window": window})
+    z = tuple(np.concatenate(columns) for columns in zip(*instruments, strict=True))
+    correlation = float(np.corrcoef(z[1], samples.velocity)[0, 1])
+    if correlation < WEAKEST:
+        raise NothingUsable(f"the velocity does not follow that of the reference (correlation {correlation:.2g}); use least-squares")
+    found = by_instruments(samples, z, window, settings.confidence)
+    details = {**plain.details, "reference_correlation": correlation}
+    return replace(plain, parameters={name: found[name] for name in plain.parameters}, details=details)
+
+
+def _instruments(record: Record, bench: Bench, window: int, velocity: Vector) -> tuple[Vector, Vector, Vector]:
+    """Acceleration, velocity and its sign of the reference in the rows in which the axis slips."""
+    assert record.reference is not None
+    mask = slip_mask(record, find_strokes(record), velocity, window, full_backlash(bench))
+    a, v, _ = smoothed(replace(record, position=record.reference), window)
+    for values in (a, v):
+        keep_rows(mask, values)
+    kept = np.count_nonzero(mask)
+    return a[:kept], v[:kept], np.sign(v[:kept])
+
+
+def by_instruments(samples: Samples, z: tuple[Vector, ...], window: int, confidence: float) -> dict[str, Interval]:
+    """Each parameter with its interval, from the rows and the instruments of acceleration, velocity and sign, each (n,)."""
+    names, _ = parameters_of(samples)
+    p = len(names)
+    instruments = (*z, np.ones(z[0].size))[:p]
+    products, rows, cluster = cluster_products(samples, (*instruments, *samples.columns[:p], samples.effort), window)
+
+    def estimate(total: Matrix, _rows: float) -> Vector:
+        return np.asarray(np.linalg.solve(total[:p, p : 2 * p], total[:p, -1]))
+
+    return intervals(products, rows, cluster, estimate, names, confidence)

@@ -1,0 +1,165 @@
+"""The inverse dynamic model with decimation, as published for EMPS (Janot, Gautier and Brunot 2019).
+
+    position   Butterworth low-pass, forward and backward, padded by 12 samples
+    velocity   central differences of it; acceleration: central differences of the velocity
+    cut        the first samples, in which the filters settle, are left out
+    decimate   effort and each regressor alike: Chebyshev I low-pass, forward and backward, one sample in ten
+    solve      ordinary least squares on [acceleration, velocity, sign(velocity), 1]
+
+The effort is not put through the Butterworth filter: the decimation filter, well below it, is what the signals have in common.
+
+The values are those of the pipeline as it was published. Its intervals are not: it has errors that do not average out, and that its
+residuals do not show. It takes a held effort for one measured at its sample, half a period early, and it takes the samples at rest
+and the reversals, smeared by the decimation filter, for slip. On the same log the power balance (`power_balance`) has neither, so
+that the interval spans both: the pipeline's own, and the power balance's.
+
+Where its conditions do not hold there is no value either: within a backlash only the motor moves, and an encoder whose noise is
+not small beside the speed makes up reversals.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import butter, cheby1, filtfilt
+
+from frictool.documents.bench import Bench
+from frictool.identify.estimators.power_balance import power_balance
+from frictool.identify.methods import Settings
+from frictool.identify.outcome import Fit, Interval, NothingUsable
+from frictool.identify.record import Record, Vector
+from frictool.identify.rows.resolution import unresolved_inertia
+from frictool.identify.rows.samples import Samples, fit, joined
+from frictool.identify.rows.smoothing import position_noise
+from frictool.identify.rows.strokes import find_strokes
+
+LARGEST_BACKLASH_SHARE = 0.01  # of the samples that may lie within the backlash
+LARGEST_NOISE = 0.01  # rms of the velocity's noise over rms of the velocity
+
+
+@dataclass(frozen=True)
+class Pipeline:
+    """The filters; the values are the published ones."""
+
+    cutoff_hz: float = 100.0
+    filter_order: int = 4
+    padding: int = 12  # samples
+    skip: int = 49  # samples
+    decimate: int = 10
+    decimate_order: int = 8
+    decimate_ripple_db: float = 0.05
+    decimate_band: float = 0.8  # of the new Nyquist frequency
+
+
+PUBLISHED = Pipeline()
+
+
+def inverse_dynamic(records: list[Record], bench: Bench, settings: Settings) -> Fit:
+    """Inertia, viscous, Coulomb and offset by the published pipeline, with intervals that hold its systematic errors.
+
+    Raises NothingUsable where a record is too short for its filters, where much of the motion is within the backlash, and where the
+    power balance, which tells the systematic errors, finds no slip.
+    """
+    pipeline, confidence = settings.pipeline or PUBLISHED, settings.confidence
+    _refuse_backlash(records, bench)
+    samples = joined([_decimated(record, pipeline) for record in records])
+    details: dict[str, float | int] = {
+        "cutoff_hz": pipeline.cutoff_hz,
+        "filter_order": pipeline.filter_order,
+        "decimate": pipeline.decimate,
+    }
+    window = max(1, round(1.0 / (pipeline.cutoff_hz * records[0].period * pipeline.decimate)))
+    found = fit(samples, np.ones(samples.velocity.size), window, confidence, details)
+    balance = power_balance(records, bench, Settings(confidence))
+    refused = {**found.refused, **balance.refused, **_unresolved(records[0], bench, samples, pipeline)}
+    spanned = {name: _span(own, balance.parameters[name]) for name, own in found.parameters.items() if name not in refused}
+    return replace(found, parameters=spanned, refused=refused)
+
+
+def _span(own: Interval, other: Interval) -> Interval:
+    """The pipeline's value, between the lowest and the highest of either method's interval."""
+    return Interval(own.value, min(own.low, other.low), max(own.high, other.high))
+
+
+def _refuse_backlash(records: list[Record], bench: Bench) -> None:
+    """Raises NothingUsable where more than a hundredth of the samples may lie within the backlash after a reversal."""
+    width = bench.mechanics.backlash
+    if width is None:
+        return
+    strokes = [find_strokes(record) for record in records]
+    inside = sum(int(np.sum((s.sign != 0.0) & (s.advance < max(width.interval)))) for s in strokes)
+    share = inside / sum(record.position.size for record in records)
+    if share > LARGEST_BACKLASH_SHARE:
+        raise NothingUsable(
+            f"{100 * share:.2g} % of the samples may lie within the bench's backlash, of which this pipeline knows nothing "
+            f"(allowed: {100 * LARGEST_BACKLASH_SHARE:g} %); use least-squares"
+        )
+
+
+def _unresolved(record: Record, bench: Bench, samples: Samples, pipeline: Pipeline) -> dict[str, str]:
+    """Which parameters the encoder is too coarse for, name -> reason."""
+    velocity, acceleration = _responses(record, pipeline)
+    refused: dict[str, str] = {}
+    reason = unresolved_inertia(record, bench, acceleration, samples.acceleration, f"below {pipeline.cutoff_hz:g} Hz and decimation")
+    if reason is not None:
+        refused["inertia"] = reason
+    noise = position_noise(record) * float(np.linalg.norm(velocity)) / float(np.sqrt(np.mean(samples.velocity**2)))
+    if noise > LARGEST_NOISE:
+        shown = f"{100 * noise:.2g} % of the speed (allowed: {100 * LARGEST_NOISE:g} %)"
+        reason = f"the encoder's noise on the velocity is {shown}, so that its sign changes where the motion does not; use least-squares"
+        refused |= {"viscous": reason, "coulomb": reason}
+    return refused
+
+
+def _responses(record: Record, pipeline: Pipeline) -> tuple[Vector, Vector]:
+    """From position to the velocity whose sign is taken, and to the acceleration of the regression: each (n,) to one impulse."""
+    impulse = np.zeros(record.position.size)
+    impulse[impulse.size // 2] = 1.0
+    velocity, acceleration = _derivatives(impulse, record.period, pipeline)
+    return velocity, _filtered(acceleration[:, None], pipeline)[:, 0]
+
+
+def _decimated(record: Record, pipeline: Pipeline) -> Samples:
+    rate = 1.0 / record.period
+    if record.piece[-1] > 0:
+        raise NothingUsable(f"{record.name} has gaps, over which this pipeline cannot filter; use least-squares")
+    if not 0.0 < pipeline.cutoff_hz < 0.5 * rate:
+        raise NothingUsable(f"a cut-off of {pipeline.cutoff_hz:g} Hz is not below half of the log's {rate:g} Hz")
+    if record.position.size < pipeline.skip + max(pipeline.padding, 30 * pipeline.decimate) + 4:
+        raise NothingUsable(f"{record.name} has {record.position.size} samples, too few for the filters")
+    velocity, acceleration = _derivatives(record.position, record.period, pipeline)
+    stroke = find_strokes(record).number
+    kept = slice(pipeline.skip, None)
+    rows = np.column_stack((acceleration, velocity, np.sign(velocity), record.effort))[kept]
+    rows, every = _filtered(rows, pipeline)[:: pipeline.decimate], pipeline.decimate
+    counts = np.abs(rows[:, 1]) * every * record.period / record.resolution
+    return Samples(rows[:, 0], rows[:, 1], rows[:, 3], stroke[kept][::every], rows[:, 2], counts)
+
+
+def _derivatives(position: Vector, period: float, pipeline: Pipeline) -> tuple[Vector, Vector]:
+    """Velocity and acceleration (n,) of a position (n,)."""
+    b, a = butter(pipeline.filter_order, 2.0 * pipeline.cutoff_hz * period)
+    velocity = _central(filtfilt(b, a, position, padlen=pipeline.padding), period)
+    return velocity, _central(velocity, period)
+
+
+def _central(values: Vector, period: float) -> Vector:
+    """Central differences (n,) per second; the two ends repeat their neighbours."""
+    out = np.empty_like(values)
+    out[1:-1] = (values[2:] - values[:-2]) / (2.0 * period)
+    out[0], out[-1] = out[1], out[-2]
+    return out
+
+
+def _filtered(rows: NDArray[np.float64], pipeline: Pipeline) -> NDArray[np.float64]:
+    """Rows (m, p) after the Chebyshev filter of the decimation, forward and backward along the rows.
+
+    A filter of even order passes a constant at the bottom of its ripple: divided by that, so that the offset's column stays 1.
+    """
+    if pipeline.decimate == 1:
+        return rows
+    b, a = cheby1(pipeline.decimate_order, pipeline.decimate_ripple_db, pipeline.decimate_band / pipeline.decimate)
+    constant = (np.sum(b) / np.sum(a)) ** 2
+    return np.asarray(filtfilt(b, a, rows, axis=0) / constant)

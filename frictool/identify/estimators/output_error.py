@@ -1,0 +1,213 @@
+"""Output error: the axis that, simulated, does what was measured (table 4.1, "simulation error"; `simulated`).
+
+Nothing is differentiated, and where the encoder is coarse nothing is filtered. The search starts from the power balance.
+
+Open loop an error of the effort stays in the position for as long as the axis remembers, so that residuals say little of how
+uncertain a parameter is. The interval is made of the errors of the effort themselves: an observer follows the measured
+position, and what it has to add is the effort that the model lacks. Stroke by stroke (or cluster by cluster, `clusters`) this is
+put back, the simulation run again, and the parameters moved by what it changed: a stroke's influence. The variance is the sum of the
+squared influences, which holds whatever the correlation within a stroke is. The errors are those that the regression leaves: a
+simulation that was fitted to them no longer shows those that moved it. Closed loop residuals are the errors of the effort.
+
+Over many seconds the position forgets accelerations: where the regression knows the inertia better, it is the regression's, and the
+simulation gives the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import stdtrit
+
+from frictool.documents.bench import Bench
+from frictool.engine.servo import Servo
+from frictool.identify.estimators.held_out import choose_terms, halves, held_out_squares, stroke_squares
+from frictool.identify.estimators.power_balance import power_balance
+from frictool.identify.estimators.simulated import Matrix, Minimum, Simulated, estimate, observer_rate
+from frictool.identify.methods import Settings, run
+from frictool.identify.outcome import SLIDING, Fit, Interval, NothingUsable
+from frictool.identify.record import Record, Vector
+from frictool.identify.regression.clusters import clusters
+from frictool.identify.regression.regression import Singular, solve
+from frictool.identify.rows.load_terms import laws_of, possible
+from frictool.identify.rows.segments import whole
+from frictool.identify.rows.strokes import find_strokes
+
+REFINED = 0.9  # of the regression's held-out error
+KNOWN_BETTER = 0.5  # of the simulation's own interval
+MOST_CLUSTERS = 60  # strokes are joined until there are no more: each costs a simulation
+
+
+def influences(simulated: Simulated, found: Minimum, regressed: Mapping[str, float]) -> Matrix:
+    """How far each cluster of strokes moved the parameters (c, p), through the errors of the effort in it, which `regressed` leaves."""
+    errors = simulated.missing_effort({**found.values, **regressed})
+    numbers = _cluster_numbers(simulated, errors)
+    count = 1 + max(int(number.max()) for number in numbers)
+    inverse = np.linalg.pinv(found.jacobian)
+    out = np.empty((count, found.jacobian.shape[1]))
+    for c in range(count):
+        only = [np.where(number == c, error, 0.0) for number, error in zip(numbers, errors, strict=True)]
+        out[c] = inverse @ (simulated.disturbed(found.values, only) - found.residual)
+    return out
+
+
+def _cluster_numbers(simulated: Simulated, errors: Sequence[Vector]) -> list[NDArray[np.int64]]:
+    """The cluster of each sample, (m,) a segment, at most MOST_CLUSTERS in all."""
+    numbers, above = [], 0
+    for segment, error in zip(simulated.segments, errors, strict=True):
+        strokes = find_strokes(segment.record)
+        part = slice(segment.first, segment.last)
+        counts = np.abs(np.gradient(segment.position)) / segment.record.resolution
+        shortest = round(1.0 / (observer_rate(segment.record) * segment.record.period))
+        number = clusters(strokes.number[part], strokes.sign[part], counts, shortest)
+        numbers.append(number + above)
+        above += int(number.max()) + 1
+        assert number.size == error.size
+    joined = -(-above // MOST_CLUSTERS)
+    return [number // joined for number in numbers]
+
+
+def _open_loop_deviation(simulated: Simulated, found: Minimum, regressed: Mapping[str, float]) -> tuple[Vector, Vector]:
+    """Standard deviations (p,) from the influences and the encoder's noise, and the degrees of freedom (p,).
+
+    Early strokes move the simulation longer than late ones: Satterthwaite's degrees of freedom count how many matter.
+    """
+    squares = influences(simulated, found, regressed) ** 2
+    spread = np.sum(squares, axis=0)
+    freedom = np.maximum(spread**2 / np.maximum(np.sum(squares**2, axis=0), 1e-300), 1.0)
+    step = max(segment.record.resolution for segment in simulated.segments)
+    encoder = step**2 / 12.0 * np.diag(np.linalg.pinv(found.jacobian.T @ found.jacobian))
+    return np.sqrt(spread + encoder), freedom
+
+
+def _closed_loop_deviation(simulated: Simulated, found: Minimum) -> tuple[Vector, Vector]:
+    """The same where the residual is the effort's: strokes left out in turn (`regression`)."""
+    numbers = np.concatenate(_cluster_numbers(simulated, [segment.effort for segment in simulated.segments]))
+    values = np.array(list(found.values.values()))
+    columns = -found.jacobian
+    try:
+        solution = solve(columns, found.residual + columns @ values, np.ones(numbers.size), numbers)
+    except Singular as error:
+        raise NothingUsable(f"the closed loop does not tell its parameters: {error}") from None
+    return solution.deviation, solution.freedom
+
+
+def simulation_error(records: list[Record], bench: Bench, settings: Settings, terms: tuple[str, ...], servo: Servo | None = None) -> Fit:
+    """The parameters of a structure (`load_terms`) by output error, open loop, or under `servo` along the logged reference.
+
+    Raises NothingUsable where nothing moves, where the motion is in one direction only, and where a closed loop has no reference.
+    """
+    start = power_balance(records, bench, settings)
+    if "coulomb" in start.refused:
+        raise NothingUsable(start.refused["coulomb"])
+    simulated = Simulated(whole(records), bench, terms, servo)
+    if not simulated.segments:
+        raise NothingUsable("no piece of the logs is long enough to simulate")
+    if servo is not None and any(segment.reference is None for segment in simulated.segments):
+        raise NothingUsable("a closed loop needs the controller's reference in the log (channel reference); leave the controller out")
+    known = start_values(start, bench)
+    found = estimate(simulated, known)
+    half = _half_widths(simulated, found, known, settings.confidence)
+    intervals = {name: Interval(found.values[name], found.values[name] - w, found.values[name] + w) for name, w in half.items()}
+    inertia = start.parameters.get("inertia")
+    if servo is None and inertia is not None and inertia.half_width < KNOWN_BETTER * half["inertia"]:
+        simulated, found, intervals = _with_inertia(simulated, found, known, inertia, settings.confidence)
+    return _fit(simulated, found, intervals)
+
+
+def _half_widths(simulated: Simulated, found: Minimum, regressed: Mapping[str, float], confidence: float) -> dict[str, float]:
+    if simulated.servo is None:
+        deviation, freedom = _open_loop_deviation(simulated, found, regressed)
+    else:
+        deviation, freedom = _closed_loop_deviation(simulated, found)
+    half = deviation * stdtrit(freedom, 0.5 + 0.5 * confidence)
+    return dict(zip(simulated.names, half.tolist(), strict=True))
+
+
+def _with_inertia(
+    simulated: Simulated, found: Minimum, regressed: Mapping[str, float], inertia: Interval, confidence: float
+) -> tuple[Simulated, Minimum, dict[str, Interval]]:
+    """The others once more with the regression's inertia, and intervals that hold what is uncertain of it."""
+    place = simulated.names.index("inertia")
+    others = np.delete(found.jacobian, place, axis=1)
+    slope = np.linalg.lstsq(others, found.jacobian[:, place], rcond=None)[0]
+    simulated = replace(simulated, held={"inertia": inertia.value})
+    again = estimate(simulated, found.values)
+    half = _half_widths(simulated, again, regressed, confidence)
+    intervals = {"inertia": inertia}
+    for (name, own), change in zip(half.items(), slope.tolist(), strict=True):
+        width = float(np.hypot(own, change * inertia.half_width))
+        intervals[name] = Interval(again.values[name], again.values[name] - width, again.values[name] + width)
+    return simulated, again, intervals
+
+
+def start_values(start: Fit, bench: Bench) -> dict[str, float]:
+    """Where the search begins: what the power balance gives within reason, else the bench."""
+    known = {}
+    for name in SLIDING:
+        prior = getattr(bench.mechanics, name)
+        interval = start.parameters.get(name)
+        known[name] = prior.value if interval is None and prior is not None else 0.0 if interval is None else interval.value
+        if name != "offset" and known[name] <= 0.0:
+            known[name] = prior.value
+    return known
+
+
+def _fit(simulated: Simulated, found: Minimum, intervals: dict[str, Interval]) -> Fit:
+    effort = np.concatenate([segment.effort for segment in simulated.segments])
+    size = float(np.sqrt(np.mean(effort**2)))
+    error = found.residual if simulated.servo else np.concatenate(simulated.missing_effort(found.values))
+    norms = np.linalg.norm(found.jacobian, axis=0)
+    singular = np.linalg.svd(found.jacobian / np.where(norms > 0.0, norms, 1.0), compute_uv=False)
+    details: dict[str, float | int] = {"segments": len(simulated.segments), "residual_rms": float(np.sqrt(np.mean(found.residual**2)))}
+    return Fit(
+        {name: intervals[name] for name in SLIDING},
+        {},
+        float(np.sqrt(np.mean(error**2))) / size,
+        None,
+        float(singular[0] / max(singular[-1], 1e-300)),
+        effort.size,
+        details,
+        laws_of(intervals, simulated.bench),
+    )
+
+
+def output_error(records: list[Record], bench: Bench, settings: Settings) -> Fit:
+    """Open-loop output error on the structure that predicts best what it has not seen (`held_out`). Raises NothingUsable."""
+    if bench.load is not None and "coulomb_by_direction" in bench.load.terms:
+        raise NothingUsable("output-error takes what is constant for an offset; write offset for coulomb_by_direction in load.terms")
+    known = start_values(power_balance(records, bench, settings), bench)
+    terms, errors = choose_terms(records, bench, possible(bench), known, settings.confidence)
+    fit = simulation_error(records, bench, settings, terms)
+    return replace(fit, details={**fit.details, **{f"held_out_{name}": error for name, error in errors.items()}})
+
+
+def refined(records: list[Record], bench: Bench, settings: Settings, fit: Fit) -> Fit:
+    """`fit`, of the method it names, or output error where that simulates by a tenth better what neither has seen (`held_out`).
+
+    Where the regression refuses a parameter, or the logs are too short for halves or have no position, there is nothing to compare; a load
+    that the regression has found is not left out again. Where the regression's values lie outside output error's intervals, something that
+    neither knows (a breakaway at the reversals) has moved the simulation, which remembers it: the regression stands.
+    """
+    if fit.laws is not None or any(record.velocity is not None for record in records):
+        return fit
+    sides = halves(records)
+    if sides is None or fit.method is None or any(name not in fit.parameters for name in SLIDING):
+        return fit
+    try:
+        seen = [start_values(run(fit.method, side, bench, settings), bench) for side in sides]
+        regressed = [stroke_squares(Simulated(whole(other), bench), values) for other, values in zip(reversed(sides), seen, strict=True)]
+        simulated = held_out_squares(sides, bench, (), start_values(fit, bench))
+        one, other = (float(np.sqrt(np.mean(squares))) for squares in (np.concatenate(regressed), simulated))
+        if other >= REFINED * one:
+            return fit
+        better = output_error(records, bench, settings)
+    except NothingUsable:
+        return fit
+    if any(not better.parameters[name].low <= fit.parameters[name].value <= better.parameters[name].high for name in SLIDING):
+        return fit
+    why = f"simulated on strokes that were not seen, its position is off by {other:.3g}, that of {fit.method} by {one:.3g} (rms, SI)"
+    return replace(better, method="output-error", why=why)

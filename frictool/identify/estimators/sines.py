@@ -1,0 +1,173 @@
+"""The method of sines (4.34)-(4.39): friction from mean effort over mean speed, stroke by stroke, without any derivative to trust.
+
+The mean of (4.17) over the middle of a stroke, where the speed is above half of the stroke's largest (|sin| > 1/2):
+
+    <u> = inertia <a> + viscous <v> + coulomb s + offset          <a> = (v at the end - v at the beginning)/duration, nearly 0
+
+The thesis averages over whole periods: sticks at the reversals then bias viscous friction by +4 to +9 % and Coulomb friction by -16 to
+-21 %. The gate leaves them out. <v> comes from encoder counts over a duration, so that any encoder will do which passes many counts in
+a stroke. The inertia is not looked for: the bench's is taken off, and its range widens the intervals, by next to nothing where the sine
+is followed. The knees between speed regimes are found (`regimes`). Strokes at several speeds are needed; that they are sines is not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import ndtri
+
+from frictool.documents.bench import Bench
+from frictool.documents.laws import Laws, Regime
+from frictool.documents.quantity import Estimate, Quantity, si_unit
+from frictool.identify.estimators.regimes import Means, Pieces, design, fit_pieces
+from frictool.identify.methods import Settings
+from frictool.identify.outcome import Fit, Interval, NothingUsable
+from frictool.identify.record import Record, Vector
+from frictool.identify.regression.clusters import clusters
+from frictool.identify.regression.regression import Singular
+from frictool.identify.rows.samples import Samples, joined
+from frictool.identify.rows.slip import slip_mask
+from frictool.identify.rows.smoothing import choose_window, smoothed
+from frictool.identify.rows.strokes import find_strokes
+
+GATE = 0.5  # of the stroke's largest speed
+NOISE_SHARE = 0.02  # of noise in the acceleration (`smoothing`): which samples are fast enough has to be told, no more
+FEWEST_STROKES = 8
+SPREAD = 1.2  # of the fastest stroke's mean speed over the slowest's: below, viscous and Coulomb friction are one number (4.37)
+
+
+@dataclass(frozen=True)
+class Rows:
+    """One row a stroke: mean acceleration (m,), `position` (n,) of all samples in rad | m, and what `regimes` takes."""
+
+    acceleration: Vector
+    position: Vector
+    means: Means
+
+
+def sines(records: list[Record], bench: Bench, settings: Settings) -> Fit:
+    """Viscous, Coulomb, offset and the knees of friction over speed; inertia is refused.
+
+    Raises NothingUsable where there are too few strokes, all of one speed, or of one direction.
+    """
+    rows = gated_rows(records, bench)
+    pieces, half = fit_rows(rows, bench, settings.confidence)
+    value = pieces.solution.value
+    count, effort = len(pieces.knees), rows.means.effort
+    places = {"viscous": 0, "coulomb": count + 1, "offset": count + 2}
+    found = {name: Interval(float(value[k]), float(value[k] - half[k]), float(value[k] + half[k])) for name, k in places.items()}
+    found["viscous"] = not_negative(found["viscous"])
+    speeds = rows.means.mean(rows.means.speed)
+    return Fit(
+        found,
+        {"inertia": "the method of sines does not look for it: the mean acceleration of a stroke's middle is nearly zero (4.36)"},
+        float(np.linalg.norm(pieces.residual) / np.linalg.norm(effort)),
+        None,
+        pieces.solution.condition,
+        rows.means.speed.size,
+        {"strokes": effort.size, "knees": count, "slowest": float(speeds.min()), "fastest": float(speeds.max())},
+        None if count == 0 else Laws(regimes=regimes_of(pieces, half, bench)),
+    )
+
+
+def gated_rows(records: list[Record], bench: Bench) -> Rows:
+    """The rows of strokes that tell the friction's line; raises as `sines`."""
+    rows = stroke_rows(records, bench)
+    _check(rows.means)
+    return rows
+
+
+def stroke_rows(records: list[Record], bench: Bench) -> Rows:
+    """The means over the middles of all strokes, with the columns of Coulomb friction and offset.
+
+    Raises NothingUsable where no stroke is long enough.
+    """
+    width = bench.mechanics.backlash
+    backlash = 0.0 if width is None else max(width.interval)
+    if not records:
+        raise NothingUsable("no log of sliding motion was given")
+    parts = [_gated(record, backlash) for record in records]
+    samples, position = joined([part for part, _ in parts]), np.concatenate([place for _, place in parts])
+    if samples.velocity.size == 0:
+        raise NothingUsable("no stroke is long enough to see the middle of it slip")
+    starts = np.flatnonzero(np.diff(samples.stroke, prepend=-1))
+    lengths = np.diff(np.append(starts, samples.stroke.size))
+    sign = samples.sign[starts]
+    effort, acceleration = (np.add.reduceat(values, starts) / lengths for values in (samples.effort, samples.acceleration))
+    cluster = clusters(samples.stroke, samples.sign, samples.counts, samples.stroke.size)[starts]
+    columns = np.column_stack((sign, np.ones(sign.size)))
+    means = Means(columns, effort, sign, np.sqrt(lengths), cluster, np.abs(samples.velocity), starts)
+    return Rows(acceleration, position, means)
+
+
+def _gated(record: Record, backlash: float) -> tuple[Samples, Vector]:
+    """The samples of each stroke's middle, and their positions."""
+    strokes = find_strokes(record)
+    moving = strokes.number[strokes.sign != 0.0]
+    lengths = np.bincount(moving) if moving.size else np.zeros(1)
+    window = choose_window(record, float(np.median(lengths[lengths > 0])) if moving.size else 0.0, NOISE_SHARE)
+    acceleration, velocity, effort = smoothed(record, window)
+    mask = slip_mask(record, strokes, velocity, window, backlash)
+    along = np.where(np.isfinite(velocity), velocity * strokes.sign, 0.0)
+    largest = np.zeros(int(strokes.number[-1]) + 1)
+    np.maximum.at(largest, strokes.number, along)
+    mask &= along > GATE * largest[strokes.number]
+    counts = np.abs(velocity[mask]) * record.period / record.resolution
+    kept = Samples(acceleration[mask], velocity[mask], effort[mask], strokes.number[mask], strokes.sign[mask], counts)
+    return kept, record.position[mask] + 0.5 * record.resolution
+
+
+def _check(means: Means) -> None:
+    """Raises NothingUsable where the strokes do not tell the friction's line."""
+    sign = means.sign
+    if min(np.sum(sign > 0.0), np.sum(sign < 0.0)) < FEWEST_STROKES // 2:
+        raise NothingUsable(
+            f"{np.sum(sign > 0.0)} strokes forward and {np.sum(sign < 0.0)} backward are certain to slip; "
+            f"at least {FEWEST_STROKES // 2} each way are needed"
+        )
+    speed = means.mean(means.speed)
+    if speed.max() < SPREAD * speed.min():
+        raise NothingUsable(
+            f"all strokes have one speed ({speed.min():.3g} to {speed.max():.3g}), which does not tell viscous from Coulomb friction "
+            "(4.37); record sines of several speeds"
+        )
+
+
+def fit_rows(rows: Rows, bench: Bench, confidence: float) -> tuple[Pieces, Vector]:
+    """The pieces of friction over speed beside the rows' columns, and the half widths (p,) of what they found, inertia's share included."""
+    means, inertia = rows.means, bench.mechanics.inertia
+    try:
+        pieces = fit_pieces(replace(means, effort=means.effort - inertia.value * rows.acceleration, nuisance=rows.acceleration[:, None]))
+    except Singular as error:
+        raise NothingUsable(str(error)) from None
+    half = pieces.solution.half_width(confidence)
+    return pieces, np.hypot(half, _of_inertia(rows, pieces, inertia.interval, confidence))
+
+
+def _of_inertia(rows: Rows, pieces: Pieces, ends: tuple[float, float], confidence: float) -> Vector:
+    """What the bench's range of inertia adds to the half widths: uniform within, at the knees that were found."""
+    means = rows.means
+    rows_of = design(means, pieces.knees) * means.weight[:, None]
+    moved = np.linalg.lstsq(rows_of, (ends[1] - ends[0]) * rows.acceleration * means.weight, rcond=None)[0]
+    out = np.zeros(pieces.solution.value.size)
+    out[: moved.size] = ndtri(0.5 + 0.5 * confidence) * np.abs(moved) / np.sqrt(12.0)
+    return out
+
+
+def not_negative(found: Interval) -> Interval:
+    """Friction that is zero within its interval and came out below is zero: "almost none" of 4.4.2.2."""
+    return Interval(0.0, 0.0, found.high) if found.value < 0.0 < found.high else found
+
+
+def regimes_of(pieces: Pieces, half: Vector, bench: Bench) -> tuple[Regime, ...]:
+    """The document's: the viscous friction above each knee."""
+    viscous, speed = si_unit("viscous", bench.axis), si_unit("velocity", bench.axis)
+    first = pieces.solution.value.size - len(pieces.knees)
+    out = []
+    for index, knee in enumerate(pieces.knees, start=1):
+        value, width, reach = float(pieces.solution.value[index]), float(half[index]), float(half[first + index - 1])
+        slope = not_negative(Interval(value, max(value - width, 0.0), value + width))
+        above = Quantity(knee, max(knee - reach, 0.0), knee + reach, speed)
+        out.append(Regime(above, Estimate(slope.value, slope.low, slope.high, viscous, source="identified")))
+    return tuple(out)

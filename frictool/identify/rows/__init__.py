@@ -1,0 +1,1 @@
+"""From a record to rows of regressors: strokes, slip, filters and differences, all signals at one instant."""

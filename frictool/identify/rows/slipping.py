@@ -1,0 +1,130 @@
+"""The rows that smoothing and the slip mask leave of records of motion, and the fits that differ only in how they weigh them.
+
+Where the inertia cannot be identified it stays in the regression as a nuisance: over whole strokes acceleration is nearly orthogonal to
+velocity and its sign (4.27), so that this costs the others next to nothing, while an a-priori inertia would put its own error, in
+the clutch +-16 %, into them.
+
+The window is chosen twice: first as if the inertia could be had to any precision, then, knowing how uncertain it is, as short as leaves
+the attenuation by the encoder's noise at a fifth of the standard deviation: a shorter window loses fewer samples beside reversals.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.special import ndtri
+
+from frictool.documents.bench import Bench
+from frictool.identify.methods import Settings
+from frictool.identify.outcome import Fit, Interval, NothingUsable
+from frictool.identify.record import Record, Vector
+from frictool.identify.rows.load_columns import load_columns
+from frictool.identify.rows.load_terms import with_laws
+from frictool.identify.rows.resolution import refuse_hidden_inertia
+from frictool.identify.rows.samples import Samples, fit, joined
+from frictool.identify.rows.slip import keep_rows, slip_mask
+from frictool.identify.rows.smoothing import acceleration_response, choose_window, smoothed
+from frictool.identify.rows.strokes import find_strokes
+
+SMALLEST_SHARE, LARGEST_SHARE = 0.0075, 0.1  # of noise in the acceleration (`smoothing`): attenuation 0.006 % and 1 %
+BIAS_SHARE = 0.2  # of the inertia's standard deviation that attenuation may reach
+
+Fitting = Callable[[Samples, int], Fit]  # samples and the window that smoothed them -> fit
+
+
+def weighted_fit(
+    records: list[Record], bench: Bench, settings: Settings, weigh: Callable[[Samples], Vector], droppable: tuple[str, ...] = ()
+) -> Fit:
+    """Least squares on the samples certain to slip, each row times weigh(samples) (n,), less what of `droppable` is needless.
+
+    Raises NothingUsable where nothing slips.
+    """
+
+    def fitting(rows: Samples, used: int) -> Fit:
+        return fit(rows, weigh(rows), used, settings.confidence, {"window": used}, droppable)
+
+    return slipping_fit(records, bench, settings, fitting)
+
+
+def slipping_fit(records: list[Record], bench: Bench, settings: Settings, fitting: Fitting) -> Fit:
+    """What `fitting` makes of the samples certain to slip, inertia refused where the encoder hides it. Raises NothingUsable."""
+    samples, used = slipping(records, bench, SMALLEST_SHARE, settings.window)
+    result = fitting(samples, used)
+    share = _bearable_share(result, settings.confidence)
+    if settings.window is None and share > SMALLEST_SHARE and shortest_window(records, share) < used:
+        del samples  # an hour of them is large, and the next come
+        samples, used = slipping(records, bench, share, None)
+        result = fitting(samples, used)
+    response = acceleration_response(records[0], used)
+    return with_laws(refuse_hidden_inertia(result, records[0], bench, response, samples.acceleration, f"over {used} samples"), bench)
+
+
+def _bearable_share(result: Fit, confidence: float) -> float:
+    """The share of noise in the acceleration whose attenuation of the inertia is small beside what is uncertain of it anyway."""
+    inertia = result.parameters["inertia"]
+    if inertia.value <= 0.0:
+        return LARGEST_SHARE
+    deviation = inertia.half_width / float(ndtri(0.5 + 0.5 * confidence)) / inertia.value
+    return min(float(np.sqrt(BIAS_SHARE * deviation)), LARGEST_SHARE)
+
+
+def stroke_samples(record: Record) -> float:
+    """Median length of the record's strokes in samples, 0 where nothing moves."""
+    strokes = find_strokes(record)
+    lengths = np.bincount(strokes.number[strokes.sign != 0.0], minlength=1)
+    return float(np.median(lengths[lengths > 0])) if lengths.any() else 0.0
+
+
+def shortest_window(records: list[Record], share: float) -> int:
+    """The longest of the windows that the records need for noise at `share` of the acceleration."""
+    return max(choose_window(record, stroke_samples(record), share) for record in records)
+
+
+def slipping_window(records: list[Record], window: int | None) -> int:
+    """The window asked for, or the longest that any record needs. Raises NothingUsable where nothing moves."""
+    if all(stroke_samples(record) == 0.0 for record in records):
+        raise NothingUsable("no sample slips: nothing moves by more than the encoder's own count to and fro")
+    return window or shortest_window(records, SMALLEST_SHARE)
+
+
+def slipping(records: list[Record], bench: Bench, share: float, window: int | None) -> tuple[Samples, int]:
+    """The samples certain to slip, and the longest window that any record was smoothed over. Raises NothingUsable where none slips."""
+    parts, windows = [], []
+    for record in records:
+        length = stroke_samples(record)
+        if length == 0.0:
+            continue
+        used = window or choose_window(record, length, share)
+        parts.append(slipping_rows(record, bench, used, smoothed(record, used)))
+        windows.append(used)
+    if sum(part.velocity.size for part in parts) == 0:
+        backlash = " beyond the backlash" if full_backlash(bench) else ""
+        raise NothingUsable(f"no sample slips for longer than its smoothing window{backlash}")
+    return joined(parts), max(windows)
+
+
+def full_backlash(bench: Bench) -> float:
+    """The largest full width of the bench's backlash, rad | m."""
+    width = bench.mechanics.backlash
+    return 0.0 if width is None else max(width.interval)
+
+
+def slipping_rows(record: Record, bench: Bench, window: int, signals: tuple[Vector, Vector, Vector], every: int = 1) -> Samples:
+    """The rows of one record that are certain to slip, one in `every`, from its smoothed acceleration, velocity and effort (n,).
+
+    The signals are overwritten: an hour of them is large.
+    """
+    strokes = find_strokes(record)
+    mask = slip_mask(record, strokes, signals[1], window, full_backlash(bench))
+    loads = load_columns(record, bench, window, signals[1], strokes.sign)
+    if every > 1:
+        mask[np.arange(mask.size) % every != 0] = False
+    for values in (*signals, strokes.sign, strokes.number):
+        keep_rows(mask, values)
+    kept, loads = np.count_nonzero(mask), {name: column[mask] for name, column in loads.items()}
+    acceleration, velocity, effort = (values[:kept] for values in signals)
+    counts = np.abs(velocity) * (every * record.period / record.resolution)
+    offset, terms = bench.mechanics.offset, None if bench.load is None else bench.load.terms
+    known = None if offset is None else Interval(offset.value, *offset.interval)
+    return Samples(acceleration, velocity, effort, strokes.number[:kept], strokes.sign[:kept], counts, known, loads, terms)
