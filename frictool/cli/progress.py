@@ -30,8 +30,13 @@ def progress(label: str) -> Iterator[Callable[[float], None]]:
         yield told
 
 
+def tell_of_compiling(everywhere: bool = False) -> None:
+    """Says once what the first use of a kernel waits for, on a terminal, or `everywhere`: where it takes long enough to wonder in a log."""
+    if everywhere or sys.stderr.isatty():
+        _tell_once()
+
+
 @functools.cache
-def tell_of_compiling() -> None:
-    """Says once what the first use of a kernel waits for; a bar that stands there begins anew below."""
-    if sys.stderr.isatty():
-        note("\r\x1b[Kcompiling for this machine, once per installation (up to a minute) ...")
+def _tell_once() -> None:
+    clear = "\r\x1b[K" if sys.stderr.isatty() else ""  # a bar that stands there begins anew below
+    note(f"{clear}compiling for this machine, once per installation (up to a minute) ...")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from frictool import waiting
 from frictool.cli.bench_servo import LAW, Gains, servo_options
 from frictool.cli.output import (
     FiniteRange,
@@ -21,6 +22,7 @@ from frictool.cli.output import (
     replacing,
     say,
 )
+from frictool.cli.progress import tell_of_compiling
 
 if TYPE_CHECKING:
     from frictool.logs.log import Log
@@ -63,6 +65,7 @@ def command(
     seed: int | None,
     **servo: Any,
 ) -> None:
+    waiting.compiling = lambda: tell_of_compiling(everywhere=True)  # the engine takes longest of all
     gains = Gains(servo["position_gain"], servo["speed_gain"], servo["integral_gain"])
     if excitation is not None:
         if controller is not None or scenario is not None:

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from frictool.cli import progress
 from frictool.logs.canonical.mcap_format import read_mcap
 from tests.cli.peak_memory import peak_mb
 from tests.cli.run import Result, refused, run
@@ -153,6 +154,18 @@ def test_a_wait_for_the_compiler_is_told_once_on_a_terminal(raw: Path, tmp_path:
         os.close(theirs)
         os.close(ours)
     assert told == [1, 0, 0]
+
+
+def test_the_engine_tells_of_its_compiler_in_a_log_too(capsys: pytest.CaptureFixture[str]):
+    """No terminal here: only what asks to be told everywhere is, and once."""
+    progress._tell_once.cache_clear()
+    progress.tell_of_compiling()
+    assert capsys.readouterr().err == ""
+    for _ in range(2):
+        progress.tell_of_compiling(everywhere=True)
+    told = capsys.readouterr().err
+    assert told.startswith("compiling for this machine")
+    assert told.count("\n") == 1
 
 
 def test_what_holds_no_text_needs_no_compiler(tmp_path: Path):
