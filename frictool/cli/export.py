@@ -51,7 +51,7 @@ def command(controller: Path, lang: str, number: str, output: Path, as_json: boo
                 "files": list(files),
                 "language": lang,
                 "number": number,
-                "order": len(document.speed_controller.discrete.a),
+                "order": len(document.linear.discrete.a),
                 "sample_period_s": document.sample_period_s,
                 "sha256": sha256,
                 "vectors": {"samples": vectors.samples, **counts},

@@ -79,7 +79,7 @@ def summary(controller: Controller) -> dict[str, Any]:
         "domain": controller.domain,
         "sample_period_s": controller.sample_period_s,
         "delay_samples": controller.delay_samples,
-        "order": len(controller.speed_controller.discrete.a),
+        "order": len(controller.linear.discrete.a),
         "modulus_margin": min(vertex.modulus_margin for vertex in verified.vertices),
         "position_law": {"gain": controller.position_law.gain, "formula": controller.position_law.formula},
         "vertices": [
@@ -107,7 +107,7 @@ def table(controller: Controller) -> str:
     verified, law = controller.verified, controller.position_law
     delays = [check.delay_samples for check in verified.vertices[0].checks]
     lines = [
-        f"{controller.name}: order {len(controller.speed_controller.discrete.a)}, {controller.sample_period_s * 1e3:g} ms, "
+        f"{controller.name}: order {len(controller.linear.discrete.a)}, {controller.sample_period_s * 1e3:g} ms, "
         f"{controller.delay_samples} sample(s) of delay; gamma asked {verified.gamma_asked:.4g}, verified {verified.gamma_verified:.4g}",
         f"position law: gain {law.gain:.4g} by {law.formula}, band {law.band:.4g}, {law.action}",
         "vertex  inertia    viscous    coulomb    constant   norm    " + "  ".join(f"margin (delay {d})" for d in delays),

@@ -33,7 +33,7 @@ class StateSpace(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             raise ValueError(f"matrices do not fit together; allowed: a {n}x{n}, b {n}x1, c 1x{n}, d 1x1")
 
 
-class SpeedController(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """From eta = integral(speed reference) - position [rad or m] to the drive [A or V].
 
     discrete: x[k+1] = a x[k] + b eta[k], drive[k] = c x[k] + d eta[k], at the sample period. continuous: its inverse Tustin image.
@@ -119,7 +119,7 @@ class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     drive: Literal["current", "voltage"]
     drive_limit: PositiveNumber
     sign_convention: str
-    speed_controller: SpeedController
+    linear: LinearController
     position_law: PositionLaw
     verified: Verified
     bench: Bench

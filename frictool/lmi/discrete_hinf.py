@@ -24,6 +24,7 @@ from scipy.linalg import block_diag, cholesky, null_space, svd
 from frictool.errors import NoSolutionError
 from frictool.lmi.sdp import Affine, Vector, solve, symmetric, upper_triangle
 from frictool.plant.generalised import GeneralisedPlant
+from frictool.plant.lti import Lti
 
 Matrix = NDArray[np.float64]
 BALANCING_PASSES = 4
@@ -161,8 +162,8 @@ class _Problem:
         return positive
 
 
-def controller(plant: GeneralisedPlant, lyapunov: Lyapunov) -> tuple[Matrix, Matrix, Matrix, Matrix]:
-    """The central controller (a, b, c, d) of one plant for the given (R, S).
+def controller(plant: GeneralisedPlant, lyapunov: Lyapunov) -> Lti:
+    """The central controller of one plant for the given (R, S).
 
     With P = [S, R^-1 - S; R^-1 - S, S - R^-1] the bounded-real lemma says that a norm is below one, affinely in the controller's
     matrices K: |Phi + U K V| < 1. That is Parrott's problem; its central solution is explicit (Davis, Kahan and Weinberger, 1982).
@@ -184,7 +185,7 @@ def controller(plant: GeneralisedPlant, lyapunov: Lyapunov) -> tuple[Matrix, Mat
     u = left @ np.block([[zero((n, n)), p.b2], [np.eye(n), zero((n, 1))], [zero((n_z, n)), p.d12]])
     v = np.block([[zero((n, n)), np.eye(n), zero((n, n_w))], [p.c2, zero((1, n)), p.d21]]) @ right
     k = _parrott(phi, u, v)
-    return k[:n, :n], k[:n, n:], k[n:, :n], k[n:, n:]
+    return Lti(k[:n, :n], k[:n, n:], k[n:, :n], k[n:, n:], plant.period)
 
 
 def _parrott(phi: Matrix, u: Matrix, v: Matrix) -> Matrix:

@@ -1,53 +1,87 @@
-"""The generalised plant of the speed loop (figure 5.25, annex figure 5), sampled, with the computational delay inside.
+"""The generalised plants of figures 5.11 and 5.25 and of annex C's figure 5, continuous or sampled with the computational delay inside.
 
-    inputs w   speed reference v_c; friction W1 F_c w'; measurement noise n
-    outputs z  W2 (v_c - v); W3 i; W_u u         (u the commanded drive, i the drive after its lag)
-    measured   eta + noise n,  eta = integral of v_c - position
+    position (5.11)      error e = s - x,        s the position reference          measured  s - x + noise
+    speed    (5.25)      error e = v_c - v,      s the integral of v_c             measured  s - x + noise
 
-    W2(s) = G2 (s/z2 + 1)/(s/p2 + 1)                                            (5.56)
-    G2 = M_mod z2/p2,  p2 = z2 M_mod e_stat                                     (5.57), read with M_mod > G2 p2/(gamma z2)
+    inputs w   reference; friction, times W1; noise, through W4; w_Delta where the plant has an uncertainty channel
+    outputs z  W2 e; W3 i; W_u u; W_eta eta; W5 z_Delta               (each present where its weight is)
 
-W2 is discretised by Tustin. A weight on the commanded drive is not in the text: without one D12 = 0, the optimum is not attained, and
-one encoder count asks for hundreds of times the drive's limit.
+Both measure eta = s - x, so that what closes the loop on the target is the same system in both structures. The weights are sampled by
+Tustin. A weight on the commanded drive is not in the text: without one D12 = 0, the optimum is not attained, and one encoder count asks
+for hundreds of times the drive's limit.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.plant.polytope import PlantPoint
-from frictool.plant.sampled import sampled_axis
+from frictool.plant.connect import Block, connect
+from frictool.plant.linear_axis import Rates, linear_axis
+from frictool.plant.lti import Lti, delay, gain, tustin
 
 Matrix = NDArray[np.float64]
+Controlled = Literal["position", "speed"]
 
 
 @dataclass(frozen=True)
-class SpeedWeights:
-    """W2 by its zero z2 and pole p2 [rad/s] and its gain G2; W1 = disturbance, W3 = drive, W_u = command, noise [rad or m]."""
+class FirstOrder:
+    """gain (s/zero + 1)/(s/pole + 1), both in rad/s; infinite ones are absent."""
 
-    z2: float
-    p2: float
-    g2: float
+    gain: float
+    zero: float = np.inf
+    pole: float = np.inf
+
+    def system(self, period: float) -> Lti:
+        """Continuous (period 0), or its Tustin equivalent. Raises ValueError for a zero without a pole, which is not proper."""
+        if np.isinf(self.pole):
+            if np.isfinite(self.zero):
+                raise ValueError("a weight with a zero and no pole is not proper")
+            return gain(self.gain, period)
+        high = self.gain * self.pole / self.zero
+        a, b, c, d = (np.array([[value]]) for value in (-self.pole, self.pole, self.gain - high, high))
+        continuous = Lti(a, b, c, d, 0.0)
+        return tustin(continuous, period) if period else continuous
+
+
+@dataclass(frozen=True)
+class Weights:
+    """What the closed loop is judged by.
+
+    error: W2 (5.56). disturbance: W1. drive: W3 (5.58). command: on the commanded drive. noise: W4, the measurement noise [rad or m].
+    eta: on the measured signal. uncertainty: W5, where the plant has an uncertainty channel.
+    """
+
+    error: FirstOrder
     disturbance: float
     drive: float
-    command: float
-    noise: float
+    command: float = 0.0
+    noise: FirstOrder = FirstOrder(0.0)
+    eta: float = 0.0
+    uncertainty: FirstOrder = FirstOrder(1.0)
 
-    @staticmethod
-    def of(
-        z2: float, modulus_margin: float, static_error: float, disturbance: float, drive: float, command: float, noise: float
-    ) -> SpeedWeights:
-        """The weights from what the specification says of them (5.57)."""
-        p2 = z2 * modulus_margin * static_error
-        return SpeedWeights(z2, p2, modulus_margin * z2 / p2, disturbance, drive, command, noise)
+
+def template(bandwidth: float, modulus_margin: float, static_error: float) -> FirstOrder:
+    """W2 of (5.56) with G2 = M_mod z2/p2 and p2 = z2 M_mod e_stat (5.57), read with M_mod > G2 p2/(gamma z2). bandwidth: z2 [rad/s]."""
+    pole = bandwidth * modulus_margin * static_error
+    return FirstOrder(modulus_margin * bandwidth / pole, bandwidth, pole)
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """z_Delta = (drive i + viscous v + friction w)/d of one real uncertainty |Delta| <= 1, annex (22), (29); w_Delta = Delta z_Delta."""
+
+    drive: float
+    viscous: float
+    friction: float
 
 
 @dataclass(frozen=True)
 class GeneralisedPlant:
-    """x+ = a x + b1 w + b2 u;  z = c1 x + d11 w + d12 u;  y = c2 x + d21 w.
+    """x' | x+ = a x + b1 w + b2 u;  z = c1 x + d11 w + d12 u;  y = c2 x + d21 w.       period 0: continuous
 
        w ──▶┌─────┐──▶ z
             │  P  │
@@ -63,55 +97,81 @@ class GeneralisedPlant:
     d11: Matrix
     d12: Matrix
     d21: Matrix
+    period: float
+
+    @staticmethod
+    def of(system: Lti, measured: int = 1, controls: int = 1) -> GeneralisedPlant:
+        """The last outputs are measured, the last inputs controls. Raises ValueError where a control is measured at once (D22 not zero)."""
+        w, z = system.b.shape[1] - controls, system.c.shape[0] - measured
+        if np.any(system.d[z:, w:]):
+            raise ValueError("the measurement sees the control without delay: D22 must be zero")
+        return GeneralisedPlant(
+            system.a,
+            system.b[:, :w],
+            system.b[:, w:],
+            system.c[:z],
+            system.c[z:],
+            system.d[:z, :w],
+            system.d[:z, w:],
+            system.d[z:, :w],
+            system.period,
+        )
 
     def transformed(self, t: Matrix) -> GeneralisedPlant:
         """The same plant in coordinates x = t x_new."""
         inverse = np.linalg.inv(t)
-        return GeneralisedPlant(
-            inverse @ self.a @ t, inverse @ self.b1, inverse @ self.b2, self.c1 @ t, self.c2 @ t, self.d11, self.d12, self.d21
-        )
+        return replace(self, a=inverse @ self.a @ t, b1=inverse @ self.b1, b2=inverse @ self.b2, c1=self.c1 @ t, c2=self.c2 @ t)
+
+    def closed(self, k: Lti) -> Lti:
+        """From w to z with u = k y; states: the plant's, then the controller's."""
+        direct = self.b2 @ k.d
+        a = np.block([[self.a + direct @ self.c2, self.b2 @ k.c], [k.b @ self.c2, k.a]])
+        b = np.vstack([self.b1 + direct @ self.d21, k.b @ self.d21])
+        c = np.hstack([self.c1 + self.d12 @ k.d @ self.c2, self.d12 @ k.c])
+        return Lti(a, b, c, self.d11 + self.d12 @ k.d @ self.d21, self.period)
 
 
-def speed_plant(point: PlantPoint, lag: float, period: float, delay_samples: int, weights: SpeedWeights) -> GeneralisedPlant:
-    """The generalised plant of one vertex. States: the delayed commands (`delay_samples`), [drive,] speed, eta, W2's state."""
-    axis = sampled_axis(point, lag, period)
-    n, d = axis.a.shape[0], delay_samples
-    size = d + n + 1
-    core = slice(d, d + n)
-    a, b1, b2 = np.zeros((size, size)), np.zeros((size, 3)), np.zeros((size, 1))
-    a[core, core] = axis.a
-    for row in range(1, d):
-        a[row, row - 1] = 1.0
-    if d:
-        b2[0, 0] = 1.0
-        a[core, d - 1 : d] = axis.b_drive
+def generalised_plant(
+    controlled: Controlled,
+    rates: Rates,
+    lag: float,
+    weights: Weights,
+    period: float = 0.0,
+    delay_samples: int = 0,
+    uncertainty: Uncertainty | None = None,
+) -> GeneralisedPlant:
+    """The plant of one vertex, `lag` and `period` in s. Raises ValueError for a delay in continuous time."""
+    if delay_samples and not period:
+        raise ValueError("a delay in samples needs a sampled plant")
+    speed = controlled == "speed"
+    blocks = {
+        "delay": Block(delay(delay_samples, period), ("u",), ("command",)),
+        "axis": linear_axis(rates, lag, period),
+        "W2": Block(weights.error.system(period), ("error",), ("z_error",)),
+        "W4": Block(weights.noise.system(period), ("noise",), ("disturbing_noise",)),
+    }
+    sums = {
+        "friction": {"friction_signal": weights.disturbance},
+        "measured": {"eta": 1.0, "disturbing_noise": 1.0} if speed else {"reference": 1.0, "eta": 1.0, "disturbing_noise": 1.0},
+        "error": {"speed_reference": 1.0, "speed": -1.0} if speed else {"reference": 1.0, "eta": 1.0},
+        "z_drive": {"drive": weights.drive},
+        "z_command": {"u": weights.command},
+        "z_eta": {"eta": weights.eta},
+    }
+    inputs = ["speed_reference" if speed else "reference", "friction_signal"]
+    if not speed:
+        sums["speed_reference"] = {}
+    if weights.noise.gain:
+        inputs.append("noise")
     else:
-        b2[core] = axis.b_drive
-    b1[core, 0:1] = axis.b_reference
-    b1[core, 1:2] = axis.b_friction * weights.disturbance * point.coulomb
-    aw, bw, cw, dw = _tustin_lead(weights, period)
-    a[-1, core] = -bw * axis.c_speed[0]
-    a[-1, -1] = aw
-    b1[-1, 0] = bw
-    c1, d11, d12 = np.zeros((3, size)), np.zeros((3, 3)), np.zeros((3, 1))
-    c1[0, core], c1[0, -1], d11[0, 0] = -dw * axis.c_speed[0], cw, dw
-    c1[1, core] = weights.drive * axis.c_drive[0]
-    if axis.drive_through and d:
-        c1[1, d - 1] += weights.drive
-    elif axis.drive_through:
-        d12[1, 0] = weights.drive
-    d12[2, 0] = weights.command
-    c2 = np.zeros((1, size))
-    c2[0, core] = axis.c_eta[0]
-    return GeneralisedPlant(a, b1, b2, c1, c2, d11, d12, np.array([[0.0, 0.0, weights.noise]]))
-
-
-def _tustin_lead(weights: SpeedWeights, period: float) -> tuple[float, float, float, float]:
-    """W2 by Tustin as x+ = a x + b e, z = c x + d e."""
-    p, z, g = weights.p2, weights.z2, weights.g2
-    half = 0.5 * period
-    denominator = 1.0 + p * half
-    pole = (1.0 - p * half) / denominator
-    through = g * p / z * (1.0 + z * half) / denominator
-    previous = g * p / z * (z * half - 1.0) / denominator
-    return pole, 1.0, previous + pole * through, through
+        sums["noise"] = {}
+    outputs = ["z_error", "z_drive"] + ["z_command"] * bool(weights.command) + ["z_eta"] * bool(weights.eta)
+    if uncertainty is None:
+        sums["uncertain_effort"] = {}
+    else:
+        inputs.append("uncertain_effort")
+        outputs.append("z_uncertain")
+        terms = {"drive": uncertainty.drive, "speed": uncertainty.viscous, "friction": uncertainty.friction}
+        sums["z_uncertain_raw"] = terms
+        blocks["W5"] = Block(weights.uncertainty.system(period), ("z_uncertain_raw",), ("z_uncertain",))
+    return GeneralisedPlant.of(connect(blocks, sums, (*inputs, "u"), (*outputs, "measured")))

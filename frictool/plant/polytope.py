@@ -15,6 +15,7 @@ from frictool.documents.laws import Backward, PositionLaw
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
 from frictool.friction.position_polynomial import normalised
+from frictool.plant.linear_axis import Rates
 
 PLACES = 1001  # over the travel, where a polynomial of position is looked at
 
@@ -28,6 +29,11 @@ class PlantPoint:
     viscous: float
     coulomb: float
     constant: float
+
+    @property
+    def rates(self) -> Rates:
+        """Of this plant, exactly (5.48)."""
+        return Rates(self.constant / self.inertia, self.viscous / self.inertia, self.coulomb / self.inertia)
 
 
 @dataclass(frozen=True)

@@ -6,28 +6,29 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, signal
 
-from frictool.documents.controller import SpeedController, StateSpace
+from frictool.documents.controller import LinearController
 from frictool.errors import NoSolutionError
+from frictool.plant.lti import Lti, inverse_tustin
 from frictool.verify.norms import spectral_radius
 
 Matrix = NDArray[np.float64]
-Quadruple = tuple[Matrix, Matrix, Matrix, Matrix]
 NEGLIGIBLE = 1e-8
 INFINITE = 1e8  # a zero beyond this is one at infinity
 
 
-def speed_controller(k: Quadruple, period: float) -> SpeedController:
-    """Every stored form of the discrete controller `k` = (a, b, c, d) at `period` [s].
+def stored_forms(k: Lti) -> LinearController:
+    """Every stored form of the discrete controller `k`.
 
     Raises NoSolutionError where the controller itself is unstable (it would run away whenever the loop is open: in the limit, at rest),
     or where the sections do not reproduce the state space (checked on the unit circle to 1e-6 of the peak).
     """
-    radius = spectral_radius(k[0])
+    radius = spectral_radius(k.a)
     if radius >= 1.0:
         raise NoSolutionError(
             f"the controller found is itself unstable (a pole of modulus {radius:.6g}); raise weights.static_error or weights.command"
         )
-    a, b, c, d = _balanced(k)
+    balanced = _balanced(k)
+    a, b, c, d = balanced.a, balanced.b, balanced.c, balanced.d
     sections = _sections(a, b, c, d)
     angles = np.geomspace(1e-3, np.pi, 200)
     _, from_sections = signal.sosfreqz(sections, worN=angles)
@@ -37,9 +38,9 @@ def speed_controller(k: Quadruple, period: float) -> SpeedController:
         raise NoSolutionError(
             "the second-order sections of the controller do not reproduce it; its poles are too ill-conditioned, relax the weights"
         )
-    return SpeedController(
-        discrete=_document((a, b, c, d)),
-        continuous=_document(inverse_tustin((a, b, c, d), period)),
+    return LinearController(
+        discrete=balanced.document(),
+        continuous=inverse_tustin(balanced).document(),
         sos=tuple(tuple(float(value) for value in row) for row in sections),
         anti_windup=tuple(float(value) for value in _anti_windup(a, b, c, d)),
     )
@@ -61,31 +62,19 @@ def _sections(a: Matrix, b: Matrix, c: Matrix, d: Matrix) -> Matrix:
     return sections
 
 
-def inverse_tustin(k: Quadruple, period: float) -> Quadruple:
-    """The continuous system whose Tustin discretisation at `period` is `k`: z = (1 + s T/2)/(1 - s T/2)."""
-    a, b, c, d = k
-    inverse = np.linalg.inv(a + np.eye(a.shape[0]))
-    return (
-        2.0 / period * (a - np.eye(a.shape[0])) @ inverse,
-        2.0 / np.sqrt(period) * inverse @ b,
-        2.0 / np.sqrt(period) * c @ inverse,
-        d - c @ inverse @ b,
-    )
-
-
-def _balanced(k: Quadruple) -> Quadruple:
+def _balanced(k: Lti) -> Lti:
     """The realisation with equal diagonal Gramians, so that rounding its coefficients hurts least.
 
     States that the synthesis leaves unreachable or unobservable (the delayed command is known exactly) are dropped: Hankel singular value
     below 1e-8 of the largest, which is below what the solver resolves.
     """
-    a, b, c, d = k
+    a, b, c = k.a, k.b, k.c
     reach, see = (_root(linalg.solve_discrete_lyapunov(*pair)) for pair in ((a, b @ b.T), (a.T, c.T @ c)))
     u, hankel, v = np.linalg.svd(see.T @ reach)
     kept = hankel > NEGLIGIBLE * hankel[0]
     t = reach @ v[kept].T * hankel[kept] ** -0.5
     inverse = (see @ u[:, kept] * hankel[kept] ** -0.5).T
-    return inverse @ a @ t, inverse @ b, c @ t, d
+    return Lti(inverse @ a @ t, inverse @ b, c @ t, k.d, k.period)
 
 
 def _root(gramian: Matrix) -> Matrix:
@@ -103,8 +92,3 @@ def _anti_windup(a: Matrix, b: Matrix, c: Matrix, d: Matrix) -> NDArray[np.float
     noise = np.array([[float(d[0, 0] ** 2 + (c @ b)[0, 0] ** 2)]])
     p = linalg.solve_discrete_are(a.T, c.T, b @ b.T + 1e-12 * np.trace(b @ b.T) * np.eye(len(a)), noise)
     return np.asarray(a @ p @ c.T / (c @ p @ c.T + noise))[:, 0]
-
-
-def _document(k: Quadruple) -> StateSpace:
-    a, b, c, d = (tuple(tuple(float(value) for value in row) for row in matrix) for matrix in k)
-    return StateSpace(a, b, c, d)

@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.documents import controller as stored
 from frictool.documents.design import Design
@@ -20,15 +19,14 @@ from frictool.documents.provenance import Provenance
 from frictool.documents.spec import Spec
 from frictool.errors import NoSolutionError
 from frictool.lmi.discrete_hinf import Lyapunov, controller, minimise
-from frictool.plant.generalised import SpeedWeights, speed_plant
+from frictool.plant.generalised import GeneralisedPlant, Weights, generalised_plant
+from frictool.plant.lti import Lti
 from frictool.plant.polytope import PlantPoint, Polytope, polytope
 from frictool.synth.disturbance import disturbance
-from frictool.synth.realisation import speed_controller
+from frictool.synth.realisation import stored_forms
 from frictool.synth.weights import speed_weights
 from frictool.verify.controller import loop_checks
 from frictool.verify.speed_loop import performance
-
-Matrix = NDArray[np.float64]
 
 SIGN_CONVENTION = (
     "eta = integral(speed reference) - position; drive = c x + d eta; x[k+1] = a x + b eta; "
@@ -49,9 +47,10 @@ def design_controller(model: Model, spec: Spec, design: Design, provenance: Prov
     weights = speed_weights(model, spec, design)
     box = polytope(model)
     lyapunov, coefficients = _solve(box, lag, period, delay, weights, design.recentring)
-    found = speed_controller(coefficients, period)
-    norms = {point.name: performance(found.discrete, speed_plant(point, lag, period, delay, weights)) for point in box.vertices}
-    verified = _verify(found, box, norms, lyapunov.gamma, spec, lag, period, delay)
+    found = stored_forms(coefficients)
+    system = Lti.of(found.discrete, period)
+    norms = {point.name: performance(system, _plant(point, lag, period, delay, weights)) for point in box.vertices}
+    verified = _verify(system, box, norms, lyapunov.gamma, spec, lag, delay)
     return stored.Controller(
         format="controller/1",
         name=design.name,
@@ -64,7 +63,7 @@ def design_controller(model: Model, spec: Spec, design: Design, provenance: Prov
         drive=bench.actuator.drive,
         drive_limit=bench.actuator.limit.value,
         sign_convention=SIGN_CONVENTION,
-        speed_controller=found,
+        linear=found,
         position_law=_position_law(model, design),
         prefilter=None
         if design.prefilter is None
@@ -75,43 +74,33 @@ def design_controller(model: Model, spec: Spec, design: Design, provenance: Prov
     )
 
 
-def _solve(
-    box: Polytope, lag: float, period: float, delay: int, weights: SpeedWeights, recentring: float
-) -> tuple[Lyapunov, tuple[Matrix, Matrix, Matrix, Matrix]]:
+def _solve(box: Polytope, lag: float, period: float, delay: int, weights: Weights, recentring: float) -> tuple[Lyapunov, Lti]:
     """The Lyapunov matrices and the centre's controller.
 
     The command must enter every vertex alike (B2 constant, 5.61): through the delay's register. A bench without delay gets that
     register inside its controller, whose output then depends on the samples before only.
     """
-    plants = [speed_plant(point, lag, period, max(delay, 1), weights) for point in (box.centre, *box.vertices)]
+    plants = [_plant(point, lag, period, max(delay, 1), weights) for point in (box.centre, *box.vertices)]
     try:
         lyapunov = minimise(plants, recentring)
-        a, b, c, d = controller(plants[0], lyapunov)
+        k = controller(plants[0], lyapunov)
     except np.linalg.LinAlgError as error:
         raise NoSolutionError(f"the synthesis broke down numerically ({error}); bring the weights nearer to each other") from None
     if delay > 0:
-        return lyapunov, (a, b, c, d)
-    n = a.shape[0]
-    return lyapunov, (
-        np.block([[a, np.zeros((n, 1))], [c, np.zeros((1, 1))]]),
-        np.vstack([b, d]),
-        np.eye(n + 1)[n:],
-        np.zeros((1, 1)),
+        return lyapunov, k
+    n = k.order
+    return lyapunov, Lti(
+        np.block([[k.a, np.zeros((n, 1))], [k.c, np.zeros((1, 1))]]), np.vstack([k.b, k.d]), np.eye(n + 1)[n:], np.zeros((1, 1)), period
     )
 
 
-def _verify(
-    found: stored.SpeedController,
-    box: Polytope,
-    norms: dict[str, float],
-    gamma: float,
-    spec: Spec,
-    lag: float,
-    period: float,
-    delay: int,
-) -> stored.Verified:
+def _plant(point: PlantPoint, lag: float, period: float, delay: int, weights: Weights) -> GeneralisedPlant:
+    return generalised_plant("speed", point.rates, lag, weights, period, delay)
+
+
+def _verify(found: Lti, box: Polytope, norms: dict[str, float], gamma: float, spec: Spec, lag: float, delay: int) -> stored.Verified:
     required = spec.modulus_margin or 0.0
-    vertices = tuple(_vertex(found, point, norms[point.name], lag, period, delay) for point in box.vertices)
+    vertices = tuple(_vertex(found, point, norms[point.name], lag, delay) for point in box.vertices)
     for vertex in vertices:
         worst = max(vertex.checks, key=lambda check: check.spectral_radius)
         if not vertex.stable:
@@ -128,9 +117,9 @@ def _verify(
     return stored.Verified(gamma, max(norms.values()), required, vertices)
 
 
-def _vertex(found: stored.SpeedController, point: PlantPoint, norm: float, lag: float, period: float, delay: int) -> stored.Vertex:
+def _vertex(found: Lti, point: PlantPoint, norm: float, lag: float, delay: int) -> stored.Vertex:
     delays = sorted({0, 1, delay})
-    checks = loop_checks(found.discrete, point, lag, period, tuple(delays))
+    checks = loop_checks(found, point, lag, tuple(delays))
     at_bench = checks[delays.index(delay)]
     return stored.Vertex(
         name=point.name,

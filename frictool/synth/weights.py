@@ -6,10 +6,10 @@ from frictool.documents.design import Design
 from frictool.documents.model import Model
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError
-from frictool.plant.generalised import SpeedWeights
+from frictool.plant.generalised import FirstOrder, Weights, template
 
 
-def speed_weights(model: Model, spec: Spec, design: Design) -> SpeedWeights:
+def speed_weights(model: Model, spec: Spec, design: Design) -> Weights:
     """W1, W2, W3 of (5.56)-(5.58) and the weights on noise and command.
 
     M_mod comes from the specification, e_stat from its static error over the travel (both may be given).
@@ -29,4 +29,10 @@ def speed_weights(model: Model, spec: Spec, design: Design) -> SpeedWeights:
             "weights.static_error: missing in the design, and static_error in the specification with mechanics.travel in the bench; "
             "the weight W2 needs one or the other"
         )
-    return SpeedWeights.of(given.bandwidth_rad_s, margin, error, given.disturbance, given.drive, given.command, given.noise.value)
+    return Weights(
+        error=template(given.bandwidth_rad_s, margin, error),
+        disturbance=given.disturbance,
+        drive=given.drive,
+        command=given.command,
+        noise=FirstOrder(given.noise.value),
+    )

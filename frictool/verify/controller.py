@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from frictool.documents.controller import Controller, DelayCheck, StateSpace
+from frictool.documents.controller import Controller, DelayCheck
 from frictool.errors import NoSolutionError
+from frictool.plant.lti import Lti
 from frictool.plant.polytope import PlantPoint
 from frictool.verify.speed_loop import check_loop
 
 AGREEMENT = 1e-6  # relative, between a stored margin and the one found again
 
 
-def loop_checks(system: StateSpace, point: PlantPoint, lag: float, period: float, delays: tuple[int, ...]) -> tuple[DelayCheck, ...]:
+def loop_checks(system: Lti, point: PlantPoint, lag: float, delays: tuple[int, ...]) -> tuple[DelayCheck, ...]:
     """The sampled loop at one vertex with each number of samples of delay, as a document stores it."""
-    found = (check_loop(system, point, lag, period, delay) for delay in delays)
+    found = (check_loop(system, point.rates, lag, delay) for delay in delays)
     return tuple(DelayCheck(check.delay_samples, check.spectral_radius, check.modulus_margin) for check in found)
 
 
 def recheck(controller: Controller) -> None:
     """Raises NoSolutionError where the coefficients do not give what `verified` says of them, at some vertex and delay."""
-    lag, period = controller.bench.actuator.loop_time_constant_s, controller.sample_period_s
+    lag = controller.bench.actuator.loop_time_constant_s
+    system = Lti.of(controller.linear.discrete, controller.sample_period_s)
     if not controller.verified.vertices:
         raise NoSolutionError(f"{controller.name}: not verified: the controller names no vertex; synthesise it anew")
     for vertex in controller.verified.vertices:
@@ -28,7 +30,7 @@ def recheck(controller: Controller) -> None:
             raise NoSolutionError(
                 f"{controller.name}: not verified: vertex {vertex.name} has no check at the bench's delay; synthesise it anew"
             )
-        for stored, found in zip(vertex.checks, loop_checks(controller.speed_controller.discrete, point, lag, period, delays), strict=True):
+        for stored, found in zip(vertex.checks, loop_checks(system, point, lag, delays), strict=True):
             stated = [stored.modulus_margin]
             if stored.delay_samples == controller.delay_samples:
                 stated.append(vertex.modulus_margin)

@@ -9,16 +9,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-from frictool.documents.controller import StateSpace
+from frictool.plant.connect import Block, connect
 from frictool.plant.generalised import GeneralisedPlant
-from frictool.plant.polytope import PlantPoint
-from frictool.plant.sampled import sampled_axis
+from frictool.plant.linear_axis import Rates, linear_axis
+from frictool.plant.lti import Lti, delay
 from frictool.verify.norms import peak_gain, spectral_radius
-
-Matrix = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -35,47 +30,27 @@ class LoopCheck:
         return self.spectral_radius < 1.0
 
 
-def matrices(system: StateSpace) -> tuple[Matrix, Matrix, Matrix, Matrix]:
-    """(a, b, c, d) of a document's state space as arrays (n, n), (n, 1), (1, n), (1, 1)."""
-    n = len(system.a)
-    return (
-        np.array(system.a, dtype=np.float64).reshape(n, n),
-        np.array(system.b, dtype=np.float64).reshape(n, 1),
-        np.array(system.c, dtype=np.float64).reshape(1, n),
-        np.array(system.d, dtype=np.float64).reshape(1, 1),
-    )
+def closed_loop(controller: Lti, rates: Rates, lag: float, delay_samples: int) -> Lti:
+    """From s to s - position around one plant: its sensitivity."""
+    period = controller.period
+    blocks = {
+        "controller": Block(controller, ("error",), ("u",)),
+        "delay": Block(delay(delay_samples, period), ("u",), ("command",)),
+        "axis": linear_axis(rates, lag, period),
+    }
+    nothing: dict[str, float] = {}
+    sums = {"speed_reference": nothing, "friction": nothing, "uncertain_effort": nothing, "error": {"s": 1.0, "eta": 1.0}}
+    return connect(blocks, sums, ("s",), ("error",))
 
 
-def check_loop(system: StateSpace, point: PlantPoint, lag: float, period: float, delay_samples: int) -> LoopCheck:
+def check_loop(controller: Lti, rates: Rates, lag: float, delay_samples: int) -> LoopCheck:
     """Stability and modulus margin of the loop around one plant."""
-    ak, bk, ck, dk = matrices(system)
-    axis = sampled_axis(point, lag, period)
-    n, m, d = axis.a.shape[0], ak.shape[0], delay_samples
-    size = n + d + m
-    plant, line, own = slice(0, n), slice(n, n + d), slice(n + d, size)
-    # input s; eta = s + c_eta x (the plant's eta state is minus the position when no reference drives it)
-    a, b = np.zeros((size, size)), np.zeros((size, 1))
-    a[plant, plant], a[own, own], a[own, plant], b[own] = axis.a, ak, bk @ axis.c_eta, bk
-    entry = line if d else plant
-    gain = np.eye(d)[:, 0:1] if d else axis.b_drive
-    a[entry, own] = gain @ ck
-    a[entry, plant] += gain @ dk @ axis.c_eta
-    b[entry] = gain @ dk
-    if d:
-        a[plant, n + d - 1 : n + d] = axis.b_drive
-        for row in range(1, d):
-            a[n + row, n + row - 1] = 1.0
-    c = np.zeros((1, size))
-    c[:, plant] = axis.c_eta
-    radius = spectral_radius(a)
-    peak, _ = peak_gain(a, b, c, np.eye(1))
-    return LoopCheck(d, radius, 1.0 / peak)
+    loop = closed_loop(controller, rates, lag, delay_samples)
+    peak, _ = peak_gain(loop.a, loop.b, loop.c, loop.d)
+    return LoopCheck(delay_samples, spectral_radius(loop.a), 1.0 / peak)
 
 
-def performance(system: StateSpace, plant: GeneralisedPlant) -> float:
+def performance(controller: Lti, plant: GeneralisedPlant) -> float:
     """H-infinity norm from w to z of the generalised plant closed by the controller; inf where that is unstable."""
-    ak, bk, ck, dk = matrices(system)
-    a = np.block([[plant.a + plant.b2 @ dk @ plant.c2, plant.b2 @ ck], [bk @ plant.c2, ak]])
-    b = np.vstack([plant.b1 + plant.b2 @ dk @ plant.d21, bk @ plant.d21])
-    c = np.hstack([plant.c1 + plant.d12 @ dk @ plant.c2, plant.d12 @ ck])
-    return peak_gain(a, b, c, plant.d11 + plant.d12 @ dk @ plant.d21)[0]
+    loop = plant.closed(controller)
+    return peak_gain(loop.a, loop.b, loop.c, loop.d)[0]

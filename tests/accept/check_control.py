@@ -68,7 +68,7 @@ def _inputs(random: np.random.Generator) -> Matrix:
 def _controller(index: int) -> Controller:
     law = BRAKE_LAW if index % 2 else CUT_LAW
     controller = clutch_controller(law, prefilter=index % 4 < 2, limit=0.3 if index % 3 else 50.0)
-    return controller if index < 4 else msgspec.structs.replace(controller, speed_controller=random_controller(index % 8, index))
+    return controller if index < 4 else msgspec.structs.replace(controller, linear=random_controller(index % 8, index))
 
 
 def exported_c_equals_the_simulation() -> dict[str, Any]:

@@ -73,7 +73,7 @@ def never_accepts_what_fails() -> dict[str, Any]:
         accepted += 1
         for vertex in controller.verified.vertices:
             for check in vertex.checks:
-                radius, margin = _independent(controller.speed_controller.discrete, vertex, check.delay_samples)
+                radius, margin = _independent(controller.linear.discrete, vertex, check.delay_samples)
                 worst = max(worst, abs(margin / check.modulus_margin - 1.0))
                 if radius >= 1.0 or (check.delay_samples == controller.delay_samples and margin < 0.5 * (1.0 - 1e-6)):
                     wrong.append((trial, vertex.name, check.delay_samples))

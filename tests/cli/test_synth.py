@@ -36,7 +36,7 @@ def test_json_tells_what_the_document_holds(folder: Path) -> None:
     stored = load(folder / "controller.yaml", Controller)
     assert told["gamma"] == stored.verified.gamma_asked
     assert told["gamma_verified"] == stored.verified.gamma_verified
-    assert told["order"] == len(stored.speed_controller.discrete.a)
+    assert told["order"] == len(stored.linear.discrete.a)
     assert told["sample_period_s"] == 0.001
     assert len(told["vertices"]) == 16
     assert all(vertex["stable"] and vertex["modulus_margin"] >= 0.5 for vertex in told["vertices"])

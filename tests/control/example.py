@@ -7,10 +7,11 @@ from pathlib import Path
 from scipy import signal
 
 from frictool.documents.bench import Bench
-from frictool.documents.controller import Controller, DelayCheck, PositionLaw, Prefilter, SpeedController, Verified, Vertex
+from frictool.documents.controller import Controller, DelayCheck, LinearController, PositionLaw, Prefilter, Verified, Vertex
 from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
-from frictool.synth.realisation import speed_controller as stored_forms
+from frictool.plant.lti import Lti
+from frictool.synth.realisation import stored_forms
 
 ROOT = Path(__file__).parents[2]
 CONSTANT = 13.4e-3
@@ -22,15 +23,15 @@ BRAKE_LAW = PositionLaw(
 )
 
 
-def speed_controller(period: float = 1e-3) -> SpeedController:
+def speed_controller(period: float = 1e-3) -> LinearController:
     """Order 2, stable; its direct term asks for some 8 A per encoder count."""
     gain = GAIN / CONSTANT * POLES[0] * POLES[1]
     continuous = signal.zpk2ss([-ZERO], [-p for p in POLES], gain)
-    return stored_forms(signal.cont2discrete(continuous, period, "bilinear")[:4], period)
+    return stored_forms(Lti(*signal.cont2discrete(continuous, period, "bilinear")[:4], period))
 
 
 def clutch_controller(
-    law: PositionLaw = CUT_LAW, *, prefilter: bool = True, speed: SpeedController | None = None, limit: float = 50.0
+    law: PositionLaw = CUT_LAW, *, prefilter: bool = True, speed: LinearController | None = None, limit: float = 50.0
 ) -> Controller:
     """A controller of the clutch: encoder of 56 points, 1 ms, 50 A."""
     vertex = Vertex("nominal", 1.32e-5, 3.81e-4, 0.099, CONSTANT, 1.0, 0.6, True, (DelayCheck(0, 0.98, 0.6), DelayCheck(1, 0.98, 0.5)))
@@ -46,7 +47,7 @@ def clutch_controller(
         drive="current",
         drive_limit=limit,
         sign_convention="eta = integral(speed reference) - position; drive = K eta; a positive drive moves the axis forward",
-        speed_controller=speed or speed_controller(),
+        linear=speed or speed_controller(),
         position_law=law,
         verified=Verified(1.0, 1.0, 0.5, (vertex,)),
         bench=load(ROOT / "configs/clutch/bench.yaml", Bench),

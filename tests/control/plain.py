@@ -19,7 +19,7 @@ class PlainController:
         self.speed = self.difference = 0.0
         self.eta = 0.0
         self.limited = 0
-        self.x = [0.0] * len(controller.speed_controller.discrete.a)
+        self.x = [0.0] * len(controller.linear.discrete.a)
 
     def step(self, reference: float, position: float) -> float:
         law, period = self.document.position_law, self.document.sample_period_s
@@ -74,7 +74,7 @@ class PlainController:
         self.difference = difference
 
     def speed_loop(self, increment: float, motion: float) -> float:
-        k, anti_windup = self.document.speed_controller.discrete, self.document.speed_controller.anti_windup
+        k, anti_windup = self.document.linear.discrete, self.document.linear.anti_windup
         change = increment - motion
         if self.limited * change <= 0.0:
             self.eta += change
@@ -88,7 +88,7 @@ class PlainController:
         return limited
 
     def row(self, i: int, drive: float, limited: float, anti_windup: float) -> float:
-        k = self.document.speed_controller.discrete
+        k = self.document.linear.discrete
         value = k.b[i][0] * self.eta + anti_windup * (limited - drive)
         for a, x in zip(k.a[i], self.x, strict=True):
             value += a * x

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from frictool.control.band import BRAKE, REST, RUN
 from frictool.control.cascade import ETA, FILTERED, FILTERED_SPEED, LIMITED, MODE, X, control_step, initial_state
 from frictool.control.packing import pack
-from frictool.documents.controller import Controller, SpeedController, StateSpace
+from frictool.documents.controller import Controller, LinearController, StateSpace
 from tests.control.example import BRAKE_LAW, CUT_LAW, clutch_controller
 from tests.control.plain import PlainController
 
@@ -26,7 +26,7 @@ controllers = st.builds(
 )
 
 
-def random_controller(order: int, seed: int) -> SpeedController:
+def random_controller(order: int, seed: int) -> LinearController:
     """Any stable a and stable a - l c: coefficients for arithmetic, not for a loop."""
     random = np.random.default_rng(seed)
     a = random.standard_normal((order, order))
@@ -34,7 +34,7 @@ def random_controller(order: int, seed: int) -> SpeedController:
     rows = [tuple(tuple(map(float, row)) for row in matrix) for matrix in (a, random.standard_normal((order, 1)))]
     c = (tuple(map(float, random.standard_normal(order))),)
     space = StateSpace(rows[0], rows[1], c, ((float(random.standard_normal()),),))
-    return SpeedController(discrete=space, continuous=space, sos=(), anti_windup=(0.0,) * order)
+    return LinearController(discrete=space, continuous=space, sos=(), anti_windup=(0.0,) * order)
 
 
 @st.composite
@@ -57,7 +57,7 @@ def inputs(draw: st.DrawFn) -> tuple[float, list[tuple[float, float]]]:
 def test_equals_the_plain_controller_bit_by_bit(
     controller: Controller, order: int, seed: int, sequence: tuple[float, list[tuple[float, float]]]
 ) -> None:
-    controller = msgspec.structs.replace(controller, speed_controller=random_controller(order, seed))
+    controller = msgspec.structs.replace(controller, linear=random_controller(order, seed))
     start, samples = sequence
     plain = PlainController(controller, start)
     parameters = pack(controller)

@@ -68,7 +68,7 @@ def test_random_controllers_are_equal_too(
 ) -> None:
     folder = tmp_path_factory.mktemp("c")
     controller = msgspec.structs.replace(
-        clutch_controller(CUT_LAW, prefilter=prefilter), position_law=law, speed_controller=random_controller(order, seed)
+        clutch_controller(CUT_LAW, prefilter=prefilter), position_law=law, linear=random_controller(order, seed)
     )
     write(controller, folder)
     result = compiled(folder, *STRICT)
@@ -139,7 +139,7 @@ def test_vectors_visit_everything_the_controller_can_do(case: str) -> None:
 
 def test_vectors_wait_for_a_slow_prefilter() -> None:
     """Sampled at 10 kHz, a prefilter of 30 rad/s settles in thousands of samples."""
-    fast = msgspec.structs.replace(CASES["brake"], sample_period_s=1e-4, speed_controller=speed_controller(1e-4))
+    fast = msgspec.structs.replace(CASES["brake"], sample_period_s=1e-4, linear=speed_controller(1e-4))
     vectors = golden_vectors(fast)
     assert min(vectors.run, vectors.limited) > 100
     assert min(vectors.brake, vectors.rest) > 10
@@ -150,7 +150,7 @@ def test_same_controller_same_bytes_and_every_coefficient_exact() -> None:
     controller = CASES["brake"]
     assert sources(controller) == sources(msgspec.structs.replace(controller))
     code = sources(controller)["speed.c"]
-    a = controller.speed_controller.discrete.a
+    a = controller.linear.discrete.a
     for row in a:
         assert "{" + ", ".join(literal(value) for value in row) + "}" in code
         assert all(float(literal(value)) == value for value in row)

@@ -11,7 +11,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from frictool.documents.controller import SpeedController
+from frictool.documents.controller import LinearController
 from frictool.documents.provenance import digest
 from frictool.documents.writing import to_yaml
 from tests.cli.run import refused, run
@@ -92,9 +92,9 @@ def test_an_edited_controller_is_refused(old: str, new: str, words: str, control
 def test_a_controller_that_runs_away_is_no_solution(tmp_path: Path) -> None:
     """Anti-windup gains that make a - l c unstable: the state overflows while the drive is limited."""
     good = truthful(clutch_controller(CUT_LAW))
-    speed: SpeedController = msgspec.structs.replace(good.speed_controller, anti_windup=(50.0, 0.0))
+    speed: LinearController = msgspec.structs.replace(good.linear, anti_windup=(50.0, 0.0))
     path = tmp_path / "controller.yaml"
-    path.write_text(to_yaml(msgspec.structs.replace(good, speed_controller=speed)))
+    path.write_text(to_yaml(msgspec.structs.replace(good, linear=speed)))
     refused(run("export", path, "-o", tmp_path / "c"), 4, "anti-windup")
     assert not (tmp_path / "c").exists()
 

@@ -8,9 +8,9 @@ import pytest
 
 from frictool.errors import NoSolutionError
 from frictool.lmi.discrete_hinf import controller, minimise
-from frictool.plant.generalised import GeneralisedPlant, SpeedWeights, speed_plant
+from frictool.plant.generalised import FirstOrder, GeneralisedPlant, Weights, generalised_plant, template
 from frictool.plant.polytope import polytope
-from frictool.verify.norms import peak_gain
+from frictool.verify.speed_loop import performance
 from tests.synth.example import clutch_model
 
 
@@ -21,7 +21,7 @@ def _random_plant(seed: int, n: int = 3) -> GeneralisedPlant:
     b1 = np.hstack([0.5 * np.eye(n), np.zeros((n, 1))])
     c1 = np.vstack([0.5 * np.eye(n), np.zeros((1, n))])
     d12, d21 = np.vstack([np.zeros((n, 1)), [[0.5]]]), np.hstack([np.zeros((1, n)), [[0.5]]])
-    return GeneralisedPlant(a, b1, random.normal(size=(n, 1)), c1, random.normal(size=(1, n)), np.zeros((n + 1, n + 1)), d12, d21)
+    return GeneralisedPlant(a, b1, random.normal(size=(n, 1)), c1, random.normal(size=(1, n)), np.zeros((n + 1, n + 1)), d12, d21, 1.0)
 
 
 def _reference_gamma(p: GeneralisedPlant) -> float:
@@ -50,14 +50,6 @@ def _reference_gamma(p: GeneralisedPlant) -> float:
     return float(gamma.value)
 
 
-def _closed_norm(p: GeneralisedPlant, k: tuple[np.ndarray, ...]) -> float:
-    ak, bk, ck, dk = k
-    a = np.block([[p.a + p.b2 @ dk @ p.c2, p.b2 @ ck], [bk @ p.c2, ak]])
-    b = np.vstack([p.b1 + p.b2 @ dk @ p.d21, bk @ p.d21])
-    c = np.hstack([p.c1 + p.d12 @ dk @ p.c2, p.d12 @ ck])
-    return peak_gain(a, b, c, p.d11 + p.d12 @ dk @ p.d21)[0]
-
-
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
 def test_optimum_is_that_of_the_plain_form(seed: int) -> None:
     plant = _random_plant(seed)
@@ -70,23 +62,23 @@ def test_optimum_is_that_of_the_plain_form(seed: int) -> None:
 def test_the_controller_keeps_the_gamma_that_it_was_asked_for(seed: int, recentring: float) -> None:
     plant = _random_plant(seed)
     found = minimise([plant], recentring)
-    assert _closed_norm(plant, controller(plant, found)) <= found.gamma * (1.0 + 1e-6)
+    assert performance(controller(plant, found), plant) <= found.gamma * (1.0 + 1e-6)
 
 
 def test_each_vertex_controller_of_the_clutch_keeps_gamma_at_its_vertex() -> None:
-    weights = SpeedWeights.of(40.0, 0.5, 2 / 63, 0.03, 0.5, 0.5, 0.01)
+    weights = Weights(template(40.0, 0.5, 2 / 63), 0.03, 0.5, 0.5, FirstOrder(0.01))
     box = polytope(clutch_model())
-    plants = [speed_plant(point, 0.003, 1e-3, 1, weights) for point in (box.centre, *box.vertices[::5])]
+    plants = [generalised_plant("speed", point.rates, 0.003, weights, 1e-3, 1) for point in (box.centre, *box.vertices[::5])]
     found = minimise(plants, 1.1)
     assert found.gamma == pytest.approx(1.1 * found.optimum)
     for plant in plants:
-        assert _closed_norm(plant, controller(plant, found)) <= found.gamma * (1.0 + 1e-6)
+        assert performance(controller(plant, found), plant) <= found.gamma * (1.0 + 1e-6)
 
 
 def test_a_plant_that_cannot_be_stabilised_has_no_solution() -> None:
     p = _random_plant(1)
     a = np.diag([1.5, 0.5, 0.2])  # the unstable state is neither driven nor seen
-    blind = GeneralisedPlant(a, p.b1, p.b2 * [[0], [1], [1]], p.c1, p.c2 * [[0, 1, 1]], p.d11, p.d12, p.d21)
+    blind = GeneralisedPlant(a, p.b1, p.b2 * [[0], [1], [1]], p.c1, p.c2 * [[0, 1, 1]], p.d11, p.d12, p.d21, 1.0)
     with pytest.raises(NoSolutionError) as caught:
         controller(blind, minimise([blind], 1.1))
     assert caught.value.exit_code == 4

@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 
 from frictool.documents.bench import Bench
-from frictool.documents.controller import Controller, DelayCheck, PositionLaw, SpeedController, StateSpace, Verified, Vertex
+from frictool.documents.controller import Controller, DelayCheck, LinearController, PositionLaw, StateSpace, Verified, Vertex
 from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
@@ -98,7 +98,7 @@ def controller(margins: tuple[float, ...] = (0.73, 0.62, 0.68), unstable: int | 
         drive="current",
         drive_limit=50.0,
         sign_convention="drive = H (integral of the speed reference - position)",
-        speed_controller=SpeedController(space, space, ((0.1, 0.0, 0.0, 1.0, -0.5, 0.0),), (0.0,)),
+        linear=LinearController(space, space, ((0.1, 0.0, 0.0, 1.0, -0.5, 0.0),), (0.0,)),
         position_law=PositionLaw(81.1, "sqrt(F/J)", 2.0, "cut", 5.0),
         verified=Verified(1.1, 1.05, 0.5, vertices),
         bench=bench,

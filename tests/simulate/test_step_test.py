@@ -169,9 +169,9 @@ def test_a_vertex_whose_name_cannot_be_a_topic_is_refused(name: str) -> None:
 def test_a_loop_that_leaves_the_floating_point_numbers_is_no_result() -> None:
     """Both states of the controller grow tenfold a sample and cancel in the drive, until inf - inf does not."""
     system = StateSpace(a=((10.0, 0.0), (0.0, 10.0)), b=((1.0,), (1.0,)), c=((1.0, -1.0),), d=((0.0,),))
-    speed = msgspec.structs.replace(controller().speed_controller, discrete=system)
+    speed = msgspec.structs.replace(controller().linear, discrete=system)
     with pytest.raises(NoSolutionError, match=r"/axis: .*floating-point"):
-        log_of(scenario(), by=msgspec.structs.replace(controller(), speed_controller=speed))
+        log_of(scenario(), by=msgspec.structs.replace(controller(), linear=speed))
 
 
 def test_a_voltage_drive_of_a_linear_axis() -> None:
@@ -188,13 +188,13 @@ def test_a_voltage_drive_of_a_linear_axis() -> None:
     )
     model = msgspec.structs.replace(clutch_model(), axis="linear", bench=bench, parameters=parameters)
     law = msgspec.structs.replace(controller().position_law, gain=0.6, band=1e-3, settled_speed=1e-3)
-    gains = msgspec.structs.replace(controller().speed_controller, anti_windup=(0.0, 0.0))
+    gains = msgspec.structs.replace(controller().linear, anti_windup=(0.0, 0.0))
     scale = 95.0 / 1.32e-5 * 13.4e-3 / 35.15
     out = tuple(tuple(scale * value for value in row) for row in gains.discrete.c)
     direct = tuple(tuple(scale * value for value in row) for row in gains.discrete.d)
     gains = msgspec.structs.replace(gains, discrete=msgspec.structs.replace(gains.discrete, c=out, d=direct))
     by = msgspec.structs.replace(
-        controller(), axis="linear", drive="voltage", drive_limit=10.0, bench=bench, position_law=law, speed_controller=gains
+        controller(), axis="linear", drive="voltage", drive_limit=10.0, bench=bench, position_law=law, linear=gains
     )
     played = Scenario(
         format="scenario/1",

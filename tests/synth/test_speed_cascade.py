@@ -15,9 +15,10 @@ from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
+from frictool.plant.lti import Lti
 from frictool.plant.polytope import PlantPoint
 from frictool.synth.speed_cascade import design_controller
-from frictool.verify.speed_loop import check_loop, matrices
+from frictool.verify.speed_loop import check_loop
 from tests.synth.example import ROOT, clutch_model
 
 RIG = ROOT / "configs/clutch"
@@ -43,7 +44,7 @@ def test_margin_and_stability_at_all_sixteen_vertices_with_either_delay() -> Non
     for vertex in controller.verified.vertices:
         point = PlantPoint(vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant)
         for stored in vertex.checks:
-            check = check_loop(controller.speed_controller.discrete, point, 0.003, 1e-3, stored.delay_samples)
+            check = check_loop(Lti.of(controller.linear.discrete, 1e-3), point.rates, 0.003, stored.delay_samples)
             assert check.stable
             assert check.modulus_margin == stored.modulus_margin
         assert {check.delay_samples for check in vertex.checks} >= {0, 1}
@@ -56,22 +57,19 @@ def test_gamma_is_near_the_optimum_of_the_recipe() -> None:
 
 
 def test_every_stored_form_is_the_same_controller() -> None:
-    stored = clutch_controller().speed_controller
-    a, b, c, d = matrices(stored.discrete)
+    stored = clutch_controller().linear
     angles = np.geomspace(1e-3, 3.1, 50)
-    direct = np.array([(c @ np.linalg.solve(np.exp(1j * w) * np.eye(len(a)) - a, b) + d)[0, 0] for w in angles])
+    direct = Lti.of(stored.discrete, 1e-3).response(angles / 1e-3)[:, 0, 0]
     _, sections = signal.sosfreqz(np.array(stored.sos), worN=angles)
     assert sections == pytest.approx(direct, rel=1e-6)
-    ac, bc, cc, dc = matrices(stored.continuous)
     warped = 2.0 / 1e-3 * np.tan(0.5 * angles)  # Tustin maps the unit circle to this part of the imaginary axis
-    image = np.array([(cc @ np.linalg.solve(1j * w * np.eye(len(ac)) - ac, bc) + dc)[0, 0] for w in warped])
-    assert image == pytest.approx(direct, rel=1e-6)
+    assert Lti.of(stored.continuous, 0.0).response(warped)[:, 0, 0] == pytest.approx(direct, rel=1e-6)
 
 
 def test_the_anti_windup_observer_is_stable() -> None:
-    stored = clutch_controller().speed_controller
-    a, _, c, _ = matrices(stored.discrete)
-    assert np.max(np.abs(np.linalg.eigvals(a - np.outer(stored.anti_windup, c[0])))) < 1.0
+    stored = clutch_controller().linear
+    k = Lti.of(stored.discrete, 1e-3)
+    assert np.max(np.abs(np.linalg.eigvals(k.a - np.outer(stored.anti_windup, k.c[0])))) < 1.0
 
 
 @pytest.mark.parametrize(("formula", "factor"), [("sqrt(F/J)", 1.0), ("sqrt(2F/J)", np.sqrt(2.0))])
@@ -105,7 +103,7 @@ def test_a_bench_without_delay_gets_a_controller_too() -> None:
     without = msgspec.structs.replace(model, bench=msgspec.structs.replace(model.bench, delay_samples=0))
     controller = design_controller(without, _spec(), _design(), HERE)
     assert controller.delay_samples == 0
-    assert controller.speed_controller.discrete.d == ((0.0,),)  # the register is the controller's own
+    assert controller.linear.discrete.d == ((0.0,),)  # the register is the controller's own
     assert all(vertex.stable and vertex.modulus_margin >= 0.5 for vertex in controller.verified.vertices)
     # with the register outside, it is the loop of the bench with one sample of delay
     pairs = zip(controller.verified.vertices, clutch_controller().verified.vertices, strict=True)

@@ -22,9 +22,9 @@ def _claiming(controller: Controller, margin: float) -> Controller:
 
 
 def _with_coefficient(controller: Controller, factor: float) -> Controller:
-    speed, ((d,),) = controller.speed_controller, controller.speed_controller.discrete.d
+    speed, ((d,),) = controller.linear, controller.linear.discrete.d
     discrete = msgspec.structs.replace(speed.discrete, d=((d * factor,),))
-    return msgspec.structs.replace(controller, speed_controller=msgspec.structs.replace(speed, discrete=discrete))
+    return msgspec.structs.replace(controller, linear=msgspec.structs.replace(speed, discrete=discrete))
 
 
 def test_what_was_verified_passes() -> None:

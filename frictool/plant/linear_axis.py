@@ -1,0 +1,51 @@
+"""The axis as a linear system: drive lag, inertia and viscous friction; what is not linear of the friction enters as an effort.
+
+    tau i' = u - i          v' = k i - s v - f w + p w_D          x' = v          eta' = v_c - v
+
+    inputs   u commanded drive [A or V], v_c speed reference, w friction in [-1, 1], w_D effort of the uncertainty channel
+    outputs  i drive, v speed, eta = integral of v_c - position
+
+k = K/J, s = sigma_v/J, f = F_c/J and p = d/J are the axis's rates, so that the linearised plant (5.49) is the same system with other
+numbers. Without a lag the drive is the command itself. Sampled, the inputs are held (exact zero-order hold).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frictool.plant.connect import Block
+from frictool.plant.lti import Lti, held
+
+INPUTS = ("command", "speed_reference", "friction", "uncertain_effort")
+OUTPUTS = ("drive", "speed", "eta")
+
+
+@dataclass(frozen=True)
+class Rates:
+    """k [rad/s^2 or m/s^2 per A or V], s [1/s], f [rad/s^2 or m/s^2], p [rad/s^2 or m/s^2 per unit of the uncertainty channel]."""
+
+    drive: float
+    viscous: float
+    friction: float
+    push: float = 0.0
+
+
+def linear_axis(rates: Rates, lag: float, period: float) -> Block:
+    """The axis with the drive's time constant `lag` [s], held at `period` [s] or continuous (0).
+
+    States: [drive,] speed, eta. Ports: INPUTS, OUTPUTS.
+    """
+    k, s, f, p = rates.drive, rates.viscous, rates.friction, rates.push
+    if lag > 0.0:
+        a = np.array([[-1.0 / lag, 0.0, 0.0], [k, -s, 0.0], [0.0, -1.0, 0.0]])
+        b = np.array([[1.0 / lag, 0.0, 0.0, 0.0], [0.0, 0.0, -f, p], [0.0, 1.0, 0.0, 0.0]])
+        c, d = np.eye(3), np.zeros((3, 4))
+    else:
+        a = np.array([[-s, 0.0], [-1.0, 0.0]])
+        b = np.array([[k, 0.0, -f, p], [0.0, 1.0, 0.0, 0.0]])
+        c, d = np.vstack([np.zeros((1, 2)), np.eye(2)]), np.zeros((3, 4))
+        d[0, 0] = 1.0
+    system = Lti(a, b, c, d, 0.0)
+    return Block(held(system, period) if period else system, INPUTS, OUTPUTS)

@@ -1,0 +1,118 @@
+"""Linear time-invariant systems in memory, and how they become sampled ones.
+
+x' = a x + b u      (period 0: continuous time)          y = c x + d u
+x+ = a x + b u      (period T > 0: one step every T s)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import expm
+
+from frictool.documents.controller import StateSpace
+
+Matrix = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Lti:
+    """Shapes: a (n, n), b (n, m), c (p, n), d (p, m). period [s], 0 for continuous time."""
+
+    a: Matrix
+    b: Matrix
+    c: Matrix
+    d: Matrix
+    period: float
+
+    @staticmethod
+    def of(document: StateSpace, period: float) -> Lti:
+        """A stored state space, one input and one output."""
+        n = len(document.a)
+        a, b, c, d = (np.array(rows, dtype=np.float64) for rows in (document.a, document.b, document.c, document.d))
+        return Lti(a.reshape(n, n), b.reshape(n, 1), c.reshape(1, n), d, period)
+
+    def document(self) -> StateSpace:
+        """As it is stored."""
+        a, b, c, d = (tuple(tuple(float(value) for value in row) for row in matrix) for matrix in (self.a, self.b, self.c, self.d))
+        return StateSpace(a, b, c, d)
+
+    @property
+    def order(self) -> int:
+        return len(self.a)
+
+    def transformed(self, t: Matrix) -> Lti:
+        """The same system in the coordinates x = t x_new."""
+        inverse = np.linalg.inv(t)
+        return replace(self, a=inverse @ self.a @ t, b=inverse @ self.b, c=self.c @ t)
+
+    def response(self, frequencies: ArrayLike) -> NDArray[np.complex128]:
+        """(k, p, m) responses at the angular frequencies (k,) [rad/s]."""
+        w = np.atleast_1d(np.asarray(frequencies, dtype=np.float64))
+        point = np.exp(1j * w * self.period) if self.period else 1j * w
+        inner = point[:, None, None] * np.eye(self.order) - self.a
+        return np.asarray(self.c @ np.linalg.solve(inner, np.broadcast_to(self.b, (len(w), *self.b.shape))) + self.d)
+
+    @property
+    def stable(self) -> bool:
+        """Whether every pole is inside the region of stability of its domain."""
+        poles = np.linalg.eigvals(self.a)
+        return bool(np.all(np.abs(poles) < 1.0) if self.period else np.all(poles.real < 0.0))
+
+
+def gain(value: ArrayLike, period: float) -> Lti:
+    """A constant matrix (p, m), or a number."""
+    d = np.atleast_2d(np.asarray(value, dtype=np.float64))
+    return Lti(np.zeros((0, 0)), np.zeros((0, d.shape[1])), np.zeros((d.shape[0], 0)), d, period)
+
+
+def held(system: Lti, period: float) -> Lti:
+    """The zero-order-hold equivalent of a continuous system at `period` [s], exact."""
+    n, m = system.b.shape
+    whole = expm(np.block([[system.a, system.b], [np.zeros((m, n + m))]]) * period)
+    return Lti(whole[:n, :n], whole[:n, n:], system.c, system.d, period)
+
+
+def tustin(system: Lti, period: float, prewarp: float = 0.0) -> Lti:
+    """The bilinear equivalent at `period` [s]; exact at the angular frequency `prewarp` [rad/s], or at 0.
+
+    Raises ValueError where the prewarping frequency is not below half the sampling frequency.
+    """
+    if prewarp * period >= np.pi:
+        raise ValueError(f"the prewarping frequency {prewarp:g} rad/s is not below half the sampling frequency, {np.pi / period:g} rad/s")
+    half = np.tan(0.5 * prewarp * period) / prewarp if prewarp else 0.5 * period
+    identity = np.eye(system.order)
+    inverse = np.linalg.inv(identity - half * system.a)
+    root = np.sqrt(2.0 * half)
+    return Lti(
+        inverse @ (identity + half * system.a),
+        root * inverse @ system.b,
+        root * system.c @ inverse,
+        system.d + half * system.c @ inverse @ system.b,
+        period,
+    )
+
+
+def inverse_tustin(system: Lti) -> Lti:
+    """The continuous system whose Tustin equivalent without prewarping is `system`: z = (1 + s T/2)/(1 - s T/2)."""
+    identity = np.eye(system.order)
+    inverse = np.linalg.inv(system.a + identity)
+    period = system.period
+    return Lti(
+        2.0 / period * (system.a - identity) @ inverse,
+        2.0 / np.sqrt(period) * inverse @ system.b,
+        2.0 / np.sqrt(period) * system.c @ inverse,
+        system.d - system.c @ inverse @ system.b,
+        0.0,
+    )
+
+
+def delay(samples: int, period: float) -> Lti:
+    """`samples` steps of delay of one signal; the first state is the newest."""
+    a = np.eye(samples, k=-1)
+    b, c = np.zeros((samples, 1)), np.zeros((1, samples))
+    if samples:
+        b[0, 0] = c[0, -1] = 1.0
+    return Lti(a, b, c, np.full((1, 1), 0.0 if samples else 1.0), period)
