@@ -1,15 +1,21 @@
-"""Norms of discrete-time systems x+ = a x + b w, z = c x + d w.
+"""The H-infinity norm of a system in either domain, and where it is reached.
 
-The peak gain over the unit circle is found by the bisection of Boyd, Balakrishnan and Kabamba (1989) with the two-step level
-update of Bruinsma and Steinbuch (1990), on the bilinear image of the system, whose imaginary axis is the unit circle.
+The peak gain is found by the bisection of Boyd, Balakrishnan and Kabamba (1989) with the two-step level update of Bruinsma and Steinbuch
+(1990). The level sets come from the imaginary eigenvalues of a Hamiltonian matrix; a sampled system goes through its bilinear image
+s = (z - 1)/(z + 1), whose imaginary axis is the unit circle. What the eigenvalues say is never believed as a gain: it only tells where
+to look, and every gain is evaluated there.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from frictool.plant.lti import Lti
 
 Matrix = NDArray[np.float64]
+LEVELS = 100  # levels of the bisection, of which a handful is used
+ON_AXIS = 1e-8  # a real part below this, of the largest modulus, counts as zero; one too many costs an evaluation
 
 
 def spectral_radius(a: Matrix) -> float:
@@ -23,39 +29,90 @@ def gain_at(a: Matrix, b: Matrix, c: Matrix, d: Matrix, angle: float) -> float:
     return float(np.linalg.norm(c @ np.linalg.solve(z * np.eye(a.shape[0]) - a, b) + d, 2))
 
 
-def peak_gain(a: Matrix, b: Matrix, c: Matrix, d: Matrix, tolerance: float = 1e-6) -> tuple[float, float]:
-    """H-infinity norm and the angle [rad a sample] where it is reached; (inf, nan) for an unstable `a`.
+def gains(system: Lti, frequencies: ArrayLike) -> NDArray[np.float64]:
+    """(k,) largest singular values at the angular frequencies (k,) [rad/s]; infinity is allowed in continuous time."""
+    w = np.atleast_1d(np.asarray(frequencies, dtype=np.float64))
+    found = np.full(len(w), np.linalg.norm(system.d, 2))
+    finite = np.isfinite(w)
+    if system.order:
+        found[finite] = np.linalg.norm(system.response(w[finite]), 2, axis=(1, 2))
+    return found
 
-    Shapes: a (n, n), b (n, m), c (p, n), d (p, m). The norm is exact to the relative `tolerance`.
+
+def norm(system: Lti, tolerance: float = 1e-6) -> tuple[float, float]:
+    """H-infinity norm and the angular frequency [rad/s] where it is reached; (inf, nan) for an unstable system.
+
+    Exact to the relative `tolerance` from below: the gain at that frequency is the norm that is given. The frequency is inf for a
+    continuous system whose gain is largest at infinity.
     """
-    if spectral_radius(a) >= 1.0:
+    if not system.stable:
         return np.inf, np.nan
-    angles = np.concatenate([[0.0, np.pi], np.abs(np.angle(np.linalg.eigvals(a))), np.geomspace(1e-4, np.pi, 24)])
-    peak, where = max((gain_at(a, b, c, d, angle), angle) for angle in angles)
-    for _ in range(100):
-        crossings = _crossings(a, b, c, d, peak * (1.0 + tolerance))
+    where = _first_looks(system)
+    found = gains(system, where)
+    best = int(np.argmax(found))
+    peak, at = float(found[best]), float(where[best])
+    for _ in range(LEVELS):
+        crossings = _crossings(system, peak * (1.0 + tolerance)) if peak > 0.0 and system.order else np.empty(0)
         if crossings.size == 0:
-            return peak, float(where)
-        middles = 0.5 * (crossings[:-1] + crossings[1:]) if crossings.size > 1 else crossings
-        candidate, angle = max((gain_at(a, b, c, d, middle), middle) for middle in middles)
-        if candidate <= peak * (1.0 + tolerance):
-            return peak, float(where)
-        peak, where = candidate, angle
+            return peak, at
+        middles = _between(crossings, system.period)
+        found = gains(system, middles)
+        best = int(np.argmax(found))
+        if found[best] <= peak * (1.0 + tolerance):
+            return peak, at
+        peak, at = float(found[best]), float(middles[best])
     return np.inf, np.nan
 
 
-def _crossings(a: Matrix, b: Matrix, c: Matrix, d: Matrix, level: float) -> NDArray[np.float64]:
-    """Angles in [0, pi] at which some singular value equals `level`: imaginary eigenvalues of the Hamiltonian of the bilinear image."""
-    identity = np.eye(a.shape[0])
-    inverse = np.linalg.inv(a + identity)
-    ac, bc, cc = (a - identity) @ inverse, np.sqrt(2.0) * inverse @ b, np.sqrt(2.0) * c @ inverse
-    dc = d - c @ inverse @ b
-    r = level**2 * np.eye(d.shape[1]) - dc.T @ dc
-    s = level**2 * np.eye(d.shape[0]) - dc @ dc.T
-    middle = bc @ np.linalg.solve(r, dc.T @ cc)
-    hamiltonian = np.block(
-        [[ac + middle, level * bc @ np.linalg.solve(r, bc.T)], [-level * cc.T @ np.linalg.solve(s, cc), -(ac + middle).T]]
-    )
+def peak_gain(a: Matrix, b: Matrix, c: Matrix, d: Matrix, tolerance: float = 1e-6) -> tuple[float, float]:
+    """`norm` of a sampled system of period 1, so that the second value is an angle [rad a sample]."""
+    return norm(Lti(a, b, c, d, 1.0), tolerance)
+
+
+def _first_looks(system: Lti) -> NDArray[np.float64]:
+    """Frequencies [rad/s] near which a peak is likely: the ends, the poles, and a coarse grid between them."""
+    poles = np.linalg.eigvals(system.a) if system.order else np.empty(0)
+    if system.period:
+        ends, at_poles = np.array([0.0, np.pi]), np.abs(np.angle(poles))
+        return np.concatenate([ends, at_poles, np.geomspace(1e-4, np.pi, 24)]) / system.period
+    if not system.order:
+        return np.array([0.0])
+    size = np.abs(poles)
+    grid = np.geomspace(0.1 * size.min(), 10.0 * size.max(), 24)
+    return np.concatenate([[0.0, np.inf], np.abs(poles.imag), size, grid])
+
+
+def _between(crossings: NDArray[np.float64], period: float) -> NDArray[np.float64]:
+    """The middles of the intervals between crossings, and in continuous time, whose axis is long, the geometric ones too."""
+    if crossings.size == 1:
+        return crossings
+    low, high = crossings[:-1], crossings[1:]
+    middles = 0.5 * (low + high)
+    return middles if period else np.concatenate([middles, np.sqrt(low * high)])
+
+
+def _crossings(system: Lti, level: float) -> NDArray[np.float64]:
+    """Frequencies [rad/s] at which some singular value equals `level`: imaginary eigenvalues of the Hamiltonian, sorted.
+
+    Valid for a level above the gain at infinity (in continuous time) or at half the sampling frequency, which are among the first looks.
+    """
+    a, b, c, d = _bilinear_image(system) if system.period else (system.a, system.b, system.c, system.d)
+    r = level**2 * np.eye(d.shape[1]) - d.T @ d
+    s = level**2 * np.eye(d.shape[0]) - d @ d.T
+    middle = a + b @ np.linalg.solve(r, d.T @ c)
+    hamiltonian = np.block([[middle, level * b @ np.linalg.solve(r, b.T)], [-level * c.T @ np.linalg.solve(s, c), -middle.T]])
     values = np.linalg.eigvals(hamiltonian)
-    on_axis = values[np.abs(values.real) < 1e-8 * max(1.0, float(np.max(np.abs(values))))]
-    return np.sort(np.unique(2.0 * np.arctan(np.abs(on_axis.imag))))
+    on_axis = np.abs(values[np.abs(values.real) < ON_AXIS * max(1.0 if system.period else 0.0, float(np.max(np.abs(values))))].imag)
+    return np.unique(2.0 * np.arctan(on_axis) / system.period if system.period else on_axis)
+
+
+def _bilinear_image(system: Lti) -> tuple[Matrix, Matrix, Matrix, Matrix]:
+    identity = np.eye(system.order)
+    inverse = np.linalg.inv(system.a + identity)
+    root = np.sqrt(2.0)
+    return (
+        (system.a - identity) @ inverse,
+        root * inverse @ system.b,
+        root * system.c @ inverse,
+        system.d - system.c @ inverse @ system.b,
+    )

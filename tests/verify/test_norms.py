@@ -1,4 +1,4 @@
-"""The H-infinity norm against closed forms and a slow scan of the unit circle."""
+"""The H-infinity norm against closed forms and slow scans, in both domains."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.verify.norms import gain_at, peak_gain
+from frictool.plant.lti import Lti, gain, tustin
+from frictool.verify.norms import gain_at, gains, norm, peak_gain
 
 
 @given(pole=st.floats(-0.999, 0.999), gain=st.floats(0.01, 100))
@@ -31,6 +32,54 @@ def test_random_systems_against_a_dense_scan(seed: int, n: int, m: int, p: int) 
     assert gain_at(a, b, c, d, angle) == pytest.approx(peak, rel=1e-12)
 
 
-def test_an_unstable_system_has_no_norm() -> None:
-    peak, _ = peak_gain(np.array([[1.01]]), np.eye(1), np.eye(1), np.zeros((1, 1)))
+@given(damping=st.floats(1e-4, 0.5), natural=st.floats(1e-3, 1e5), steady=st.floats(1e-3, 1e3))
+@settings(deadline=None)
+def test_resonance_closed_form(damping: float, natural: float, steady: float) -> None:
+    """steady/(s²/w² + 2 z s/w + 1) peaks at w sqrt(1 - 2 z²) with steady/(2 z sqrt(1 - z²))."""
+    a = np.array([[0.0, natural], [-natural, -2.0 * damping * natural]])
+    peak, at = norm(Lti(a, np.array([[0.0], [natural]]), np.array([[steady, 0.0]]), np.zeros((1, 1)), 0.0))
+    assert peak == pytest.approx(steady / (2.0 * damping * np.sqrt(1.0 - damping**2)), rel=2e-6)
+    assert at == pytest.approx(natural * np.sqrt(1.0 - 2.0 * damping**2), abs=2e-2 * natural)
+
+
+@given(seed=st.integers(0, 10_000), n=st.integers(1, 6), m=st.integers(1, 3), p=st.integers(1, 3), spread=st.floats(0.0, 4.0))
+@settings(max_examples=60, deadline=None)
+def test_random_continuous_systems_against_a_dense_scan(seed: int, n: int, m: int, p: int, spread: float) -> None:
+    random = np.random.default_rng(seed)
+    a = random.normal(size=(n, n)) * 10.0 ** random.uniform(-spread, 0.0, size=(n, 1))
+    a -= (np.max(np.linalg.eigvals(a).real) + 10.0 ** random.uniform(-3, 0)) * np.eye(n)
+    system = Lti(a, random.normal(size=(n, m)), random.normal(size=(p, n)), random.normal(size=(p, m)), 0.0)
+    peak, at = norm(system)
+    scan = np.max(gains(system, np.concatenate([[0.0, np.inf], np.geomspace(1e-5, 1e4, 4000)])))
+    assert peak >= scan * (1.0 - 2e-6)
+    assert gains(system, at)[0] == pytest.approx(peak, rel=1e-12)
+
+
+@given(seed=st.integers(0, 10_000), n=st.integers(1, 5))
+@settings(max_examples=40, deadline=None)
+def test_the_bilinear_image_keeps_the_norm(seed: int, n: int) -> None:
+    """Tustin maps the imaginary axis onto the unit circle: both domains agree, and tan(w T/2) 2/T tells where."""
+    random = np.random.default_rng(seed)
+    a = random.normal(size=(n, n))
+    a -= (np.max(np.linalg.eigvals(a).real) + random.uniform(0.05, 1.0)) * np.eye(n)
+    system = Lti(a, random.normal(size=(n, 1)), random.normal(size=(1, n)), np.zeros((1, 1)), 0.0)
+    assert norm(tustin(system, 0.1))[0] == pytest.approx(norm(system)[0], rel=3e-6)
+
+
+def test_a_gain_is_its_own_norm() -> None:
+    assert norm(gain([[3.0, 4.0]], 0.0))[0] == pytest.approx(5.0)
+    assert norm(gain(0.0, 1e-3))[0] == 0.0
+
+
+def test_largest_at_infinity() -> None:
+    high_pass = Lti(np.array([[-1.0]]), np.array([[1.0]]), np.array([[-2.0]]), np.array([[2.0]]), 0.0)
+    peak, at = norm(high_pass)
+    assert peak == pytest.approx(2.0)
+    assert np.isinf(at)
+
+
+@pytest.mark.parametrize(("pole", "period"), [(1.01, 1.0), (1.0, 1e-3), (0.1, 0.0), (0.0, 0.0)])
+def test_an_unstable_system_has_no_norm(pole: float, period: float) -> None:
+    peak, at = norm(Lti(np.array([[pole]]), np.eye(1), np.eye(1), np.zeros((1, 1)), period))
     assert np.isinf(peak)
+    assert np.isnan(at)
