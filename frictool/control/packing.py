@@ -12,7 +12,7 @@ from frictool.documents.controller import Controller
 
 def pack(controller: Controller) -> NDArray[np.float64]:
     """The parameters of `cascade.control_step` (m,), in SI, laid out as that file's constants say."""
-    law, speed, period = controller.position_law, controller.linear, controller.sample_period_s
+    law, speed, period = controller.cascade_law, controller.linear, controller.sample_period_s
     prefilter = (0.0, 0.0, 0.0)
     if controller.prefilter is not None:
         prefilter = prefilter_coefficients(controller.prefilter.natural_frequency_rad_s, controller.prefilter.damping, period)

@@ -7,8 +7,10 @@ from typing import Annotated, Literal
 import msgspec
 
 from frictool.documents.bench import Bench, Name, PositiveNumber, SamplePeriod
+from frictool.documents.design import Domain, Method, Structure
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Axis
+from frictool.errors import FrictoolError
 
 Row = tuple[float, ...]
 
@@ -83,7 +85,10 @@ class DelayCheck(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Vertex(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """One vertex of the polytope: its parameters in SI, and the sampled closed loop there."""
+    """One vertex of the polytope: its parameters in SI, and the closed loop there.
+
+    norm: from the weighted inputs to the weighted outputs, in the domain that the controller was designed in; sampled_norm: as it runs.
+    """
 
     name: str
     inertia: float
@@ -91,15 +96,16 @@ class Vertex(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     coulomb: float
     constant: float
     norm: float
+    sampled_norm: float
     modulus_margin: float
     stable: bool
     checks: tuple[DelayCheck, ...]
 
 
 class Verified(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """gamma_asked: bound of the matrix inequalities. gamma_verified: worst norm of the rebuilt sampled loop over the vertices."""
+    """gamma_asked: bound of the method on its own plants, where it has one. gamma_verified: worst norm of the rebuilt sampled loop."""
 
-    gamma_asked: float
+    gamma_asked: float | None
     gamma_verified: float
     modulus_margin_specified: float
     vertices: tuple[Vertex, ...]
@@ -111,17 +117,30 @@ class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     format: Literal["controller/1"]
     name: Name
     axis: Axis
-    structure: Literal["speed_cascade"]
-    method: Literal["lpv"]
-    domain: Literal["discrete"]
+    structure: Structure
+    method: Method
+    domain: Domain
     sample_period_s: SamplePeriod
     delay_samples: Annotated[int, msgspec.Meta(ge=0, le=2)]
     drive: Literal["current", "voltage"]
     drive_limit: PositiveNumber
     sign_convention: str
     linear: LinearController
-    position_law: PositionLaw
     verified: Verified
     bench: Bench
     provenance: Provenance
+    position_law: PositionLaw | None = None
     prefilter: Prefilter | None = None
+
+    def __post_init__(self) -> None:
+        if (self.structure == "speed_cascade") != (self.position_law is not None):
+            raise ValueError("structure speed_cascade has a position_law, structure position has none")
+
+    @property
+    def cascade_law(self) -> PositionLaw:
+        """The position law of a cascade. Raises FrictoolError for structure position, which has no cascade to play or to export."""
+        if self.position_law is None:
+            raise FrictoolError(
+                f"{self.name}: structure {self.structure}: synthesised and verified, but only speed_cascade is simulated and exported"
+            )
+        return self.position_law

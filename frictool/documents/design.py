@@ -9,6 +9,10 @@ import msgspec
 from frictool.documents.bench import Name, PositiveNumber
 from frictool.documents.quantity import Axis, PositiveLength, PositiveVelocity
 
+Structure = Literal["position", "speed_cascade"]
+Method = Literal["lpv"]
+Domain = Literal["continuous", "discrete"]
+
 
 class Weights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Weights of the generalised plant (5.53)-(5.58); what is absent is derived from the specification.
@@ -57,14 +61,28 @@ class Prefilter(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """`design.yaml`."""
+    """`design.yaml`.
+
+    structure: `position` closes one loop on the position (5.4.3), `speed_cascade` a speed loop under the square-root law (5.4.4, annex C).
+    domain: where the method works; a continuous controller is discretised by Tustin, exact at `prewarp_rad_s` where that is given.
+    """
 
     format: Literal["design/1"]
     name: Name
     axis: Axis
-    structure: Literal["speed_cascade"]
-    method: Literal["lpv"]
+    structure: Structure
+    method: Method
     weights: Weights
-    position_law: PositionLaw
+    position_law: PositionLaw | None = None
+    domain: Domain = "discrete"
+    prewarp_rad_s: PositiveNumber | None = None
     prefilter: Prefilter | None = None
     recentring: Annotated[float, msgspec.Meta(gt=1, le=2)] = 1.1
+
+    def __post_init__(self) -> None:
+        if self.structure == "speed_cascade" and self.position_law is None:
+            raise ValueError("structure speed_cascade needs a position_law")
+        if self.structure == "position" and self.position_law is not None:
+            raise ValueError("structure position has no position_law: its linear controller takes the position error")
+        if self.prewarp_rad_s is not None and self.domain == "discrete":
+            raise ValueError("prewarp_rad_s is for domain continuous: a discrete design is not discretised")

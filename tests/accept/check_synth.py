@@ -20,7 +20,7 @@ from frictool.errors import NoSolutionError
 from frictool.plant.polytope import intervals
 from frictool.report.verdict import judge
 from frictool.simulate.step_test import step_test
-from frictool.synth.speed_cascade import design_controller
+from frictool.synth.design import design_controller
 from tests.synth.example import ROOT, clutch_model
 
 RIG = ROOT / "configs/clutch"

@@ -34,7 +34,7 @@ def clutch_controller(
     law: PositionLaw = CUT_LAW, *, prefilter: bool = True, speed: LinearController | None = None, limit: float = 50.0
 ) -> Controller:
     """A controller of the clutch: encoder of 56 points, 1 ms, 50 A."""
-    vertex = Vertex("nominal", 1.32e-5, 3.81e-4, 0.099, CONSTANT, 1.0, 0.6, True, (DelayCheck(0, 0.98, 0.6), DelayCheck(1, 0.98, 0.5)))
+    vertex = Vertex("nominal", 1.32e-5, 3.81e-4, 0.099, CONSTANT, 1.0, 1.0, 0.6, True, (DelayCheck(0, 0.98, 0.6), DelayCheck(1, 0.98, 0.5)))
     return Controller(
         format="controller/1",
         name="speed",

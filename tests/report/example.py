@@ -82,7 +82,7 @@ def controller(margins: tuple[float, ...] = (0.73, 0.62, 0.68), unstable: int | 
     """A controller whose loop has these margins at its vertices."""
     space = StateSpace(((0.5,),), ((1.0,),), ((0.1,),), ((0.2,),))
     vertices = tuple(
-        Vertex(f"v{k:02d}", 1.3e-5, 3.8e-4, 0.1, 0.0134, 1.0 / m, m, k != unstable, (DelayCheck(1, 0.98, m),))
+        Vertex(f"v{k:02d}", 1.3e-5, 3.8e-4, 0.1, 0.0134, 1.0 / m, 1.0 / m, m, k != unstable, (DelayCheck(1, 0.98, m),))
         for k, m in enumerate(margins)
     )
     bench = load(ROOT / "configs/clutch/bench.yaml", Bench)

@@ -12,7 +12,7 @@ from frictool.documents.writing import to_yaml
 from frictool.errors import NoSolutionError
 from frictool.verify.controller import recheck
 from tests.cli.run import refused, run
-from tests.synth.test_speed_cascade import clutch_controller
+from tests.synth.test_design import clutch_controller
 
 
 def _claiming(controller: Controller, margin: float) -> Controller:

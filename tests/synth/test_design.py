@@ -17,7 +17,7 @@ from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.lti import Lti
 from frictool.plant.polytope import PlantPoint
-from frictool.synth.speed_cascade import design_controller
+from frictool.synth.design import design_controller
 from frictool.verify.speed_loop import check_loop
 from tests.synth.example import ROOT, clutch_model
 
