@@ -1,4 +1,7 @@
-"""An hour at 1 kHz identified with intervals (filter, slip mask, QR, jackknife) against one `numpy.linalg.lstsq` on the prepared rows.
+"""An hour at 1 kHz identified with intervals against one `numpy.linalg.lstsq` on the prepared rows.
+
+    identify.hour                 least squares: filter, slip mask, QR, jackknife
+    identify.hour.output_error    output error: load terms compared on held-out halves, the search, the influence of each cluster of strokes
 
 The hour is 120 tests of the simulated clutch, one after the other with a pause of the clock. Peak memory is that of a process of its own
 that holds the log and identifies it once.
@@ -15,14 +18,15 @@ import numpy as np
 
 from benchmarks.timing import pair
 from frictool.documents.bench import Bench
-from frictool.identify.estimators.least_squares import least_squares
-from frictool.identify.methods import Settings
+from frictool.identify.methods import METHODS, Settings, run
 from frictool.identify.record import Record, make_record
 from frictool.identify.rows.slipping import SMALLEST_SHARE, slipping
 from sample_logs.make import TRUTH, sines
 from tests.identify.benches import clutch
 
-TESTS, MOST_ROWS, PAUSE, ROUNDS = 120, 40_000, 10.0, 5  # 120 logs of 29.9 s each at 1 kHz; s
+TESTS, MOST_ROWS, PAUSE = 120, 40_000, 10.0  # 120 logs of 29.9 s each at 1 kHz; s
+LEAST_SQUARES, OUTPUT_ERROR = "least-squares", "output-error"
+NAMES = ("inertia", "viscous", "coulomb")
 KILOBYTE = 1024
 
 
@@ -37,14 +41,15 @@ def hour() -> Record:
     return make_record("hour", *columns[:, :row], resolution=TRUTH.encoder_step, lag=TRUTH.lag)
 
 
-def peak_bytes() -> int:
+def peak_bytes(method: str) -> int:
     """Peak resident memory of a fresh process that makes the hour and identifies it."""
-    code = "from benchmarks.bench_identify import alone; alone()"
+    assert method in METHODS
+    code = f"from benchmarks.bench_identify import alone; alone({method!r})"
     return int(subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout)
 
 
-def alone() -> None:
-    least_squares([hour()], clutch(), Settings())
+def alone(method: str) -> None:
+    run(method, [hour()], clutch(), Settings())
     status = Path("/proc/self/status").read_text().splitlines()
     print(next(int(line.split()[1]) * KILOBYTE for line in status if line.startswith("VmHWM")))  # the process's own, not its parent's
 
@@ -55,22 +60,30 @@ def rows(record: Record, bench: Bench) -> tuple[np.ndarray, np.ndarray]:
     return np.column_stack(samples.columns), samples.effort
 
 
-def identify_hour() -> dict[str, Any]:
+def _row(identity: str, method: str, rounds: int) -> dict[str, Any]:
     record, bench = hour(), clutch()
     regressors, effort = rows(record, bench)
-    fit = least_squares([record], bench, Settings())
-    ours, theirs = pair(lambda: least_squares([record], bench, Settings()), lambda: np.linalg.lstsq(regressors, effort, rcond=None), ROUNDS)
-    coulomb = fit.parameters["coulomb"]
-    off = abs(coulomb.value / TRUTH.coulomb - 1.0)
+    ours, theirs = pair(lambda: run(method, [record], bench, Settings()), lambda: np.linalg.lstsq(regressors, effort, rcond=None), rounds)
+    found = run(method, [record], bench, Settings()).parameters
+    off = ", ".join(f"{name} off {100 * abs(found[name].value / getattr(TRUTH, name) - 1.0):.3f} %" for name in NAMES if name in found)
     return {
-        "id": "identify.hour",
+        "id": identity,
         "peer": "one numpy.linalg.lstsq",
         "ours": ours,
         "theirs": theirs,
         "unit": "s",
         "ratio": theirs / ours,
-        "accuracy": f"{ours / theirs:.1f} times lstsq, peak {peak_bytes() / 1e9:.2f} GB, coulomb off {100 * off:.3f} %",
+        "accuracy": f"{ours / theirs:.3g} times lstsq, peak {peak_bytes(method) / 1e9:.2f} GB, {off}",
     }
 
 
-ROWS = [identify_hour]
+def identify_hour() -> dict[str, Any]:
+    return _row("identify.hour", LEAST_SQUARES, 5)
+
+
+def identify_hour_output_error() -> dict[str, Any]:
+    return _row("identify.hour.output_error", OUTPUT_ERROR, 1)
+
+
+identify_hour_output_error.id = "identify.hour.output_error"  # type: ignore[attr-defined]  # by which the runner chooses it
+ROWS = [identify_hour, identify_hour_output_error]

@@ -21,7 +21,7 @@ from frictool.identify.methods import Settings, run
 from frictool.identify.outcome import SLIDING, NothingUsable
 from frictool.identify.record import Record, record_of
 from frictool.identify.rows.load_terms import DIRECTION, GRAVITY, SPRING, possible
-from frictool.identify.rows.segments import whole
+from frictool.identify.rows.segments import Segment, thinned, whole
 from frictool.logs.reading import read_log
 from frictool.plant.axis import AxisParameters, rest
 from frictool.plant.axis_laws import Laws, Levels
@@ -161,3 +161,14 @@ def test_auto_keeps_the_regression_where_the_simulation_contradicts_it(tmp_path:
     errors = [fit.parameters["viscous"].value / MASS.viscous - 1.0 for fit in fits]
     assert {fit.method for fit in fits} == {"least-squares"}
     assert max(map(abs, errors)) < 4.0 * 0.00134
+
+
+def test_of_a_long_log_a_part_is_compared_evenly_over_it() -> None:
+    record = driven(plain())
+    pieces = [Segment(record, first, first + 1000) for first in range(0, 12_000, 1000)]
+    assert thinned(pieces, 12_000) == pieces
+    few = thinned(pieces, 4000)
+    assert [one.first for one in few] == [1000, 4000, 7000, 10_000]
+    assert sum(one.last - one.first for one in few) == 4000
+    (long,) = thinned([Segment(record, 0, 12_000)], 5000)
+    assert (long.first, long.last) == (0, 5000)

@@ -5,7 +5,8 @@
     choice     a term is kept where the squares of the strokes it predicts are smaller beyond chance (pairs of strokes, Student), and the
                held-out error falls by a fifth: strokes of one record share its day, from which other days differ more than they do
 
-A richer structure always fits better what it has seen. Where the log is too short for halves, nothing is compared and nothing added.
+A richer structure always fits better what it has seen. Where the log is too short for halves, nothing is compared and nothing added. Of an
+hour a part is simulated, evenly over all of it: what is not seen in five minutes is no term of the model.
 """
 
 from __future__ import annotations
@@ -20,12 +21,13 @@ from frictool.identify.estimators.simulated import Simulated, estimate
 from frictool.identify.outcome import NothingUsable
 from frictool.identify.record import Record, Vector
 from frictool.identify.regression.alternatives import beyond_chance
-from frictool.identify.rows.segments import FEWEST_SAMPLES, whole
+from frictool.identify.rows.segments import FEWEST_SAMPLES, Segment, of_each_record, thinned, whole
 from frictool.identify.rows.strokes import find_strokes
 
 Sides = tuple[list[Record], list[Record]]
 WORTH = 0.8  # of the held-out error: what a richer structure has to come below
 FEWEST_STROKES = 4  # of a record that is cut: both directions on either side
+MOST_COMPARED = 300_000  # samples of a half that are simulated
 
 
 def halves(records: Sequence[Record]) -> Sides | None:
@@ -56,17 +58,22 @@ def held_out_squares(sides: Sides, bench: Bench, terms: tuple[str, ...], known: 
     """Mean square (s,) of the simulated position's error in each stroke, rad^2 | m^2: each half simulated by a fit to the other."""
     squares = []
     for seen, unseen in (sides, (sides[1], sides[0])):
-        found = estimate(Simulated(whole(seen), bench, terms), known).values
-        squares.append(stroke_squares(Simulated(whole(unseen), bench, terms), found))
+        found = estimate(Simulated(compared(seen), bench, terms), known).values
+        squares.append(stroke_squares(Simulated(compared(unseen), bench, terms), found))
     return np.concatenate(squares)
+
+
+def compared(side: Sequence[Record]) -> list[Segment]:
+    """What is simulated of a half."""
+    return thinned(whole(side), MOST_COMPARED)
 
 
 def stroke_squares(simulated: Simulated, values: Mapping[str, float]) -> Vector:
     """Mean square (s,) of the residual in each stroke."""
     out = []
-    for segment in simulated.segments:
-        residual = replace(simulated, segments=[segment]).residual(values)
-        number = find_strokes(segment.record).number[segment.first : segment.last]
+    for segment, strokes in zip(simulated.segments, of_each_record(simulated.segments, find_strokes), strict=True):
+        residual = simulated.of_segment(segment, values)
+        number = strokes.number[segment.first : segment.last]
         starts = np.flatnonzero(np.diff(number, prepend=-1))
         out.append(np.add.reduceat(residual**2, starts) / np.diff(np.append(starts, number.size)))
     return np.concatenate(out)

@@ -24,7 +24,7 @@ from scipy.special import stdtrit
 
 from frictool.documents.bench import Bench
 from frictool.engine.servo import Servo
-from frictool.identify.estimators.held_out import choose_terms, halves, held_out_squares, stroke_squares
+from frictool.identify.estimators.held_out import choose_terms, compared, halves, held_out_squares, stroke_squares
 from frictool.identify.estimators.power_balance import power_balance
 from frictool.identify.estimators.simulated import Matrix, Minimum, Simulated, estimate, observer_rate
 from frictool.identify.methods import Settings, run
@@ -33,7 +33,7 @@ from frictool.identify.record import Record, Vector
 from frictool.identify.regression.clusters import clusters
 from frictool.identify.regression.regression import Singular, solve
 from frictool.identify.rows.load_terms import laws_of, possible
-from frictool.identify.rows.segments import whole
+from frictool.identify.rows.segments import of_each_record, whole
 from frictool.identify.rows.strokes import find_strokes
 
 REFINED = 0.9  # of the regression's held-out error
@@ -47,21 +47,24 @@ def influences(simulated: Simulated, found: Minimum, regressed: Mapping[str, flo
     numbers = _cluster_numbers(simulated, errors)
     count = 1 + max(int(number.max()) for number in numbers)
     inverse = np.linalg.pinv(found.jacobian)
-    out = np.empty((count, found.jacobian.shape[1]))
-    for c in range(count):
-        only = [np.where(number == c, error, 0.0) for number, error in zip(numbers, errors, strict=True)]
-        out[c] = inverse @ (simulated.disturbed(found.values, only) - found.residual)
+    out, first = np.zeros((count, found.jacobian.shape[1])), 0
+    for segment, number, error in zip(simulated.segments, numbers, errors, strict=True):
+        part = slice(first, first + error.size)
+        for c in np.unique(number):
+            moved = simulated.of_segment(segment, found.values, np.where(number == c, error, 0.0)) - found.residual[part]
+            out[c] += inverse[:, part] @ moved
+        first += error.size
     return out
 
 
 def _cluster_numbers(simulated: Simulated, errors: Sequence[Vector]) -> list[NDArray[np.int64]]:
     """The cluster of each sample, (m,) a segment, at most MOST_CLUSTERS in all."""
     numbers, above = [], 0
-    for segment, error in zip(simulated.segments, errors, strict=True):
-        strokes = find_strokes(segment.record)
+    known = of_each_record(simulated.segments, lambda record: (find_strokes(record), observer_rate(record)))
+    for segment, error, (strokes, rate) in zip(simulated.segments, errors, known, strict=True):
         part = slice(segment.first, segment.last)
         counts = np.abs(np.gradient(segment.position)) / segment.record.resolution
-        shortest = round(1.0 / (observer_rate(segment.record) * segment.record.period))
+        shortest = round(1.0 / (rate * segment.record.period))
         number = clusters(strokes.number[part], strokes.sign[part], counts, shortest)
         numbers.append(number + above)
         above += int(number.max()) + 1
@@ -199,7 +202,7 @@ def refined(records: list[Record], bench: Bench, settings: Settings, fit: Fit) -
         return fit
     try:
         seen = [start_values(run(fit.method, side, bench, settings), bench) for side in sides]
-        regressed = [stroke_squares(Simulated(whole(other), bench), values) for other, values in zip(reversed(sides), seen, strict=True)]
+        regressed = [stroke_squares(Simulated(compared(other), bench), values) for other, values in zip(reversed(sides), seen, strict=True)]
         simulated = held_out_squares(sides, bench, (), start_values(fit, bench))
         one, other = (float(np.sqrt(np.mean(squares))) for squares in (np.concatenate(regressed), simulated))
         if other >= REFINED * one:

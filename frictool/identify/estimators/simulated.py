@@ -22,7 +22,7 @@ from frictool.engine.status import OK
 from frictool.identify.outcome import NothingUsable
 from frictool.identify.record import Record, Vector
 from frictool.identify.rows.load_terms import POSITIVE, SMALLEST, axis_and_load, names_of, scale_of, start_of
-from frictool.identify.rows.segments import Segment
+from frictool.identify.rows.segments import Segment, of_each_record
 from frictool.identify.rows.strokes import find_strokes
 from frictool.plant.axis import BACKLASH, GAP, VELOCITY
 
@@ -54,13 +54,10 @@ class Simulated:
 
     def residual(self, values: Mapping[str, float]) -> Vector:
         """Measured less simulated (n,) over all segments: position, rad | m, or effort, N m | N, in closed loop."""
-        return np.concatenate([self._one(segment, values, None) for segment in self.segments])
+        return np.concatenate([self.of_segment(segment, values) for segment in self.segments])
 
-    def disturbed(self, values: Mapping[str, float], errors: Sequence[Vector]) -> Vector:
-        """The residual with `errors`, one (m,) a segment, added to the effort."""
-        return np.concatenate([self._one(segment, values, error) for segment, error in zip(self.segments, errors, strict=True)])
-
-    def _one(self, segment: Segment, values: Mapping[str, float], error: Vector | None) -> Vector:
+    def of_segment(self, segment: Segment, values: Mapping[str, float], error: Vector | None = None) -> Vector:
+        """The residual (m,) of one segment, with `error` (m,) added to its effort."""
         p, load = axis_and_load(values, self.bench, segment.record)
         state = _state(segment, p)
         n = segment.last - segment.first
@@ -81,12 +78,13 @@ class Simulated:
 
     def missing_effort(self, values: Mapping[str, float]) -> list[Vector]:
         """What an observer has to add to the effort to follow the measured position: (m,) a segment, N m | N."""
-        return [self._observe(segment, values) for segment in self.segments]
+        gains = of_each_record(self.segments, observer_gains)
+        return [self._observe(segment, values, own) for segment, own in zip(self.segments, gains, strict=True)]
 
-    def _observe(self, segment: Segment, values: Mapping[str, float]) -> Vector:
+    def _observe(self, segment: Segment, values: Mapping[str, float], gains: Vector) -> Vector:
         p, load = axis_and_load(values, self.bench, segment.record)
         period, n = segment.record.period, segment.last - segment.first
-        x, v, gains = np.empty(n), np.empty(n), observer_gains(segment.record)
+        x, v = np.empty(n), np.empty(n)
         if replay(p, load, _state(segment, p), segment.effort, segment.position, gains, period, x, v) != OK:
             raise NothingUsable(f"{segment.record.name}: the simulation does not follow the measured position")
         return np.asarray(values["inertia"] * gains[1] / period * (segment.position - x))

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
 from frictool.identify.record import Record, Vector
 from frictool.plant.axis import VELOCITY, rest
+
+T = TypeVar("T")
 
 FEWEST_SAMPLES = 50
 COUNTS_OF_A_START = 10.0  # that have to pass for the encoder to tell a speed at the start
@@ -64,3 +67,22 @@ def whole(records: Sequence[Record]) -> list[Segment]:
         edges = np.concatenate(([0], np.flatnonzero(np.diff(record.piece)) + 1, [record.position.size]))
         found += [Segment(record, int(a), int(b)) for a, b in itertools.pairwise(edges) if b - a >= FEWEST_SAMPLES]
     return found
+
+
+def thinned(segments: Sequence[Segment], most: int) -> list[Segment]:
+    """Beginnings of segments evenly over all of them, of at most `most` samples together; all where they are no more."""
+    if sum(one.last - one.first for one in segments) <= most:
+        return list(segments)
+    wanted = float(np.mean([one.last - one.first for one in segments]))
+    count = min(max(1, int(most / wanted)), len(segments))
+    chosen = [segments[(2 * k + 1) * len(segments) // (2 * count)] for k in range(count)]
+    return [replace(one, last=min(one.last, one.first + most // count)) for one in chosen]
+
+
+def of_each_record(segments: Sequence[Segment], what: Callable[[Record], T]) -> list[T]:
+    """what(record) of each segment's record; it is called once for all segments of one record."""
+    found: dict[int, T] = {}
+    for segment in segments:
+        if id(segment.record) not in found:
+            found[id(segment.record)] = what(segment.record)
+    return [found[id(segment.record)] for segment in segments]
