@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.plant.connect import Block, connect
-from frictool.plant.linear_axis import Rates, linear_axis
+from frictool.plant.linear_axis import INPUTS, OUTPUTS, Rates, linear_axis
 from frictool.plant.lti import Lti, delay, gain, tustin
 
 Matrix = NDArray[np.float64]
@@ -139,14 +139,18 @@ def generalised_plant(
     period: float = 0.0,
     delay_samples: int = 0,
     uncertainty: Uncertainty | None = None,
+    axis: Block | None = None,
 ) -> GeneralisedPlant:
-    """The plant of one vertex, `lag` and `period` in s. Raises ValueError for a delay in continuous time."""
+    """The plant of one vertex, `lag` and `period` in s. Raises ValueError for a delay in continuous time.
+
+    `axis` takes the place of linear_axis(rates, lag, period); ports that it has beyond those become the plant's first inputs and outputs.
+    """
     if delay_samples and not period:
         raise ValueError("a delay in samples needs a sampled plant")
     speed = controlled == "speed"
     blocks = {
         "delay": Block(delay(delay_samples, period), ("u",), ("command",)),
-        "axis": linear_axis(rates, lag, period),
+        "axis": axis or linear_axis(rates, lag, period),
         "W2": Block(weights.error.system(period), ("error",), ("z_error",)),
         "W4": Block(weights.noise.system(period), ("noise",), ("disturbing_noise",)),
     }
@@ -158,14 +162,16 @@ def generalised_plant(
         "z_command": {"u": weights.command},
         "z_eta": {"eta": weights.eta},
     }
-    inputs = ["speed_reference" if speed else "reference", "friction_signal"]
+    further = [name for name in blocks["axis"].inputs if name not in INPUTS]
+    inputs = [*further, "speed_reference" if speed else "reference", "friction_signal"]
     if not speed:
         sums["speed_reference"] = {}
     if weights.noise.gain:
         inputs.append("noise")
     else:
         sums["noise"] = {}
-    outputs = ["z_error", "z_drive"] + ["z_command"] * bool(weights.command) + ["z_eta"] * bool(weights.eta)
+    outputs = [name for name in blocks["axis"].outputs if name not in OUTPUTS]
+    outputs += ["z_error", "z_drive"] + ["z_command"] * bool(weights.command) + ["z_eta"] * bool(weights.eta)
     if uncertainty is None:
         sums["uncertain_effort"] = {}
     else:
