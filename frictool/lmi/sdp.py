@@ -1,13 +1,15 @@
 """Linear matrix inequalities handed to Clarabel directly: minimise c'x subject to F_j(x) = F_j0 + sum x_k F_jk >= 0.
 
-The constraints are given as functions of the decision vector, for many vectors at once; being affine, each is assembled exactly from
-its values at zero and at the unit vectors. Nothing here knows what the inequalities mean.
+A constraint comes assembled, as its fixed matrix and the upper triangles of its coefficients, or as a function of the decision vector
+for many vectors at once; being affine, the latter is assembled exactly from its values at zero and at the unit vectors. Nothing here
+knows what the inequalities mean.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +20,18 @@ Vector = NDArray[np.float64]
 Affine = Callable[[Matrix], Matrix]  # decision vectors (k, count) -> symmetric matrices (k, m, m)
 
 TOLERANCE = 1e-7  # of a constraint's own scale
+
+
+@dataclass(frozen=True)
+class Assembled:
+    """fixed (m, m) + sum x_k F_k; `columns` (m (m + 1)/2, count) are the upper triangles of the F_k, column by column."""
+
+    fixed: Matrix
+    columns: Matrix
+
+    def at(self, x: Vector) -> Matrix:
+        """The matrix at one decision vector."""
+        return np.asarray(self.fixed + symmetric(self.columns @ x, len(self.fixed)))
 
 
 @dataclass(frozen=True)
@@ -38,6 +52,7 @@ def symmetric(x: Matrix, size: int) -> Matrix:
     return out
 
 
+@lru_cache(maxsize=256)
 def upper_triangle(size: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Rows and columns of the upper triangle, column by column."""
     columns = np.concatenate([np.full(c + 1, c) for c in range(size)])
@@ -45,20 +60,26 @@ def upper_triangle(size: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return rows, columns
 
 
-def solve(objective: Vector, constraints: Sequence[Affine], *, iterations: int = 200) -> Solution:
+def assembled(constraint: Affine, count: int) -> Assembled:
+    """The constraint from its values at zero and at the `count` unit vectors."""
+    base, *moved = constraint(np.vstack([np.zeros(count), np.eye(count)]))
+    rows, columns = upper_triangle(len(base))
+    return Assembled(base, (np.array(moved) - base)[:, rows, columns].T)
+
+
+def solve(objective: Vector, constraints: Sequence[Affine | Assembled], *, iterations: int = 200) -> Solution:
     """Minimises objective @ x with every constraint positive semidefinite."""
     import clarabel
 
     count = objective.shape[0]
+    given = [constraint if isinstance(constraint, Assembled) else assembled(constraint, count) for constraint in constraints]
     rows, offsets, cones = [], [], []
-    for constraint in constraints:
-        base, *columns = constraint(np.vstack([np.zeros(count), np.eye(count)]))
-        size = base.shape[0]
-        upper = upper_triangle(size)
+    for constraint in given:
+        upper = upper_triangle(len(constraint.fixed))
         weight = np.where(upper[0] == upper[1], 1.0, np.sqrt(2.0))
-        rows.append((base - np.array(columns))[:, upper[0], upper[1]].T * weight[:, None])
-        offsets.append(base[upper] * weight)
-        cones.append(clarabel.PSDTriangleConeT(size))
+        rows.append(-constraint.columns * weight[:, None])
+        offsets.append(constraint.fixed[upper] * weight)
+        cones.append(clarabel.PSDTriangleConeT(len(constraint.fixed)))
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.max_iter = iterations
@@ -67,9 +88,7 @@ def solve(objective: Vector, constraints: Sequence[Affine], *, iterations: int =
     solver = clarabel.DefaultSolver(quadratic, objective, sparse.csc_matrix(np.vstack(rows)), np.concatenate(offsets), cones, settings)
     found = solver.solve()
     x = np.asarray(found.x, dtype=np.float64)
-    return Solution(
-        x, str(found.status), bool(np.all(np.isfinite(x))) and all(_positive(constraint(x[None])[0]) for constraint in constraints)
-    )
+    return Solution(x, str(found.status), bool(np.all(np.isfinite(x))) and all(_positive(constraint.at(x)) for constraint in given))
 
 
 def _positive(matrix: Matrix) -> bool:

@@ -1,0 +1,133 @@
+"""The eliminated bounded-real inequalities of a set of plants with one pair (R, S), in continuous and in discrete time.
+
+Vocabulary: R, S the two blocks of the Lyapunov matrix (X, Y in (5.61)); gamma the bound on the norm from w to z; N_R, N_S bases of the
+null spaces of [B2' D12'] and [C2 D21]. A controller exists for every plant exactly when (Gahinet and Apkarian, 1994)
+
+    [N_R 0]' [ L(R)     M(R)'            B1      ] [N_R 0]          continuous  L = A R + R A'     M = C1 R      Q = 0
+    [0   I]  [ M(R)     Q(R) - gamma I   D11     ] [0   I] < 0      discrete    L = A R A' - R     M = C1 R A'   Q = C1 R C1'
+             [ B1'      D11'            -gamma I ]
+
+and its dual in S hold, and [R I; I S] >= 0. With P = [A; C1], E = [I; 0] the upper left corner is P R E' + E R P' in continuous and
+P R P' - E R E' in discrete time: the two domains differ in the signs of three products only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag, null_space
+
+from frictool.lmi.sdp import Assembled, symmetric, upper_triangle
+from frictool.plant.generalised import GeneralisedPlant
+
+Matrix = NDArray[np.float64]
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Side:
+    """One inequality of one plant, projected: level(gamma) - p v q' ... > 0 in the block v, which is R or S."""
+
+    p: Matrix
+    e: Matrix
+    fixed: Matrix
+    level: Matrix
+    disc: bool
+
+    @staticmethod
+    def of(a: Matrix, b: Matrix, c: Matrix, d: Matrix, null: Matrix, disc: bool) -> Side:
+        """Of x' = a x + b w, z = c x + d w with the basis `null` of what the controller does not reach."""
+        n, n_z, n_w = len(a), len(c), b.shape[1]
+        outer = block_diag(null, np.eye(n_w)).T
+        fixed = np.zeros((n + n_z + n_w,) * 2)
+        fixed[: n + n_z, n + n_z :] = np.vstack([b, d])
+        level = np.diag(np.concatenate([np.zeros(n), np.ones(n_z + n_w)]))
+        stacked = np.vstack([a, c, np.zeros((n_w, n))])
+        picked = np.vstack([np.eye(n), np.zeros((n_z + n_w, n))])
+        return Side(outer @ stacked, outer @ picked, -outer @ (fixed + fixed.T) @ outer.T, outer @ level @ outer.T, disc)
+
+    def at(self, v: Matrix, gamma: float) -> Matrix:
+        """The matrix that must be positive."""
+        if self.disc:
+            return np.asarray(self.fixed + gamma * self.level - self.p @ v @ self.p.T + self.e @ v @ self.e.T)
+        crossed = self.p @ v @ self.e.T
+        return np.asarray(self.fixed + gamma * self.level - crossed - crossed.T)
+
+    @property
+    def columns(self) -> Matrix:
+        """The upper triangles of the coefficients of v's upper triangle."""
+        rows = upper_triangle(len(self.p))
+        pairs = upper_triangle(self.p.shape[1])
+        if self.disc:
+            return _products(self.e, self.e, rows, pairs) - _products(self.p, self.p, rows, pairs)
+        return -_products(self.p, self.e, rows, pairs) - _products(self.e, self.p, rows, pairs)
+
+
+Indices = tuple[NDArray[np.intp], NDArray[np.intp]]
+
+
+def _products(left: Matrix, right: Matrix, rows: Indices, pairs: Indices) -> Matrix:
+    """Upper triangles of the coefficients of left v right' with respect to the upper triangle of the symmetric v."""
+    up, down, i, j = left[rows[0]], right[rows[1]], *pairs
+    both = up[:, i] * down[:, j]
+    both[:, i != j] += up[:, j[i != j]] * down[:, i[i != j]]
+    return np.asarray(both)
+
+
+class Inequalities:
+    """All inequalities in one set of coordinates; the decision vector is (R, S, last), last being gamma or b of [R bI; bI S]."""
+
+    def __init__(self, plants: Sequence[GeneralisedPlant]) -> None:
+        first = plants[0]
+        for plant in plants[1:]:
+            pairs = ((plant.b2, first.b2), (plant.c2, first.c2), (plant.d12, first.d12), (plant.d21, first.d21))
+            if not all(np.allclose(p, q) for p, q in pairs):
+                raise ValueError("B2, C2, D12 and D21 must be the same at every vertex (5.61)")
+        self.n = len(first.a)
+        self.half = self.n * (self.n + 1) // 2
+        null_r, null_s = null_space(np.hstack([first.b2.T, first.d12.T])), null_space(np.hstack([first.c2, first.d21]))
+        disc = first.period > 0.0
+        self.sides_r = [Side.of(p.a, p.b1, p.c1, p.d11, null_r, disc) for p in plants]
+        self.sides_s = [Side.of(p.a.T, p.c1.T, p.b1.T, p.d11.T, null_s, disc) for p in plants]
+
+    @property
+    def count(self) -> int:
+        return 2 * self.half + 1
+
+    def blocks(self, x: Vector) -> tuple[Matrix, Matrix]:
+        """R and S of a decision vector."""
+        return symmetric(x[: self.half], self.n), symmetric(x[self.half : 2 * self.half], self.n)
+
+    def bounded_real(self, gamma: float | None) -> list[Assembled]:
+        """The inequalities of every plant; with `gamma` None the decision vector's last entry is gamma."""
+        found = []
+        for start, sides in ((0, self.sides_r), (self.half, self.sides_s)):
+            for side in sides:
+                own = side.columns
+                columns = np.zeros((len(own), self.count))
+                columns[:, start : start + self.half] = own
+                if gamma is None:
+                    columns[:, -1] = side.level[upper_triangle(len(side.level))]
+                found.append(Assembled(side.fixed if gamma is None else side.fixed + gamma * side.level, columns))
+        return found
+
+    def coupling(self, b: float | None) -> Assembled:
+        """[R bI; bI S]; with `b` None the decision vector's last entry is b."""
+        n, (i, j) = self.n, upper_triangle(2 * self.n)
+        side = np.block([[np.zeros((n, n)), np.eye(n)], [np.eye(n), np.zeros((n, n))]])
+        columns = np.zeros((len(i), self.count))
+        columns[j < n, np.arange(self.half)] = 1.0
+        columns[i >= n, self.half + np.arange(self.half)] = 1.0
+        if b is None:
+            columns[:, -1] = side[i, j]
+        return Assembled(np.zeros((2 * n, 2 * n)) if b is None else b * side, columns)
+
+    def hold(self, r: Matrix, s: Matrix, gamma: float) -> bool:
+        """Whether every inequality is strictly satisfied, evaluated from the plants and not from what the solver was given."""
+        n = self.n
+        matrices = [side.at(r, gamma) for side in self.sides_r] + [side.at(s, gamma) for side in self.sides_s]
+        matrices.append(np.block([[r, np.eye(n)], [np.eye(n), s]]))
+        return all(bool(np.all(np.isfinite(m))) and float(np.linalg.eigvalsh(m)[0]) > 0.0 for m in matrices)

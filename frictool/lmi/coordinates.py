@@ -1,0 +1,43 @@
+"""States in which the matrix inequalities are well conditioned: what decides whether the solver's answer means anything."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cholesky, svd
+
+from frictool.plant.generalised import GeneralisedPlant
+
+Matrix = NDArray[np.float64]
+SMALLEST = 1e-12  # added to R and S, of their trace, before they are factored
+
+
+def evened(plants: Sequence[GeneralisedPlant], sweeps: int = 20) -> Matrix:
+    """Diagonal t that evens out what flows into and out of each state (Osborne's balancing with inputs and outputs)."""
+    n = len(plants[0].a)
+    whole = np.max([np.abs(_whole(p)) for p in plants], axis=0)
+    scale = np.ones(n)
+    for _ in range(sweeps):
+        for k in range(n):
+            into = float(np.linalg.norm(np.delete(whole[k], k)))
+            out_of = float(np.linalg.norm(np.delete(whole[:, k], k)))
+            if into > 0.0 and out_of > 0.0:
+                factor = np.sqrt(into / out_of)
+                whole[k] /= factor
+                whole[:, k] *= factor
+                scale[k] *= factor
+    return np.diag(scale)
+
+
+def _whole(p: GeneralisedPlant) -> Matrix:
+    return np.block([[p.a, p.b1, p.b2], [p.c1, p.d11, p.d12], [p.c2, p.d21, np.zeros((len(p.c2), p.b2.shape[1]))]])
+
+
+def balancing(r: Matrix, s: Matrix) -> Matrix:
+    """t with t^-1 R t^-T = t' S t diagonal."""
+    root_r = cholesky(r + SMALLEST * np.trace(r) * np.eye(len(r)), lower=True)
+    root_s = cholesky(s + SMALLEST * np.trace(s) * np.eye(len(s)), lower=True)
+    _, values, v = svd(root_s.T @ root_r)
+    return np.asarray(root_r @ v.T @ np.diag(values**-0.5))

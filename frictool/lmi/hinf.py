@@ -1,0 +1,114 @@
+"""H-infinity synthesis over a polytope with one Lyapunov matrix (theorem 5.3.1), in continuous and in discrete time, by elimination.
+
+    minimise    the smallest gamma and (R, S), the X and Y of (5.61), for all plants at once
+    controller  the central controller of one plant (a frozen controller, or an LTI problem's)
+    scheduled   a controller per vertex in common coordinates, whose barycentric sums (5.64) the inequalities cover
+
+Conditioning decides whether the solver's answer means anything (not the solver's status): the problem is solved several times in
+coordinates in which R and S are equal and diagonal and gamma is near one, then recentred: at gamma somewhat above the optimum the
+smallest R and S are sought, then the largest distance of [R I; I S] from singular, so that the controller has bounded coefficients.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.errors import NoSolutionError
+from frictool.lmi.bounded_real import Inequalities
+from frictool.lmi.coordinates import balancing, evened
+from frictool.lmi.frames import Disc, Frame, HalfPlane, PoleRegion, frame, refuse_fixed_modes
+from frictool.lmi.reconstruction import central
+from frictool.lmi.sdp import Assembled, Solution, solve, upper_triangle
+from frictool.plant.generalised import GeneralisedPlant
+from frictool.plant.lti import Lti
+
+__all__ = ["Disc", "HalfPlane", "Lyapunov", "controller", "minimise", "scheduled"]
+
+Matrix = NDArray[np.float64]
+BALANCING_PASSES = 4
+INFEASIBLE = frozenset({"PrimalInfeasible", "DualInfeasible", "AlmostPrimalInfeasible", "AlmostDualInfeasible"})
+TRACE_SLACK = 1.5  # how far above the smallest trace(R + S) the recentring may go
+
+
+@dataclass(frozen=True)
+class Lyapunov:
+    """R, S in the coordinates x = t x_balanced, the optimum gamma, and the gamma >= optimum at which R and S hold.
+
+    `frame` is the variable in which they do; without a pole region they hold for the plant in s or z too.
+    """
+
+    r: Matrix
+    s: Matrix
+    t: Matrix
+    optimum: float
+    gamma: float
+    frame: Frame
+
+
+def minimise(plants: Sequence[GeneralisedPlant], recentring: float, pole_region: PoleRegion | None = None) -> Lyapunov:
+    """The smallest gamma over all plants, of one domain, with one (R, S), then (R, S) recentred at `recentring` times it.
+
+    Raises NoSolutionError where a pole cannot be moved into the region of stability (or the `pole_region`), where the inequalities are
+    infeasible, or where they do not hold, evaluated again, at what the solver returns; ValueError where B2, C2, D12 or D21 vary.
+    """
+    chosen = frame(plants, pole_region)
+    refuse_fixed_modes(plants, chosen)
+    framed = [chosen.plant(plant) for plant in plants]
+    t, level = evened(framed), 1.0
+    for balanced in range(2 * BALANCING_PASSES + 1):
+        problem = Inequalities([_levelled(plant, level).transformed(t) for plant in framed])
+        optimum, r, s = _recentred(problem, recentring)
+        gamma = recentring * optimum
+        if balanced >= BALANCING_PASSES and problem.hold(r, s, gamma):
+            return Lyapunov(r, s, t, optimum * level, gamma * level, chosen)
+        t, level = t @ balancing(r, s), level * optimum
+    raise NoSolutionError(
+        f"the matrix inequalities do not hold where the solver stopped (gamma {gamma * level:.4g}); raise `recentring` or relax the weights"
+    )
+
+
+def controller(plant: GeneralisedPlant, lyapunov: Lyapunov) -> Lti:
+    """The central controller of one plant for the given (R, S): closed by it the plant's norm is at most `lyapunov.gamma`.
+
+    Raises NoSolutionError where (R, S) do not admit a controller to working precision.
+    """
+    framed = lyapunov.frame.plant(plant).transformed(lyapunov.t)
+    return lyapunov.frame.back(central(framed, lyapunov.r, lyapunov.s, lyapunov.gamma), plant.period)
+
+
+def scheduled(plants: Sequence[GeneralisedPlant], lyapunov: Lyapunov) -> tuple[Lti, ...]:
+    """A controller for each plant, in common coordinates: sums of them with the plants' own weights (5.46) keep gamma (5.64)."""
+    return tuple(controller(plant, lyapunov) for plant in plants)
+
+
+def _levelled(plant: GeneralisedPlant, level: float) -> GeneralisedPlant:
+    """The plant whose norm is that of `plant` over `level`; R and S are the same."""
+    root = np.sqrt(level)
+    return replace(plant, b1=plant.b1 / root, c1=plant.c1 / root, d11=plant.d11 / level, d12=plant.d12 / root, d21=plant.d21 / root)
+
+
+def _recentred(problem: Inequalities, recentring: float) -> tuple[float, Matrix, Matrix]:
+    """The optimum gamma, and R, S at `recentring` times it. Raises NoSolutionError where the solver finds no finite point."""
+    objective = np.zeros(problem.count)
+    objective[-1] = 1.0
+    found = solve(objective, [*problem.bounded_real(None), problem.coupling(1.0)])
+    optimum = float(found.x[-1])
+    if not np.isfinite(optimum) or optimum <= 0.0 or found.status in INFEASIBLE:
+        raise NoSolutionError(f"no controller satisfies the matrix inequalities (solver: {found.status}); relax the weights")
+    inner = problem.bounded_real(np.sqrt(recentring) * optimum)  # inside, so that the inequalities are strict at the gamma asked
+    r, s = problem.blocks(_smallest(problem, inner).x)
+    return optimum, r, s
+
+
+def _smallest(problem: Inequalities, inner: list[Assembled]) -> Solution:
+    identity = np.concatenate([np.eye(problem.n)[upper_triangle(problem.n)]] * 2 + [np.zeros(1)])
+    smallest = solve(identity, [*inner, problem.coupling(1.0)])
+    limit = TRACE_SLACK * float(identity @ smallest.x)
+    push = np.zeros(problem.count)
+    push[-1] = -1.0
+    widest = solve(push, [*inner, problem.coupling(None), Assembled(np.full((1, 1), limit), -identity[None])])
+    return widest if widest.holds and widest.x[-1] > 1.0 else smallest
