@@ -1,13 +1,18 @@
-"""The polytope of plants (5.51), (5.68): the corners of the parameters' intervals, exact at each vertex.
+"""The polytope of plants (5.51), (5.68): the corners of the intervals of the parameters that are scheduled.
 
-p0 = (J, viscous, coulomb, K)      centre: the middle of each interval
-vertices: 2^4 corners in the order of itertools.product, J slowest; equal corners (an interval of no width) are listed once
+p0 = (J, viscous, coulomb, K)      centre: the middle of each interval; a parameter that is not scheduled stays there
+vertices: 2^l corners in the order of itertools.product, J slowest; equal corners (an interval of no width) are listed once
+
+With the regimes of speed scheduled, annex (30)-(32), viscous and coulomb are the tangent of each regime (plant/regimes.py): two vertices
+for one knee, times those of the other parameters, 2^5 = 32 with all of them. The centre is then the middle of the tangents.
 """
 
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -16,7 +21,10 @@ from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
 from frictool.friction.position_polynomial import normalised
 from frictool.plant.linear_axis import Rates
+from frictool.plant.regimes import regime_levels, tangents
 
+Parameter = Literal["inertia", "viscous", "coulomb", "constant", "regime"]
+PARAMETERS: tuple[Parameter, ...] = ("inertia", "viscous", "coulomb", "constant")
 PLACES = 1001  # over the travel, where a polynomial of position is looked at
 
 
@@ -38,10 +46,11 @@ class PlantPoint:
 
 @dataclass(frozen=True)
 class Polytope:
-    """The centre and the vertices."""
+    """The centre and the vertices, and the parameters that change from vertex to vertex."""
 
     centre: PlantPoint
     vertices: tuple[PlantPoint, ...]
+    scheduled: tuple[Parameter, ...] = PARAMETERS
 
 
 def intervals(model: Model) -> dict[str, tuple[float, float]]:
@@ -82,11 +91,32 @@ def _over_position(law: PositionLaw, forward: Quantity, opposite: Backward | Non
     return min(lows), max(highs)
 
 
-def polytope(model: Model) -> Polytope:
-    """The polytope spanned by `intervals(model)`. An inertia or constant that may be zero is refused by the documents."""
-    box = intervals(model)
-    centre = PlantPoint("centre", *(0.5 * (low + high) for low, high in box.values()))
-    corners = dict.fromkeys(itertools.product(*box.values()))
+def polytope(model: Model, scheduled: Sequence[Parameter] = PARAMETERS) -> Polytope:
+    """The polytope spanned by `scheduled`: 1 to 5 parameters, 2 to 32 vertices (more where the model has more than one knee).
+
+    Without regimes it is `intervals(model)` in the scheduled parameters. The documents refuse an inertia or constant that may be zero.
+    Raises FrictoolError where regimes are to be scheduled and the model has none, ValueError for an empty or doubled list.
+    """
+    if not scheduled or len(set(scheduled)) != len(scheduled):
+        raise ValueError(f"scheduled: found {list(scheduled)}; allowed: 1 to 5 different ones of {', '.join((*PARAMETERS, 'regime'))}")
+    box, names = intervals(model), set(scheduled)
+
+    def ends(name: Parameter) -> tuple[float, ...]:
+        return box[name] if name in names else (0.5 * sum(box[name]),)
+
+    if "regime" in names:
+        levels = regime_levels(model, box["coulomb"])
+        frictions = tangents(levels, viscous="viscous" in names, coulomb="coulomb" in names)
+        moving = itertools.product(ends("inertia"), frictions, ends("constant"))
+        return _named([(j, tangent.viscous, tangent.coulomb, k) for j, tangent, k in moving], tuple(scheduled))
+    corners = itertools.product(ends("inertia"), ends("viscous"), ends("coulomb"), ends("constant"))
+    return _named(list(corners), tuple(scheduled))
+
+
+def _named(corners: list[tuple[float, float, float, float]], scheduled: tuple[Parameter, ...]) -> Polytope:
+    """Equal corners once; the centre is the middle of the smallest box around them."""
+    corners = list(dict.fromkeys(corners))
+    centre = PlantPoint("centre", *(0.5 * (min(values) + max(values)) for values in zip(*corners, strict=True)))
     width = len(str(len(corners)))
     vertices = tuple(PlantPoint(f"v{index:0{width}d}", *corner) for index, corner in enumerate(corners, start=1))
-    return Polytope(centre, vertices)
+    return Polytope(centre, vertices, scheduled)
