@@ -10,8 +10,9 @@ from frictool.documents.bench import Name, PositiveNumber
 from frictool.documents.quantity import Axis, PositiveLength, PositiveVelocity
 
 Structure = Literal["position", "speed_cascade"]
-Method = Literal["lpv"]
+Method = Literal["lpv", "lft", "lft_lpv", "lpv_grid", "minimax", "rst"]
 Domain = Literal["continuous", "discrete"]
+Scheduled = Literal["inertia", "viscous", "coulomb", "constant", "regime"]
 
 
 class Weights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -60,11 +61,31 @@ class Prefilter(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     damping: PositiveNumber
 
 
+class Poles(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Where the closed loop's poles have to be: left of -decay_rad_s, or in a disc (in rad/s; of the z plane for domain discrete)."""
+
+    decay_rad_s: PositiveNumber | None = None
+    centre: float | None = None
+    radius: PositiveNumber | None = None
+
+    def __post_init__(self) -> None:
+        if (self.decay_rad_s is None) == (self.centre is None and self.radius is None) or (self.centre is None) != (self.radius is None):
+            raise ValueError("poles: give decay_rad_s, or centre and radius of a disc")
+
+
 class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """`design.yaml`.
 
     structure: `position` closes one loop on the position (5.4.3), `speed_cascade` a speed loop under the square-root law (5.4.4, annex C).
+    method: the table in docs/theory/synth.md says when each is right.
     domain: where the method works; a continuous controller is discretised by Tustin, exact at `prewarp_rad_s` where that is given.
+    schedule: the parameters that span the polytope of an LPV method (lpv, lpv_grid, lft_lpv: without, all but regime; regime in lft_lpv);
+    the others stay at their centre, or in the uncertainty channel of lft_lpv. vertices: exact, or linearised in the inertia as (5.49), or
+    to first order as (5.50). frozen_at: the plant whose controller runs (5.3.4), the centre of the intervals or the identified values.
+    channel_effort: the unit d of the uncertainty channel [N m or N], without: the half-width of the Coulomb friction.
+    order, pole_bound_rad_s, integrator: of the controller itself (minimax, rst), or what it is reduced to, its slow pole moved to 0
+    (5.4.3.1).
+    relax: `auto` finds the strictest trade between disturbance rejection and effort that reaches gamma = 1.
     """
 
     format: Literal["design/1"]
@@ -76,6 +97,15 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     position_law: PositionLaw | None = None
     domain: Domain = "discrete"
     prewarp_rad_s: PositiveNumber | None = None
+    schedule: Annotated[tuple[Scheduled, ...], msgspec.Meta(min_length=1, max_length=5)] | None = None
+    vertices: Literal["exact", "inertia", "first_order"] = "exact"
+    frozen_at: Literal["centre", "identified"] = "centre"
+    channel_effort: PositiveNumber | None = None
+    poles: Poles | None = None
+    order: Annotated[int, msgspec.Meta(ge=1, le=20)] | None = None
+    pole_bound_rad_s: PositiveNumber | None = None
+    integrator: bool = False
+    relax: Literal["no", "auto"] = "no"
     prefilter: Prefilter | None = None
     recentring: Annotated[float, msgspec.Meta(gt=1, le=2)] = 1.1
 
@@ -86,3 +116,7 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
             raise ValueError("structure position has no position_law: its linear controller takes the position error")
         if self.prewarp_rad_s is not None and self.domain == "discrete":
             raise ValueError("prewarp_rad_s is for domain continuous: a discrete design is not discretised")
+        if self.schedule is not None and len(set(self.schedule)) != len(self.schedule):
+            raise ValueError("schedule names a parameter twice")
+        if self.structure == "speed_cascade" and self.integrator:
+            raise ValueError("integrator is for structure position: a speed loop measures the integral of its error already")

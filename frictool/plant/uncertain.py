@@ -78,8 +78,11 @@ def uncertain_polytope(
     Regimes hold viscous and Coulomb friction between them (annex 5.1), so that scheduling them takes both out of the channel.
     Raises what `polytope` raises.
     """
-    box = polytope(model, scheduled)
-    covered = {*scheduled, *(("viscous", "coulomb") if "regime" in scheduled else ())}
-    left = {name: width for name, width in half_widths(model).items() if name not in covered}
-    chosen = unit or default_unit(model)
+    box, left, chosen = polytope(model, scheduled), left_uncertain(model, scheduled), unit or default_unit(model)
     return box, tuple(with_channel(point, left, chosen) for point in box.vertices)
+
+
+def left_uncertain(model: Model, scheduled: Sequence[Parameter]) -> dict[Parameter, float]:
+    """The half-widths of the parameters that are not scheduled."""
+    covered = {*scheduled, *(("viscous", "coulomb") if "regime" in scheduled else ())}
+    return {name: width for name, width in half_widths(model).items() if name not in covered}

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,7 +22,10 @@ CLAIM = 1.01  # a norm may exceed what is claimed by 1 %
 
 @dataclass(frozen=True)
 class Problem:
-    """The plants, the weights and the options of one design; `period` [s] and `delay` [samples] are the bench's, `lag` [s] the drive's."""
+    """The plants, the weights and the options of one design; `period` [s] and `delay` [samples] are the bench's, `lag` [s] the drive's.
+
+    box: every constant plant of the intervals, for which the controller is verified. What of it a method schedules is the method's.
+    """
 
     box: Polytope
     lag: float
@@ -50,6 +54,28 @@ class Problem:
     def running(self, rates: Rates) -> GeneralisedPlant:
         """Sampled at the bench's period with its delay, without an uncertainty channel: what is verified."""
         return generalised_plant(self.controlled, rates, self.lag, self.weights, self.period, self.delay)
+
+    def posed_with_constant_input(self) -> Problem:
+        """The problem whose plants the command enters alike, as the inequalities over several of them ask (B2 constant, 5.61).
+
+        The command does so through the drive's lag, or through a register of delay. A sampled plant without delay is given the register; it
+        then is the controller's own (`with_register`).
+        Raises NoSolutionError in continuous time without a lag.
+        """
+        if self.sampled:
+            return replace(self, delay=max(self.delay, 1))
+        if self.lag == 0.0:
+            raise NoSolutionError(
+                f"method {self.design.method} in continuous time needs a drive with a time constant (actuator.loop_time_constant_s is 0): "
+                "the command would enter every vertex differently; take domain: discrete"
+            )
+        return self
+
+    def candidate(self, k: Lti, gamma: float, optimum: float, notes: Sequence[str] = (), scheduled: Sequence[Lti] = ()) -> Candidate:
+        """Of a controller found with `posed_with_constant_input`."""
+        bare = self.sampled and self.delay == 0
+        found, corners = (with_register(k), [with_register(corner) for corner in scheduled]) if bare else (k, scheduled)
+        return Candidate(self.discretised(found), found, gamma, optimum, tuple(notes), tuple(corners))
 
     def discretised(self, k: Lti) -> Lti:
         """A controller found in continuous time as it will run; one found at the period as it is."""
@@ -83,3 +109,10 @@ def claim(k: Lti, plant: GeneralisedPlant, gamma: float, where: str) -> float:
             "nearer to each other"
         )
     return norm
+
+
+def with_register(k: Lti) -> Lti:
+    """The controller followed by one sample of delay."""
+    n = k.order
+    a = np.block([[k.a, np.zeros((n, 1))], [k.c, np.zeros((1, 1))]])
+    return Lti(a, np.vstack([k.b, k.d]), np.eye(n + 1)[n:], np.zeros((1, 1)), k.period)
