@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cholesky, svd
+from scipy.linalg import svd
 
 from frictool.plant.generalised import GeneralisedPlant
 
 Matrix = NDArray[np.float64]
-SMALLEST = 1e-12  # added to R and S, of their trace, before they are factored
+SMALLEST = 1e-12  # eigenvalue of R and S that balancing believes, of their largest
 
 
 def evened(plants: Sequence[GeneralisedPlant], sweeps: int = 20) -> Matrix:
@@ -37,7 +37,12 @@ def _whole(p: GeneralisedPlant) -> Matrix:
 
 def balancing(r: Matrix, s: Matrix) -> Matrix:
     """t with t^-1 R t^-T = t' S t diagonal."""
-    root_r = cholesky(r + SMALLEST * np.trace(r) * np.eye(len(r)), lower=True)
-    root_s = cholesky(s + SMALLEST * np.trace(s) * np.eye(len(s)), lower=True)
+    root_r, root_s = _root(r), _root(s)
     _, values, v = svd(root_s.T @ root_r)
     return np.asarray(root_r @ v.T @ np.diag(values**-0.5))
+
+
+def _root(m: Matrix) -> Matrix:
+    """A square root of a matrix that is positive but for rounding."""
+    values, vectors = np.linalg.eigh(m)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, SMALLEST * values[-1])))

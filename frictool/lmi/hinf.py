@@ -22,14 +22,15 @@ from frictool.lmi.bounded_real import Inequalities
 from frictool.lmi.coordinates import balancing, evened
 from frictool.lmi.frames import Disc, Frame, HalfPlane, PoleRegion, frame, refuse_fixed_modes
 from frictool.lmi.reconstruction import central
-from frictool.lmi.sdp import Assembled, Solution, solve, upper_triangle
+from frictool.lmi.sdp import Assembled, Vector, solve, upper_triangle
 from frictool.plant.generalised import GeneralisedPlant
 from frictool.plant.lti import Lti
 
 __all__ = ["Disc", "HalfPlane", "Lyapunov", "controller", "minimise", "scheduled"]
 
 Matrix = NDArray[np.float64]
-BALANCING_PASSES = 4
+PASSES = 8  # of balancing, at most
+SETTLED = 1e-3  # of gamma: the passes end where it changes by less, and the inequalities hold
 INFEASIBLE = frozenset({"PrimalInfeasible", "DualInfeasible", "AlmostPrimalInfeasible", "AlmostDualInfeasible"})
 TRACE_SLACK = 1.5  # how far above the smallest trace(R + S) the recentring may go
 
@@ -58,16 +59,21 @@ def minimise(plants: Sequence[GeneralisedPlant], recentring: float, pole_region:
     chosen = frame(plants, pole_region)
     refuse_fixed_modes(plants, chosen)
     framed = [chosen.plant(plant) for plant in plants]
-    t, level = evened(framed), 1.0
-    for balanced in range(2 * BALANCING_PASSES + 1):
+    t, level, before = evened(framed), 1.0, np.nan
+    for _ in range(PASSES + 1):
         problem = Inequalities([_levelled(plant, level).transformed(t) for plant in framed])
-        optimum, r, s = _recentred(problem, recentring)
+        optimum, r, s = _optimum(problem)
         gamma = recentring * optimum
-        if balanced >= BALANCING_PASSES and problem.hold(r, s, gamma):
-            return Lyapunov(r, s, t, optimum * level, gamma * level, chosen)
-        t, level = t @ balancing(r, s), level * optimum
+        smallest = _smallest(problem, recentring, optimum)
+        if abs(optimum * level - before) <= SETTLED * before:
+            for x in (_widest(problem, recentring, optimum, smallest), smallest):
+                if problem.hold(*problem.blocks(x), gamma):
+                    return Lyapunov(*problem.blocks(x), t, optimum * level, gamma * level, chosen)
+        level = before = optimum * level
+        t = t @ balancing(*(problem.blocks(smallest) if np.all(np.isfinite(smallest)) else (r, s)))
     raise NoSolutionError(
-        f"the matrix inequalities do not hold where the solver stopped (gamma {gamma * level:.4g}); raise `recentring` or relax the weights"
+        f"the matrix inequalities do not hold where the solver stopped (gamma {recentring * before:.4g}); "
+        "raise `recentring` or relax the weights"
     )
 
 
@@ -91,24 +97,35 @@ def _levelled(plant: GeneralisedPlant, level: float) -> GeneralisedPlant:
     return replace(plant, b1=plant.b1 / root, c1=plant.c1 / root, d11=plant.d11 / level, d12=plant.d12 / root, d21=plant.d21 / root)
 
 
-def _recentred(problem: Inequalities, recentring: float) -> tuple[float, Matrix, Matrix]:
-    """The optimum gamma, and R, S at `recentring` times it. Raises NoSolutionError where the solver finds no finite point."""
+def _optimum(problem: Inequalities) -> tuple[float, Matrix, Matrix]:
+    """The smallest gamma, with its R and S. Raises NoSolutionError where the solver finds no finite point."""
     objective = np.zeros(problem.count)
     objective[-1] = 1.0
     found = solve(objective, [*problem.bounded_real(None), problem.coupling(1.0)])
     optimum = float(found.x[-1])
-    if not np.isfinite(optimum) or optimum <= 0.0 or found.status in INFEASIBLE:
+    if not np.all(np.isfinite(found.x)) or optimum <= 0.0 or found.status in INFEASIBLE:
         raise NoSolutionError(f"no controller satisfies the matrix inequalities (solver: {found.status}); relax the weights")
-    inner = problem.bounded_real(np.sqrt(recentring) * optimum)  # inside, so that the inequalities are strict at the gamma asked
-    r, s = problem.blocks(_smallest(problem, inner).x)
-    return optimum, r, s
+    return optimum, *problem.blocks(found.x)
 
 
-def _smallest(problem: Inequalities, inner: list[Assembled]) -> Solution:
-    identity = np.concatenate([np.eye(problem.n)[upper_triangle(problem.n)]] * 2 + [np.zeros(1)])
-    smallest = solve(identity, [*inner, problem.coupling(1.0)])
-    limit = TRACE_SLACK * float(identity @ smallest.x)
+def _inner(problem: Inequalities, recentring: float, optimum: float) -> list[Assembled]:
+    """The inequalities at a gamma between the optimum and the one asked, so that they are strict at the latter."""
+    return problem.bounded_real(np.sqrt(recentring) * optimum)
+
+
+def _trace(problem: Inequalities) -> Vector:
+    return np.concatenate([np.eye(problem.n)[upper_triangle(problem.n)]] * 2 + [np.zeros(1)])
+
+
+def _smallest(problem: Inequalities, recentring: float, optimum: float) -> Vector:
+    """The decision vector of smallest trace(R + S)."""
+    return solve(_trace(problem), [*_inner(problem, recentring, optimum), problem.coupling(1.0)]).x
+
+
+def _widest(problem: Inequalities, recentring: float, optimum: float, smallest: Vector) -> Vector:
+    """That of the largest b in [R bI; bI S] > 0, with a trace not much above the smallest."""
+    trace = _trace(problem)
+    limit = Assembled(np.full((1, 1), TRACE_SLACK * float(trace @ smallest)), -trace[None])
     push = np.zeros(problem.count)
     push[-1] = -1.0
-    widest = solve(push, [*inner, problem.coupling(None), Assembled(np.full((1, 1), limit), -identity[None])])
-    return widest if widest.holds and widest.x[-1] > 1.0 else smallest
+    return solve(push, [*_inner(problem, recentring, optimum), problem.coupling(None), limit]).x

@@ -92,4 +92,7 @@ def parrott(phi: Matrix, u: Matrix, v: Matrix) -> Matrix:
             f"no controller for the Lyapunov matrix found (norm {reach:.6g} >= 1); raise `recentring` or relax the weights"
         )
     completed = -b @ np.linalg.solve(np.eye(a.shape[1]) - a.T @ a, a.T @ c)
-    return np.asarray(np.linalg.solve(r_u[:m], np.linalg.solve(r_v[:k], (completed - corner).T).T))
+    found = np.linalg.solve(r_u[:m], np.linalg.solve(r_v[:k], (completed - corner).T).T)
+    if not np.linalg.norm(phi + u @ found @ v, 2) < 1.0:
+        raise NoSolutionError("the controller found does not keep the bound that it was found for; raise `recentring` or relax the weights")
+    return np.asarray(found)
