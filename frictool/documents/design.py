@@ -8,29 +8,12 @@ import msgspec
 
 from frictool.documents.bench import Name, PositiveNumber
 from frictool.documents.quantity import Axis, PositiveLength, PositiveVelocity
+from frictool.documents.weights import Weights
 
 Structure = Literal["position", "speed_cascade"]
 Method = Literal["lpv", "lft", "lft_lpv", "lpv_grid", "minimax", "rst"]
 Domain = Literal["continuous", "discrete"]
 Scheduled = Literal["inertia", "viscous", "coulomb", "constant", "regime"]
-
-
-class Weights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Weights of the generalised plant (5.53)-(5.58); what is absent is derived from the specification.
-
-    bandwidth_rad_s: z2 of (5.56). modulus_margin: M_mod of (5.57). static_error: e_stat of (5.57), relative.
-    disturbance: W1. drive: W3, on the drive that reaches the actuator. command: weight on the commanded drive
-    (per A or V). noise: amplitude of the measurement noise that the design stands (rad or m), at least the encoder's step
-    times a few per cent.
-    """
-
-    bandwidth_rad_s: PositiveNumber
-    disturbance: PositiveNumber
-    drive: PositiveNumber
-    command: PositiveNumber
-    noise: PositiveLength
-    modulus_margin: Annotated[float, msgspec.Meta(gt=0, lt=1)] | None = None
-    static_error: Annotated[float, msgspec.Meta(gt=0, lt=1)] | None = None
 
 
 class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

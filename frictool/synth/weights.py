@@ -1,38 +1,177 @@
-"""Weights of the speed loop: given in the design, or derived from the specification where the design is silent."""
+"""Weights given in the design, or derived where it is silent; what was derived is told, with what it came from.
+
+A is the reference's amplitude that the drive is sized for: the travel (position), the top speed (speed). The friction w in [-1, 1] and a
+reference of 1 rad | rad/s stand side by side as inputs, so that what is meant for A is divided by it:
+
+    W2   z2 = 3/(M_mod t_95), twice that for the speed loop under a position law; M_mod and e_stat from the specification      (5.56)-(5.57)
+    W1   1/A: full friction leaves an error of e_stat A, the static error of the specification. The text's 1 asks for e_stat alone
+    W3   A over the drive's limit: a reference of A does not saturate                                                          (5.58)
+    W4   the encoder's step over A, annex (25)
+    W_u  step/(share limit W4): at gamma 1 no frequency of one count's amplitude asks for more than that share of the limit
+"""
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass, replace
+
+from frictool.documents import weights as document
 from frictool.documents.design import Design
 from frictool.documents.model import Model
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError
 from frictool.plant.generalised import FirstOrder, Weights, template
 
+SETTLING = 3.0  # time constants of a first-order response to 95 %
+INNER = 2.0  # how much faster the speed loop is than the position law around it; the text has 40 rad/s against 20
+
+
+@dataclass(frozen=True)
+class Derived:
+    """One weight that the design left open: its value, and what it came from."""
+
+    name: str
+    value: float
+    unit: str
+    source: str
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """The weights, what of them was derived, and how they move when the effort is relaxed.
+
+    noise_moves: the noise was derived from A, and grows as A falls. command_of_noise: W_u W4, where the command's weight was derived.
+    """
+
+    weights: Weights
+    derived: tuple[Derived, ...]
+    noise_moves: bool = False
+    command_of_noise: float | None = None
+
+    def relaxed(self, disturbance: float, effort: float) -> Weights:
+        """W1 times `disturbance`; W3, and with it A, times `effort`, both in (0, 1]."""
+        start = self.weights
+        noise = replace(start.noise, gain=start.noise.gain / effort) if self.noise_moves else start.noise
+        command = start.command * effort if self.command_of_noise is None else self.command_of_noise / noise.gain
+        return replace(start, disturbance=start.disturbance * disturbance, drive=start.drive * effort, command=command, noise=noise)
+
+
+def choose_weights(model: Model, spec: Spec, design: Design) -> Chosen:
+    """W1 to W5 and the weights on command and eta.
+
+    Raises FrictoolError (exit 3) where neither the design nor the specification and the bench tell one of them.
+    """
+    return _Choice(model, spec, design).chosen()
+
 
 def speed_weights(model: Model, spec: Spec, design: Design) -> Weights:
-    """W1, W2, W3 of (5.56)-(5.58) and the weights on noise and command.
+    """The weights alone."""
+    return choose_weights(model, spec, design).weights
 
-    M_mod comes from the specification, e_stat from its static error over the travel (both may be given).
-    Raises FrictoolError (exit 3) where neither the design nor the specification tells one of them.
-    """
-    given, travel = design.weights, model.bench.mechanics.travel
-    margin = given.modulus_margin if given.modulus_margin is not None else spec.modulus_margin
-    if margin is None:
-        raise FrictoolError(
-            "modulus_margin: missing in the specification, and weights.modulus_margin in the design; the weight W2 needs one of them"
+
+class _Choice:
+    """The rules, one a method; `derived` grows as they are used."""
+
+    def __init__(self, model: Model, spec: Spec, design: Design) -> None:
+        self.model, self.spec, self.design, self.given = model, spec, design, design.weights
+        self.speed = design.structure != "position"
+        self.derived: list[Derived] = []
+        self.limit = min(quantity.value for quantity in (model.bench.actuator.limit, spec.drive_peak) if quantity is not None)
+
+    def chosen(self) -> Chosen:
+        given = self.given
+        error, disturbance, drive, noise = self._template(), self._disturbance(), self._drive(), self._noise()
+        product = None if given.command is not None else self._command_of_noise(noise)
+        weights = Weights(
+            error=error,
+            disturbance=disturbance,
+            drive=drive,
+            command=product / noise if product is not None else given.command or 0.0,
+            noise=_filtered(noise, given.noise_filter),
+            eta=given.eta,
+            uncertainty=FirstOrder(1.0) if given.uncertainty_hz is None else decade(1.0, given.uncertainty_hz),
         )
-    error = given.static_error
-    if error is None and spec.static_error is not None and travel is not None:
-        error = min(0.5, spec.static_error.value / (travel.high - travel.low))
-    if error is None:
-        raise FrictoolError(
-            "weights.static_error: missing in the design, and static_error in the specification with mechanics.travel in the bench; "
-            "the weight W2 needs one or the other"
-        )
-    return Weights(
-        error=template(given.bandwidth_rad_s, margin, error),
-        disturbance=given.disturbance,
-        drive=given.drive,
-        command=given.command,
-        noise=FirstOrder(given.noise.value),
-    )
+        return Chosen(weights, tuple(self.derived), given.noise is None, product)
+
+    def _tell(self, name: str, value: float, unit: str, source: str) -> float:
+        self.derived.append(Derived(f"weights.{name}", value, unit, source))
+        return value
+
+    def _template(self) -> FirstOrder:
+        given, spec, travel = self.given, self.spec, self.model.bench.mechanics.travel
+        margin, error, bandwidth = given.modulus_margin, given.static_error, given.bandwidth_rad_s
+        if margin is None and spec.modulus_margin is not None:
+            margin = self._tell("modulus_margin", spec.modulus_margin, "", "modulus_margin of the specification")
+        if margin is None:
+            raise FrictoolError(
+                "modulus_margin: missing in the specification, and weights.modulus_margin in the design; the weight W2 needs one of them"
+            )
+        if error is None and spec.static_error is not None and travel is not None:
+            relative = min(0.5, spec.static_error.value / (travel.high - travel.low))
+            error = self._tell("static_error", relative, "", "static_error of the specification over mechanics.travel")
+        if error is None:
+            raise FrictoolError(
+                "weights.static_error: missing in the design, and static_error in the specification with mechanics.travel in the bench; "
+                "the weight W2 needs one or the other"
+            )
+        if bandwidth is None and spec.response_time_95_s is not None:
+            value = SETTLING / (margin * spec.response_time_95_s) * (INNER if self.speed else 1.0)
+            rule = f"{INNER:g} times 3" if self.speed else "3"
+            bandwidth = self._tell("bandwidth_rad_s", value, "rad/s", f"{rule}/(modulus_margin response_time_95_s) of the specification")
+        if bandwidth is None:
+            raise FrictoolError(
+                "weights.bandwidth_rad_s: missing in the design, and response_time_95_s in the specification; the weight W2 needs one"
+            )
+        return template(bandwidth, margin, error)
+
+    def _amplitude(self, wanted: str) -> tuple[float, str]:
+        """A, and where it stands in the bench."""
+        mechanics = self.model.bench.mechanics
+        if self.speed and mechanics.top_speed is not None:
+            return mechanics.top_speed.value, "mechanics.top_speed"
+        if not self.speed and mechanics.travel is not None:
+            return mechanics.travel.high - mechanics.travel.low, "mechanics.travel"
+        missing = "mechanics.top_speed" if self.speed else "mechanics.travel"
+        raise FrictoolError(f"weights.{wanted}: missing in the design, and {missing} in the bench; give one of them")
+
+    def _disturbance(self) -> float:
+        if self.given.disturbance is not None:
+            return self.given.disturbance
+        amplitude, source = self._amplitude("disturbance")
+        return self._tell("disturbance", 1.0 / amplitude, "", f"1 over {source}: full friction leaves static_error of it")
+
+    def _drive(self) -> float:
+        if self.given.drive is not None:
+            return self.given.drive
+        amplitude, source = self._amplitude("drive")
+        return self._tell("drive", amplitude / self.limit, "", f"{source} over the drive's limit {self.limit:g} (5.58)")
+
+    def _noise(self) -> float:
+        if self.given.noise is not None:
+            return self.given.noise.value
+        amplitude, source = self._amplitude("noise")
+        step = self.model.bench.encoder.resolution
+        return self._tell("noise", step / amplitude, "", f"the encoder's step {step:.4g} over {source}, annex (25)")
+
+    def _command_of_noise(self, noise: float) -> float:
+        """W_u W4. Raises FrictoolError where there is no noise to derive it from."""
+        if noise <= 0.0:
+            raise FrictoolError(
+                "weights.command: missing in the design, and weights.noise is 0; give command (0 for none), or a noise to derive it from"
+            )
+        step, share = self.model.bench.encoder.resolution, self.given.count_share
+        product = step / (share * self.limit)
+        self._tell("command", product / noise, "", f"one encoder count may ask for {share:g} times the drive's limit {self.limit:g}")
+        return product
+
+
+def decade(level: float, frequency_hz: float) -> FirstOrder:
+    """level (s/(20 pi f) + 1)/(s/(2 pi f) + 1) of annex (25), (26): a low-pass that falls by ten."""
+    return FirstOrder(level, 20.0 * math.pi * frequency_hz, 2.0 * math.pi * frequency_hz)
+
+
+def _filtered(level: float, dynamics: document.NoiseFilter | None) -> FirstOrder:
+    if dynamics is None or level == 0.0:
+        return FirstOrder(level)
+    printed = decade(level, dynamics.frequency_hz)
+    return printed if dynamics.reading == "as printed" else FirstOrder(level, printed.pole, printed.zero)
