@@ -25,6 +25,7 @@ from frictool.plant.generalised import GeneralisedPlant
 
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
+ROUNDING = 1e-14
 
 
 @dataclass(frozen=True)
@@ -130,4 +131,10 @@ class Inequalities:
         n = self.n
         matrices = [side.at(r, gamma) for side in self.sides_r] + [side.at(s, gamma) for side in self.sides_s]
         matrices.append(np.block([[r, np.eye(n)], [np.eye(n), s]]))
-        return all(bool(np.all(np.isfinite(m))) and float(np.linalg.eigvalsh(m)[0]) > 0.0 for m in matrices)
+        return all(bool(np.all(np.isfinite(m))) and _positive(m) for m in matrices)
+
+
+def _positive(matrix: Matrix) -> bool:
+    """Whether the smallest eigenvalue is above what rounding makes of zero."""
+    values = np.linalg.eigvalsh(matrix)
+    return bool(values[0] > ROUNDING * abs(values[-1]))

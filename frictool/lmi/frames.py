@@ -69,10 +69,10 @@ class Frame:
         root = np.sqrt(self.scale)
         return Lti(k.a / self.scale + self.shift * np.eye(k.order), k.b / root, k.c / root, k.d, period)
 
-    def inside(self, poles: NDArray[np.complex128]) -> NDArray[np.bool_]:
-        """Which poles, in s or z, are in the region."""
-        p = self.scale * (poles - self.shift)
-        return np.asarray(np.abs(p) < 1.0 if self.disc else p.real < 0.0)
+    def inside(self, pole: complex) -> bool:
+        """Whether a pole, in s or z, is in the region."""
+        p = self.scale * (pole - self.shift)
+        return abs(p) < 1.0 if self.disc else p.real < 0.0
 
 
 def frame(plants: Sequence[GeneralisedPlant], region: PoleRegion | None) -> Frame:
@@ -92,19 +92,23 @@ def frame(plants: Sequence[GeneralisedPlant], region: PoleRegion | None) -> Fram
     return Frame(-region.decay if region else 0.0, 1.0 / fastest if fastest else 1.0, False)
 
 
-def refuse_fixed_modes(plants: Sequence[GeneralisedPlant], frame: Frame) -> None:
-    """Raises NoSolutionError where a pole that no feedback moves, such as a weight's own, lies outside the region."""
-    for plant in plants:
-        poles = np.linalg.eigvals(plant.a).astype(np.complex128)
-        for pole in poles[~frame.inside(poles)]:
-            inner = pole * np.eye(len(plant.a)) - plant.a
-            for what, side in (
-                ("driven by the command", np.hstack([inner, plant.b2])),
-                ("seen by the measurement", np.vstack([inner, plant.c2])),
-            ):
+def refuse_fixed_modes(framed: Sequence[GeneralisedPlant], frame: Frame) -> None:
+    """Raises NoSolutionError where a pole that no feedback moves, such as a weight's own, lies outside the region.
+
+    `framed` are the plants in p, with states of like size.
+    """
+    for plant in framed:
+        identity = np.eye(len(plant.a))
+        for p in np.linalg.eigvals(plant.a).astype(np.complex128):
+            pole = p / frame.scale + frame.shift
+            if frame.inside(pole):
+                continue
+            inner = p * identity - plant.a
+            sides = {"driven by the command": np.hstack([inner, plant.b2]), "seen by the measurement": np.vstack([inner, plant.c2])}
+            for what, side in sides.items():
                 values = np.linalg.svd(side, compute_uv=False)
                 if values[-1] <= UNREACHED * values[0]:
                     raise NoSolutionError(
-                        f"the pole at {pole:.4g} is not {what}, and not within the region asked for the closed loop: "
-                        "no controller exists; give the weights stable poles within that region, or widen it"
+                        f"the pole at {pole if pole.imag else pole.real:.4g} is not {what}, and not within the region asked for the "
+                        "closed loop: no controller exists; give the weights stable poles within that region, or widen it"
                     )

@@ -30,8 +30,10 @@ __all__ = ["Disc", "HalfPlane", "Lyapunov", "controller", "minimise", "scheduled
 
 Matrix = NDArray[np.float64]
 PASSES = 8  # of balancing, at most
+DIVERGED = 1e3  # a gamma so many times that of the pass before is no optimum
 SETTLED = 1e-3  # of gamma: the passes end where it changes by less, and the inequalities hold
 INFEASIBLE = frozenset({"PrimalInfeasible", "DualInfeasible", "AlmostPrimalInfeasible", "AlmostDualInfeasible"})
+RELAX = "bring the weights nearer to each other, or relax them"
 TRACE_SLACK = 1.5  # how far above the smallest trace(R + S) the recentring may go
 
 
@@ -56,13 +58,24 @@ def minimise(plants: Sequence[GeneralisedPlant], recentring: float, pole_region:
     Raises NoSolutionError where a pole cannot be moved into the region of stability (or the `pole_region`), where the inequalities are
     infeasible, or where they do not hold, evaluated again, at what the solver returns; ValueError where B2, C2, D12 or D21 vary.
     """
+    try:
+        return _minimise(plants, recentring, pole_region)
+    except np.linalg.LinAlgError as error:
+        raise NoSolutionError(f"the synthesis broke down numerically ({error}); {RELAX}") from None
+
+
+def _minimise(plants: Sequence[GeneralisedPlant], recentring: float, pole_region: PoleRegion | None) -> Lyapunov:
     chosen = frame(plants, pole_region)
-    refuse_fixed_modes(plants, chosen)
     framed = [chosen.plant(plant) for plant in plants]
     t, level, before = evened(framed), 1.0, np.nan
+    refuse_fixed_modes([plant.transformed(t) for plant in framed], chosen)
     for _ in range(PASSES + 1):
         problem = Inequalities([_levelled(plant, level).transformed(t) for plant in framed])
         optimum, r, s = _optimum(problem)
+        if optimum * level > DIVERGED * before:
+            raise NoSolutionError(
+                "no finite gamma: the plants have no common Lyapunov matrix to working precision; narrow the intervals or relax the weights"
+            )
         gamma = recentring * optimum
         smallest = _smallest(problem, recentring, optimum)
         if abs(optimum * level - before) <= SETTLED * before:
@@ -83,7 +96,11 @@ def controller(plant: GeneralisedPlant, lyapunov: Lyapunov) -> Lti:
     Raises NoSolutionError where (R, S) do not admit a controller to working precision.
     """
     framed = lyapunov.frame.plant(plant).transformed(lyapunov.t)
-    return lyapunov.frame.back(central(framed, lyapunov.r, lyapunov.s, lyapunov.gamma), plant.period)
+    try:
+        found = central(framed, lyapunov.r, lyapunov.s, lyapunov.gamma)
+    except np.linalg.LinAlgError as error:
+        raise NoSolutionError(f"the controller's reconstruction broke down numerically ({error}); {RELAX}") from None
+    return lyapunov.frame.back(found, plant.period)
 
 
 def scheduled(plants: Sequence[GeneralisedPlant], lyapunov: Lyapunov) -> tuple[Lti, ...]:

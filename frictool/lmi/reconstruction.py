@@ -21,6 +21,7 @@ from frictool.plant.generalised import GeneralisedPlant
 from frictool.plant.lti import Lti
 
 Matrix = NDArray[np.float64]
+CAYLEY_STEPS = (1.0, 0.7, 0.5)  # times the frame's unit of time; one of them is away from every pole in the right half-plane
 
 
 def central(plant: GeneralisedPlant, r: Matrix, s: Matrix, gamma: float) -> Lti:
@@ -30,31 +31,32 @@ def central(plant: GeneralisedPlant, r: Matrix, s: Matrix, gamma: float) -> Lti:
     """
     if plant.period:
         return _discrete(plant, r, s, gamma, np.zeros((len(plant.c2), plant.b2.shape[1])), plant.period)
-    mapped, d22 = _cayley(plant)
+    identity = np.eye(len(plant.a))
+    h = max(CAYLEY_STEPS, key=lambda step: float(np.linalg.norm(identity - step * plant.a, -2)))
+    mapped, d22 = _cayley(plant, h)
     k = _discrete(mapped, r, s, gamma, d22, 1.0)
-    identity = np.eye(k.order)
     inverse = np.linalg.inv(k.a + identity)
-    root = np.sqrt(2.0)
-    return Lti((k.a - identity) @ inverse, root * inverse @ k.b, root * k.c @ inverse, k.d - k.c @ inverse @ k.b, 0.0)
+    root = np.sqrt(2.0 / h)
+    return Lti((k.a - identity) @ inverse / h, root * inverse @ k.b, root * k.c @ inverse, k.d - k.c @ inverse @ k.b, 0.0)
 
 
-def _cayley(p: GeneralisedPlant) -> tuple[GeneralisedPlant, Matrix]:
-    """The plant in z = (1 + s)/(1 - s), and its D22."""
+def _cayley(p: GeneralisedPlant, h: float) -> tuple[GeneralisedPlant, Matrix]:
+    """The plant in z = (1 + h s)/(1 - h s), and its D22."""
     identity = np.eye(len(p.a))
-    inverse = np.linalg.inv(identity - p.a)
-    root = np.sqrt(2.0)
+    inverse = np.linalg.inv(identity - h * p.a)
+    root = np.sqrt(2.0 * h)
     mapped = GeneralisedPlant(
-        inverse @ (identity + p.a),
+        inverse @ (identity + h * p.a),
         root * inverse @ p.b1,
         root * inverse @ p.b2,
         root * p.c1 @ inverse,
         root * p.c2 @ inverse,
-        p.d11 + p.c1 @ inverse @ p.b1,
-        p.d12 + p.c1 @ inverse @ p.b2,
-        p.d21 + p.c2 @ inverse @ p.b1,
+        p.d11 + h * p.c1 @ inverse @ p.b1,
+        p.d12 + h * p.c1 @ inverse @ p.b2,
+        p.d21 + h * p.c2 @ inverse @ p.b1,
         1.0,
     )
-    return mapped, p.c2 @ inverse @ p.b2
+    return mapped, h * p.c2 @ inverse @ p.b2
 
 
 def _discrete(p: GeneralisedPlant, r: Matrix, s: Matrix, gamma: float, d22: Matrix, period: float) -> Lti:

@@ -1,0 +1,57 @@
+"""The solver's layer: the two ways to give a constraint are one, and a known optimum is found."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from frictool.lmi.bounded_real import Inequalities
+from frictool.lmi.sdp import Assembled, assembled, solve, symmetric, upper_triangle
+from tests.lmi.examples import random_plant
+
+
+def _largest_eigenvalue(m: np.ndarray) -> Assembled:
+    """x I - m >= 0."""
+    rows, columns = upper_triangle(len(m))
+    return Assembled(-m, (rows == columns).astype(float)[:, None])
+
+
+@pytest.mark.parametrize("size", [1, 2, 7])
+def test_largest_eigenvalue_as_a_linear_matrix_inequality(size: int) -> None:
+    m = np.random.default_rng(size).normal(size=(size, size))
+    m += m.T
+    found = solve(np.ones(1), [_largest_eigenvalue(m)])
+    assert found.holds
+    assert found.x[0] == pytest.approx(np.linalg.eigvalsh(m)[-1], rel=1e-6)
+
+
+def test_a_function_is_assembled_exactly() -> None:
+    random = np.random.default_rng(1)
+    left = random.normal(size=(4, 3))
+
+    def affine(x: np.ndarray) -> np.ndarray:
+        return np.asarray(np.eye(4) + left @ symmetric(x, 3) @ left.T)
+
+    one, x = assembled(affine, 6), random.normal(size=6)
+    np.testing.assert_allclose(one.at(x), affine(x[None])[0], atol=1e-12)
+
+
+def test_what_the_solver_cannot_hold_is_told() -> None:
+    """x >= 1 and x <= 0: whatever the status, the point does not hold."""
+    one = np.ones((1, 1))
+    assert not solve(np.ones(1), [Assembled(-one, one), Assembled(0.0 * one, -one)]).holds
+
+
+@pytest.mark.parametrize("sampled", [False, True])
+def test_the_assembled_inequalities_are_those_evaluated_from_the_plants(sampled: bool) -> None:
+    """What the solver is given and what its answer is judged by are built apart: they have to agree."""
+    random = np.random.default_rng(2)
+    problem = Inequalities([random_plant(seed, sampled=sampled) for seed in (3,)])
+    x = random.normal(size=problem.count)
+    r, s = problem.blocks(x)
+    sides = [*(side.at(r, x[-1]) for side in problem.sides_r), *(side.at(s, x[-1]) for side in problem.sides_s)]
+    for constraint, judged in zip(problem.bounded_real(None), sides, strict=True):
+        np.testing.assert_allclose(constraint.at(x), judged, atol=1e-10)
+    identity = np.eye(problem.n)
+    np.testing.assert_allclose(problem.coupling(1.0).at(x), np.block([[r, identity], [identity, s]]), atol=1e-12)
+    np.testing.assert_allclose(problem.coupling(None).at(x), np.block([[r, x[-1] * identity], [x[-1] * identity, s]]), atol=1e-12)
