@@ -13,7 +13,7 @@ from frictool.plant.connect import Block, connect
 from frictool.plant.generalised import GeneralisedPlant
 from frictool.plant.linear_axis import Rates, linear_axis
 from frictool.plant.lti import Lti, delay
-from frictool.verify.norms import peak_gain, spectral_radius
+from frictool.verify.norms import norm, spectral_radius
 
 
 @dataclass(frozen=True)
@@ -46,11 +46,9 @@ def closed_loop(controller: Lti, rates: Rates, lag: float, delay_samples: int) -
 def check_loop(controller: Lti, rates: Rates, lag: float, delay_samples: int) -> LoopCheck:
     """Stability and modulus margin of the loop around one plant."""
     loop = closed_loop(controller, rates, lag, delay_samples)
-    peak, _ = peak_gain(loop.a, loop.b, loop.c, loop.d)
-    return LoopCheck(delay_samples, spectral_radius(loop.a), 1.0 / peak)
+    return LoopCheck(delay_samples, spectral_radius(loop.a), 1.0 / norm(loop)[0])
 
 
 def performance(controller: Lti, plant: GeneralisedPlant) -> float:
-    """H-infinity norm from w to z of the generalised plant closed by the controller; inf where that is unstable."""
-    loop = plant.closed(controller)
-    return peak_gain(loop.a, loop.b, loop.c, loop.d)[0]
+    """H-infinity norm from w to z of the generalised plant closed by the controller, in their domain; inf where that is unstable."""
+    return norm(plant.closed(controller))[0]
