@@ -1,0 +1,179 @@
+"""One controller of a given order whose integrator, pole bound and roll-off hold by construction, whatever its parameters are.
+
+                     n0 + n1 (s/w0) + ... + nr (s/w0)^r
+    K(s) = k -----------------------------------------------------,     r = order, or order - 1 where it rolls off
+             (s/w0)^i  prod (1 + s/p)  prod (1 + 2 m s/w + s²/w²)
+
+    p = b e^u                                  one real pole, where the number of free poles is odd
+    w = b e^u,  m = m_lo^(1-y) m_hi^y          a pair, with m_hi = (b/w + w/b)/2 = cosh(u)
+    parameters (u <= 0, ..., [u <= 0, 0 <= y <= 1], ..., n0 ... nr)
+
+A pair reaches every two poles of modulus at most b in the left half plane with a damping of at least m_lo, real ones included: w <= b says
+that not both are beyond b, and m <= m_hi that the polynomial is not negative at -b. Poles may therefore meet and part without a seam in
+the parameters.
+
+A sampled controller is the Tustin image of such a K, s = (2/T)(z - 1)/(z + 1): every sampled controller but those with a pole at z = -1 is
+one. With b = 2/T no pole has a negative real part in z, so that the controller itself cannot ring from sample to sample, and with a
+roll-off its response is zero at half the sampling frequency.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+
+from frictool.plant.lti import Lti, tustin
+
+Vector = NDArray[np.float64]
+Responses = NDArray[np.complex128]
+
+SLOWEST = 1e-5  # a free pole is at least this part of the bound
+LEAST_DAMPING = 0.1  # m_lo
+_LOWEST = float(np.log(SLOWEST))
+
+
+@dataclass(frozen=True)
+class StructuredController:
+    """order >= 1. bound, around: b and w0 [rad/s]. gain: k [drive per rad or m]. period [s]: 0 for continuous time."""
+
+    order: int
+    integrator: bool
+    rolls_off: bool
+    bound: float
+    around: float
+    gain: float
+    period: float = 0.0
+
+    @property
+    def free(self) -> int:
+        """Poles that are not the integrator's."""
+        return self.order - self.integrator
+
+    @property
+    def numerator(self) -> int:
+        """Coefficients n0 ... nr."""
+        return self.order + 1 - self.rolls_off
+
+    @property
+    def size(self) -> int:
+        return self.free + self.numerator
+
+    def limits(self) -> tuple[Vector, Vector]:
+        """Least and largest values of the parameters (size,); the numerator's are free."""
+        low, high = np.full(self.size, -np.inf), np.zeros(self.size)
+        low[: self.free], high[self.free :] = _LOWEST, np.inf
+        dampings = slice(self.free % 2 + 1, self.free, 2)
+        low[dampings], high[dampings] = 0.0, 1.0
+        return low, high
+
+    def wider(self) -> StructuredController:
+        """The same structure with one order more."""
+        return replace(self, order=self.order + 1)
+
+    def grown(self, parameters: Vector, pole: float) -> Vector:
+        """Parameters of the same controller in the `wider` structure, with a pole [rad/s] and a zero that cancel."""
+        above = np.polymul(parameters[self.free :][::-1], [self.around / pole, 1.0])[::-1]
+        u = max(_LOWEST, min(0.0, float(np.log(pole / self.bound))))
+        if self.free % 2 == 0:
+            return np.concatenate([[u], parameters[: self.free], above])
+        middle, apart = 0.5 * (u + parameters[0]), 0.5 * abs(u - parameters[0])  # w² = p1 p2, m = (p1 + p2)/(2 w)
+        widest = np.log(np.cosh(middle)) - np.log(LEAST_DAMPING)
+        y = (np.log(np.cosh(apart)) - np.log(LEAST_DAMPING)) / widest
+        return np.concatenate([[middle, min(1.0, y)], parameters[1 : self.free], above])
+
+    def points(self, frequencies: Vector) -> Responses:
+        """The complex frequencies s of angular frequencies [rad/s] in the controller's domain."""
+        w = frequencies
+        return 1j * (2.0 / self.period * np.tan(0.5 * w * self.period) if self.period else w)
+
+    def response(self, parameters: Vector, points: Responses) -> tuple[Responses, Responses]:
+        """K (k,) and its derivatives (k, size) at the complex frequencies s (k,)."""
+        x = points / self.around
+        factors, slopes = self._denominator(parameters, points)
+        powers = x[:, None] ** np.arange(self.numerator)
+        over = self.gain / (np.prod(factors, axis=1) * (x if self.integrator else 1.0))
+        k = (powers @ parameters[self.free :]) * over
+        owner = self._owners()
+        derivatives = np.concatenate([-k[:, None] * slopes / factors[:, owner], powers * over[:, None]], axis=1)
+        return k, derivatives
+
+    def _owners(self) -> NDArray[np.intp]:
+        """Which factor of the denominator each pole parameter belongs to."""
+        odd = self.free % 2
+        return np.array([0] * odd + [odd + j // 2 for j in range(self.free - odd)], dtype=np.intp)
+
+    def _denominator(self, parameters: Vector, s: Responses) -> tuple[Responses, Responses]:
+        """The factors (k, factors) and the derivative of each pole parameter's own factor (k, free)."""
+        factors, slopes, at = [], [], 0
+        if self.free % 2:
+            pole = self.bound * np.exp(parameters[0])
+            factors.append(1.0 + s / pole)
+            slopes.append(-s / pole)
+            at = 1
+        while at < self.free:
+            u, y = parameters[at], parameters[at + 1]
+            w, m = self._pair(u, y)
+            factors.append(1.0 + 2.0 * m * s / w + (s / w) ** 2)
+            slopes.append(2.0 * m * s / w * (y * np.tanh(u) - 1.0) - 2.0 * (s / w) ** 2)
+            slopes.append(2.0 * m * s / w * (np.log(np.cosh(u)) - np.log(LEAST_DAMPING)))
+            at += 2
+        k = len(s)
+        return np.array(factors, dtype=complex).reshape(-1, k).T, np.array(slopes, dtype=complex).reshape(-1, k).T
+
+    def _pair(self, u: float, y: float) -> tuple[float, float]:
+        return self.bound * float(np.exp(u)), float(LEAST_DAMPING ** (1.0 - y) * np.cosh(u) ** y)
+
+    def denominator(self, parameters: Vector) -> Vector:
+        """Coefficients in s/w0, the highest first, of the free poles' polynomial."""
+        polynomial, at, w0 = np.ones(1), 0, self.around
+        if self.free % 2:
+            polynomial, at = np.array([w0 / (self.bound * np.exp(parameters[0])), 1.0]), 1
+        for j in range(at, self.free, 2):
+            w, m = self._pair(parameters[j], parameters[j + 1])
+            polynomial = np.polymul(polynomial, [(w0 / w) ** 2, 2.0 * m * w0 / w, 1.0])
+        return np.asarray(polynomial, dtype=np.float64)
+
+    def system(self, parameters: Vector) -> Lti:
+        """The controller in its domain. The integrator is a state of its own whose coefficient is exactly 0, sampled exactly 1."""
+        continuous = self._continuous(parameters)
+        if not self.period:
+            return continuous
+        if not self.integrator:
+            return tustin(continuous, self.period)
+        rest = Lti(continuous.a[1:, 1:], continuous.b[1:], continuous.c[:, 1:], continuous.d, 0.0)
+        return _beside(tustin(rest, self.period), tustin(_integrator(float(continuous.c[0, 0])), self.period))
+
+    def _continuous(self, parameters: Vector) -> Lti:
+        """Residue of the integrator beside a companion form of the rest, both in the time unit 1/w0 and then in seconds."""
+        below, above = self.denominator(parameters), self.gain * parameters[self.free :][::-1]
+        residue = 0.0
+        if self.integrator:
+            residue = above[-1] / below[-1]
+            above = np.polysub(above, residue * below)[:-1]  # (N - r D)/x: the constant term is zero
+        rest = _companion(above, below, self.around)
+        return _beside(rest, _integrator(residue * self.around)) if self.integrator else rest
+
+
+def _companion(above: Vector, below: Vector, around: float) -> Lti:
+    """above/below, polynomials in x = s/w0 with the highest power first, proper."""
+    n = len(below) - 1
+    above = np.concatenate([np.zeros(n + 1 - len(above)), above]) / below[0]
+    monic = below / below[0]
+    d = above[0]
+    a = np.eye(n, k=-1)
+    a[:1] = -monic[1:]
+    b = np.zeros((n, 1))
+    b[:1] = 1.0
+    return Lti(around * a, around * b, (above[1:] - d * monic[1:]).reshape(1, n), np.array([[d]]), 0.0)
+
+
+def _integrator(slope: float) -> Lti:
+    return Lti(np.zeros((1, 1)), np.ones((1, 1)), np.array([[slope]]), np.zeros((1, 1)), 0.0)
+
+
+def _beside(rest: Lti, first: Lti) -> Lti:
+    """The sum of both, the states of `first` first."""
+    return Lti(block_diag(first.a, rest.a), np.vstack([first.b, rest.b]), np.hstack([first.c, rest.c]), first.d + rest.d, rest.period)

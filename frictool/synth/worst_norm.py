@@ -1,0 +1,84 @@
+"""The worst closed-loop gain over several plants as a function of one controller's response, with its derivatives.
+
+    T = P11 + P12 K/(1 - P22 K) P21                   sigma = u^H T v              dsigma = Re(u^H P12 P21 v dK/(1 - P22 K)²)
+
+u and v are the first singular vectors. With one measurement and one control the controller enters as a number, so that thousands of
+responses are evaluated at once. The sensitivity S = 1/(1 - P22 K) is the same with P11 = P21 = 1 and P12 = P22.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.plant.generalised import GeneralisedPlant
+from frictool.plant.lti import Lti
+from frictool.verify.norms import norm
+
+Vector = NDArray[np.float64]
+Responses = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class OpenLoop:
+    """Responses of one or several plants at k frequencies: p11 (k, z, w), p12 (k, z), p21 (k, w), p22 (k,)."""
+
+    p11: Responses
+    p12: Responses
+    p21: Responses
+    p22: Responses
+
+    @staticmethod
+    def of(plant: GeneralisedPlant, frequencies: Vector) -> OpenLoop:
+        """One plant at the angular frequencies (k,) [rad/s]."""
+        z, w = plant.d11.shape
+        d = np.block([[plant.d11, plant.d12], [plant.d21, np.zeros((1, 1))]])
+        whole = Lti(plant.a, np.hstack([plant.b1, plant.b2]), np.vstack([plant.c1, plant.c2]), d, plant.period)
+        p = whole.response(frequencies)
+        return OpenLoop(p[:, :z, :w], p[:, :z, w], p[:, z, :w], p[:, z, w])
+
+    @staticmethod
+    def joined(parts: Sequence[OpenLoop]) -> OpenLoop:
+        """All of them, one after the other."""
+        return OpenLoop(*(np.concatenate([getattr(part, name) for part in parts]) for name in ("p11", "p12", "p21", "p22")))
+
+    def sensitivity(self) -> OpenLoop:
+        """The loop of which S is the closed form."""
+        one = np.ones_like(self.p22)
+        return OpenLoop(one[:, None, None], self.p22[:, None], one[:, None], self.p22)
+
+    def gains(self, k: Responses) -> Vector:
+        """(k,) largest singular values of the closed loop."""
+        return np.asarray(np.linalg.norm(self._closed(k), 2, axis=(1, 2)))
+
+    def slopes(self, k: Responses, derivatives: Responses) -> Vector:
+        """(k, n) derivatives of the gains by the parameters of the controller, whose own derivatives (k, n) are given."""
+        u, _, vh = np.linalg.svd(self._closed(k), full_matrices=False)
+        left = np.einsum("kz,kz->k", u[:, :, 0].conj(), self.p12)
+        right = np.einsum("kw,kw->k", self.p21, vh[:, 0, :].conj())
+        return np.asarray(np.real((left * right / (1.0 - self.p22 * k) ** 2)[:, None] * derivatives))
+
+    def _closed(self, k: Responses) -> Responses:
+        through = k / (1.0 - self.p22 * k)
+        return np.asarray(self.p11 + through[:, None, None] * self.p12[:, :, None] * self.p21[:, None, :])
+
+
+def sensitivity_plant(plant: GeneralisedPlant) -> GeneralisedPlant:
+    """The generalised plant of which S is the closed loop: w enters at the measurement, z is the measurement."""
+    one = np.ones((1, 1))
+    nothing = np.zeros((len(plant.a), 1))
+    return GeneralisedPlant(plant.a, nothing, plant.b2, plant.c2, plant.c2, one, 0.0 * one, one, plant.period)
+
+
+def all_stable(k: Lti, plants: Sequence[GeneralisedPlant]) -> bool:
+    """Whether the controller stabilises every plant (all of one order)."""
+    poles = np.linalg.eigvals(np.array([plant.closed(k).a for plant in plants]))
+    return bool(np.all(np.abs(poles) < 1.0) if k.period else np.all(poles.real < 0.0))
+
+
+def true_norms(k: Lti, plants: Sequence[GeneralisedPlant], tolerance: float = 1e-6) -> list[tuple[float, float]]:
+    """The norm of each closed loop and the frequency [rad/s] where it is reached; (inf, nan) where the loop is unstable."""
+    return [norm(plant.closed(k), tolerance) for plant in plants]
