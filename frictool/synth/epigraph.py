@@ -50,7 +50,7 @@ class Descent:
     """The plants of one structure of controller; `margin` is the modulus margin that every loop must keep, 0 for none."""
 
     def __init__(self, structure: StructuredController, plants: Sequence[GeneralisedPlant], slowest: float, margin: float = 0.0) -> None:
-        """slowest: where the grid of frequencies begins [rad/s]; it ends ten times beyond the pole bound, or at half the sampling frequency."""
+        """slowest: where the grid begins [rad/s]; it ends ten times beyond the pole bound, or at half the sampling frequency."""
         top = 0.9999 * np.pi / structure.period if structure.period else 10.0 * structure.bound
         self.structure, self.plants, self.margin = structure, list(plants), margin
         self.grid = np.geomspace(slowest, top, GRID)
@@ -64,11 +64,11 @@ class Descent:
         return Descent(structure, self.plants, float(self.grid[0]), self.margin)
 
     def coarse(self, parameters: Vector) -> float:
-        """The worst gain on the grid; inf where some loop is unstable."""
+        """A bound of the worst gain on the grid, to rank starts by; inf where some loop is unstable."""
         if not all_stable(self.structure.system(parameters), self.plants):
             return np.inf
         k, _ = self.structure.response(parameters, self.structure.points(self.grid))
-        return float(max(np.max(open_loop.gains(k)) for open_loop in self.on_grid))
+        return float(max(np.max(open_loop.bounds(k)) for open_loop in self.on_grid))
 
     def point(self, parameters: Vector) -> Point:
         """The exact norms at the parameters, whose peaks are remembered."""
@@ -81,7 +81,7 @@ class Descent:
         return Point(parameters, self._remember(self.peaks, k, self.plants), missed)
 
     def _remember(self, peaks: list[list[float]], k: Lti, plants: Sequence[GeneralisedPlant]) -> float:
-        found = true_norms(k, plants)
+        found = true_norms(k, plants, peaks)
         for memory, (_, at) in zip(peaks, found, strict=True):
             if np.isfinite(at):
                 memory[:] = [*memory, float(np.clip(at, self.grid[0], self.grid[-1]))][-REMEMBERED:]
@@ -152,7 +152,7 @@ class _FiniteSet:
         structure, grid = descent.structure, descent.grid
         k, _ = structure.response(here.parameters, structure.points(grid))
         chosen = [
-            np.append(grid[loop.gains(k) > ACTIVE * here.worst], peaks) for loop, peaks in zip(descent.on_grid, descent.peaks, strict=True)
+            np.append(grid[loop.bounds(k) > ACTIVE * here.worst], peaks) for loop, peaks in zip(descent.on_grid, descent.peaks, strict=True)
         ]
         gains = OpenLoop.joined([OpenLoop.of(plant, w) for plant, w in zip(descent.plants, chosen, strict=True)])
         steep, at = None, np.empty(0)

@@ -66,9 +66,10 @@ def _candidate(
     designed = structure.system(best.parameters)
     norms = [value for value, _ in true_norms(designed, plants)]
     level = sum(value > 0.99 * best.worst for value in norms)
+    worst = names[int(np.argmax(norms))]
     note = (
-        f"minimax of order {structure.order}: worst norm {best.worst:.4g} at {names[int(np.argmax(norms))]}, {level} of {len(norms)} vertices "
-        "within 1 % of it; the best of several descents, an upper bound of what the structure can do"
+        f"minimax of order {structure.order}: worst norm {best.worst:.4g} at {worst}, {level} of {len(norms)} vertices within 1 % of it; "
+        "the best of several descents, an upper bound of what the structure can do"
     )
     return Candidate(problem.discretised(designed), designed, best.worst, best.worst, (note,))
 
@@ -88,8 +89,8 @@ def search(
     while True:
         if not points:
             raise NoSolutionError(
-                f"minimax: no controller of order {now.order} with poles below {now.bound:.4g} rad/s was found that stabilises every vertex; "
-                "raise order or pole_bound_rad_s, or narrow the model's intervals"
+                f"minimax: no controller of order {now.order} with poles below {now.bound:.4g} rad/s was found that stabilises every "
+                "vertex; raise order or pole_bound_rad_s, or narrow the model's intervals"
             )
         progress(f"minimax: order {now.order}, worst norm {points[0].worst:.4f}")
         if now.order == structure.order:
@@ -104,8 +105,8 @@ def search(
     best = descent.run(points[0].parameters, LAST_ROUNDS)
     if best.missed > 1e-4:
         raise NoSolutionError(
-            f"minimax: the best controller of order {structure.order} keeps a modulus margin of {margin / (1.0 + best.missed):.3f} < {margin:g} "
-            "at the worst vertex; raise order or pole_bound_rad_s, or lower weights.bandwidth_rad_s"
+            f"minimax: the best controller of order {structure.order} keeps a modulus margin of {margin / (1.0 + best.missed):.3f} < "
+            f"{margin:g} at the worst vertex; raise order or pole_bound_rad_s, or lower weights.bandwidth_rad_s"
         )
     return best
 

@@ -120,8 +120,7 @@ class StructuredController:
             slopes.append(2.0 * m * s / w * (y * np.tanh(u) - 1.0) - 2.0 * (s / w) ** 2)
             slopes.append(2.0 * m * s / w * (np.log(np.cosh(u)) - np.log(LEAST_DAMPING)))
             at += 2
-        k = len(s)
-        return np.array(factors, dtype=complex).reshape(-1, k).T, np.array(slopes, dtype=complex).reshape(-1, k).T
+        return np.array(factors).reshape(-1, len(s)).T, np.array(slopes).reshape(-1, len(s)).T
 
     def _pair(self, u: float, y: float) -> tuple[float, float]:
         return self.bound * float(np.exp(u)), float(LEAST_DAMPING ** (1.0 - y) * np.cosh(u) ** y)
@@ -133,8 +132,8 @@ class StructuredController:
             polynomial, at = np.array([w0 / (self.bound * np.exp(parameters[0])), 1.0]), 1
         for j in range(at, self.free, 2):
             w, m = self._pair(parameters[j], parameters[j + 1])
-            polynomial = np.polymul(polynomial, [(w0 / w) ** 2, 2.0 * m * w0 / w, 1.0])
-        return np.asarray(polynomial, dtype=np.float64)
+            polynomial = np.convolve(polynomial, [(w0 / w) ** 2, 2.0 * m * w0 / w, 1.0])
+        return polynomial
 
     def system(self, parameters: Vector) -> Lti:
         """The controller in its domain. The integrator is a state of its own whose coefficient is exactly 0, sampled exactly 1."""

@@ -54,6 +54,10 @@ class OpenLoop:
         """(k,) largest singular values of the closed loop."""
         return np.asarray(np.linalg.norm(self._closed(k), 2, axis=(1, 2)))
 
+    def bounds(self, k: Responses) -> Vector:
+        """(k,) upper bounds of the gains, at most sqrt(min(z, w)) times them: the Frobenius norms, which cost far less."""
+        return np.asarray(np.linalg.norm(self._closed(k), "fro", axis=(1, 2)))
+
     def slopes(self, k: Responses, derivatives: Responses) -> Vector:
         """(k, n) derivatives of the gains by the parameters of the controller, whose own derivatives (k, n) are given."""
         u, _, vh = np.linalg.svd(self._closed(k), full_matrices=False)
@@ -79,6 +83,10 @@ def all_stable(k: Lti, plants: Sequence[GeneralisedPlant]) -> bool:
     return bool(np.all(np.abs(poles) < 1.0) if k.period else np.all(poles.real < 0.0))
 
 
-def true_norms(k: Lti, plants: Sequence[GeneralisedPlant], tolerance: float = 1e-6) -> list[tuple[float, float]]:
-    """The norm of each closed loop and the frequency [rad/s] where it is reached; (inf, nan) where the loop is unstable."""
-    return [norm(plant.closed(k), tolerance) for plant in plants]
+def true_norms(k: Lti, plants: Sequence[GeneralisedPlant], looks: Sequence[Sequence[float]] | None = None) -> list[tuple[float, float]]:
+    """The norm of each closed loop and the frequency [rad/s] where it is reached; (inf, nan) where the loop is unstable.
+
+    looks: for each plant, where its peaks have been; only the time depends on it.
+    """
+    hints = looks or [()] * len(plants)
+    return [norm(plant.closed(k), looks=hint or None) for plant, hint in zip(plants, hints, strict=True)]

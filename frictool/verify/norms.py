@@ -39,15 +39,15 @@ def gains(system: Lti, frequencies: ArrayLike) -> NDArray[np.float64]:
     return found
 
 
-def norm(system: Lti, tolerance: float = 1e-6) -> tuple[float, float]:
+def norm(system: Lti, tolerance: float = 1e-6, looks: ArrayLike | None = None) -> tuple[float, float]:
     """H-infinity norm and the angular frequency [rad/s] where it is reached; (inf, nan) for an unstable system.
 
     Exact to the relative `tolerance` from below: the gain at that frequency is the norm that is given. The frequency is inf for a
-    continuous system whose gain is largest at infinity.
+    continuous system whose gain is largest at infinity. looks: where to look first, where the caller knows better than the poles do.
     """
     if not system.stable:
         return np.inf, np.nan
-    where = _first_looks(system)
+    where = _first_looks(system) if looks is None else np.concatenate([_ends(system), np.atleast_1d(np.asarray(looks, dtype=np.float64))])
     found = gains(system, where)
     best = int(np.argmax(found))
     peak, at = float(found[best]), float(where[best])
@@ -71,15 +71,19 @@ def peak_gain(a: Matrix, b: Matrix, c: Matrix, d: Matrix, tolerance: float = 1e-
 
 def _first_looks(system: Lti) -> NDArray[np.float64]:
     """Frequencies [rad/s] near which a peak is likely: the ends, the poles, and a coarse grid between them."""
-    poles = np.linalg.eigvals(system.a) if system.order else np.empty(0)
-    if system.period:
-        ends, at_poles = np.array([0.0, np.pi]), np.abs(np.angle(poles))
-        return np.concatenate([ends, at_poles, np.geomspace(1e-4, np.pi, 24)]) / system.period
     if not system.order:
-        return np.array([0.0])
+        return _ends(system)
+    poles = np.linalg.eigvals(system.a)
+    if system.period:
+        return np.concatenate([_ends(system), np.abs(np.angle(poles)) / system.period, np.geomspace(1e-4, np.pi, 24) / system.period])
     size = np.abs(poles)
     grid = np.geomspace(0.1 * size.min(), 10.0 * size.max(), 24)
-    return np.concatenate([[0.0, np.inf], np.abs(poles.imag), size, grid])
+    return np.concatenate([_ends(system), np.abs(poles.imag), size, grid])
+
+
+def _ends(system: Lti) -> NDArray[np.float64]:
+    """The ends of the axis, above whose gains the level has to be [rad/s]."""
+    return np.array([0.0, np.pi / system.period if system.period else np.inf])
 
 
 def _between(crossings: NDArray[np.float64], period: float) -> NDArray[np.float64]:
