@@ -34,6 +34,7 @@ DIVERGED = 1e3  # a gamma so many times that of the pass before is no optimum
 SETTLED = 1e-3  # of gamma: the passes end where it changes by less, and the inequalities hold
 INFEASIBLE = frozenset({"PrimalInfeasible", "DualInfeasible", "AlmostPrimalInfeasible", "AlmostDualInfeasible"})
 RELAX = "bring the weights nearer to each other, or relax them"
+STRICT = 1e-6  # by which the inequalities are asked, gamma being near one: more than the solver's own slack
 TRACE_SLACK = 1.5  # how far above the smallest trace(R + S) the recentring may go
 
 
@@ -126,8 +127,9 @@ def _optimum(problem: Inequalities) -> tuple[float, Matrix, Matrix]:
 
 
 def _inner(problem: Inequalities, recentring: float, optimum: float) -> list[Assembled]:
-    """The inequalities at a gamma between the optimum and the one asked, so that they are strict at the latter."""
-    return problem.bounded_real(np.sqrt(recentring) * optimum)
+    """The inequalities at a gamma between the optimum and the one asked, and by `STRICT`, so that they hold at the latter."""
+    found = problem.bounded_real(np.sqrt(recentring) * optimum)
+    return [Assembled(one.fixed - STRICT * np.eye(len(one.fixed)), one.columns) for one in found]
 
 
 def _trace(problem: Inequalities) -> Vector:
