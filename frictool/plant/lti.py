@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import expm
+from scipy.linalg import block_diag, expm
 
 from frictool.documents.controller import StateSpace
 
@@ -66,6 +66,17 @@ def gain(value: ArrayLike, period: float) -> Lti:
     """A constant matrix (p, m), or a number."""
     d = np.atleast_2d(np.asarray(value, dtype=np.float64))
     return Lti(np.zeros((0, 0)), np.zeros((0, d.shape[1])), np.zeros((d.shape[0], 0)), d, period)
+
+
+def beside(first: Lti, second: Lti) -> Lti:
+    """The sum of two systems of one domain; the states of `first` come first."""
+    return Lti(
+        block_diag(first.a, second.a),
+        np.vstack([first.b, second.b]),
+        np.hstack([first.c, second.c]),
+        first.d + second.d,
+        first.period,
+    )
 
 
 def held(system: Lti, period: float) -> Lti:

@@ -1,4 +1,8 @@
-"""The controller's stored forms: a balanced realisation, its inverse Tustin image, second-order sections, anti-windup gains."""
+"""The controller's stored forms: a balanced realisation, its inverse Tustin image, second-order sections, anti-windup gains.
+
+An exact integrator, a pole at z = 1, is kept apart: a state of its own whose coefficient is 1 and stays 1 whatever the numbers are rounded
+to, and a section of its own where the zeros allow it. The rest is stable and is balanced.
+"""
 
 from __future__ import annotations
 
@@ -8,58 +12,107 @@ from scipy import linalg, signal
 
 from frictool.documents.controller import LinearController
 from frictool.errors import NoSolutionError
-from frictool.plant.lti import Lti, inverse_tustin
+from frictool.plant.lti import Lti, beside, inverse_tustin
 from frictool.verify.norms import spectral_radius
 
 Matrix = NDArray[np.float64]
 NEGLIGIBLE = 1e-8
 INFINITE = 1e8  # a zero beyond this is one at infinity
+AT_ONE = 1e-9  # a pole nearer to z = 1 is meant to be an integrator
 
 
 def stored_forms(k: Lti) -> LinearController:
-    """Every stored form of the discrete controller `k`.
+    """Every stored form of the discrete controller `k`, which may have one integrator.
 
-    Raises NoSolutionError where the controller itself is unstable (it would run away whenever the loop is open: in the limit, at rest),
-    or where the sections do not reproduce the state space (checked on the unit circle to 1e-6 of the peak).
+    Raises NoSolutionError where the rest of the controller is unstable (it would run away whenever the loop is open: in the limit, at
+    rest), where it has two integrators, or where the sections do not reproduce the state space (checked on the unit circle to 1e-6 of the
+    peak, that of (z - 1) K(z) with an integrator).
     """
-    radius = spectral_radius(k.a)
+    integrator, rest = split_integrator(k)
+    radius = spectral_radius(rest.a)
     if radius >= 1.0:
         raise NoSolutionError(
             f"the controller found is itself unstable (a pole of modulus {radius:.6g}); raise weights.static_error or weights.command"
         )
-    balanced = _balanced(k)
-    a, b, c, d = balanced.a, balanced.b, balanced.c, balanced.d
-    sections = _sections(a, b, c, d)
+    kept = _balanced(rest)
+    whole = kept if integrator is None else beside(integrator, kept)
+    sections = _sections(whole, kept.a)
     angles = np.geomspace(1e-3, np.pi, 200)
     _, from_sections = signal.sosfreqz(sections, worN=angles)
-    z = np.exp(1j * angles)
-    direct = np.array([(c @ np.linalg.solve(zi * np.eye(len(a)) - a, b) + d)[0, 0] for zi in z])
-    if np.max(np.abs(from_sections - direct)) > 1e-6 * np.max(np.abs(direct)):
+    weight = np.ones(len(angles)) if integrator is None else np.abs(np.exp(1j * angles) - 1.0)
+    direct = whole.response(angles / whole.period)[:, 0, 0]
+    if np.max(weight * np.abs(from_sections - direct)) > 1e-6 * np.max(weight * np.abs(direct)):
         raise NoSolutionError(
             "the second-order sections of the controller do not reproduce it; its poles are too ill-conditioned, relax the weights"
         )
     return LinearController(
-        discrete=balanced.document(),
-        continuous=inverse_tustin(balanced).document(),
+        discrete=whole.document(),
+        continuous=inverse_tustin(whole).document(),
         sos=tuple(tuple(float(value) for value in row) for row in sections),
-        anti_windup=tuple(float(value) for value in _anti_windup(a, b, c, d)),
+        anti_windup=tuple(float(value) for value in _anti_windup(whole.a, whole.b, whole.c, whole.d)),
     )
 
 
-def _sections(a: Matrix, b: Matrix, c: Matrix, d: Matrix) -> Matrix:
-    """Second-order sections (m, 6) of the transfer function, zeros from the pencil of the system matrix and not from a polynomial."""
+def split_integrator(k: Lti) -> tuple[Lti | None, Lti]:
+    """The part of `k` with its pole at z = 1 (one state, coefficient exactly 1, no direct gain), None without one; and the rest.
+
+    Raises NoSolutionError where more than one pole is there.
+    """
+    near = np.abs(np.linalg.eigvals(k.a) - 1.0) < AT_ONE if k.order else np.empty(0, dtype=bool)
+    if not near.any():
+        return None, k
+    if near.sum() > 1:
+        raise NoSolutionError(f"the controller found has {near.sum()} poles at z = 1; one integrator is allowed: lower order")
+    difference = k.a - np.eye(k.order)
+    right = np.linalg.svd(difference)[2][-1]  # difference @ right = 0
+    left = np.linalg.svd(difference.T)[2][-1]
+    others = linalg.null_space(left[None, :])
+    apart = k.transformed(np.column_stack([right, others]))
+    slope = float(apart.b[0, 0] * apart.c[0, 0])
+    rest = Lti(apart.a[1:, 1:], apart.b[1:], apart.c[:, 1:], k.d, k.period)
+    if slope == 0.0:  # nothing enters it or leaves it
+        return None, rest
+    size = np.sqrt(abs(slope))
+    integrator = Lti(np.ones((1, 1)), np.array([[size]]), np.array([[np.copysign(size, slope)]]), np.zeros((1, 1)), k.period)
+    return integrator, rest
+
+
+def _sections(whole: Lti, kept: Matrix) -> Matrix:
+    """Second-order sections (m, 6) of the transfer function, zeros from the pencil of the system matrix and not from a polynomial.
+
+    kept: the stable part's matrix; where the whole has one state more, that is the integrator, first.
+    """
+    a, b, c, d = whole.a, whole.b, whole.c, whole.d
     n = len(a)
     pencil = linalg.eigvals(np.block([[a, b], [c, d]]), linalg.block_diag(np.eye(n), np.zeros((1, 1))))
     zeros = pencil[np.isfinite(pencil) & (np.abs(pencil) < INFINITE)]
-    poles = np.linalg.eigvals(a)
+    poles = np.linalg.eigvals(kept) if kept.size else np.empty(0)
+    everyone = np.append(poles, np.ones(n - len(poles)))
     probe = 2.0  # any point outside the unit circle
     response = (c @ np.linalg.solve(probe * np.eye(n) - a, b) + d)[0, 0]
-    gain = float(np.real(response * np.prod(probe - poles) / np.prod(probe - zeros)))
+    gain = float(np.real(response * np.prod(probe - everyone) / np.prod(probe - zeros)))
+    first, zeros, poles = _integrator_section(zeros, poles) if len(poles) < n else (np.empty((0, 6)), zeros, poles)
+    if not len(poles):
+        return np.asarray(first * [gain, gain, gain, 1.0, 1.0, 1.0])
     sections = np.asarray(signal.zpk2sos(zeros, poles, gain))
-    for _ in range(n - len(zeros)):  # each pole without a zero is a sample of delay: a numerator that has room moves by one
+    for _ in range(len(poles) - len(zeros)):  # each pole without a zero is a sample of delay: a numerator that has room moves by one
         row = int(np.argmin(np.abs(sections[:, 2])))
         sections[row, :3] = [0.0, sections[row, 0], sections[row, 1]]
-    return sections
+    return np.vstack([first, sections])
+
+
+def _integrator_section(zeros: Matrix, poles: Matrix) -> tuple[Matrix, Matrix, Matrix]:
+    """The integrator's own section with the real zero nearest to it, or with none; and the zeros and poles that are left.
+
+    Where every zero is complex and none is missing, no first-order section is proper: the integrator shares a section with another pole.
+    """
+    real = np.flatnonzero(zeros.imag == 0.0)
+    if real.size:
+        nearest = real[np.argmin(np.abs(zeros[real] - 1.0))]
+        return np.array([[1.0, -zeros[nearest].real, 0.0, 1.0, -1.0, 0.0]]), np.delete(zeros, nearest), poles
+    if len(zeros) <= len(poles):
+        return np.array([[0.0, 1.0, 0.0, 1.0, -1.0, 0.0]]), zeros, poles
+    return np.empty((0, 6)), zeros, np.append(poles, 1.0)
 
 
 def _balanced(k: Lti) -> Lti:
@@ -68,6 +121,8 @@ def _balanced(k: Lti) -> Lti:
     States that the synthesis leaves unreachable or unobservable (the delayed command is known exactly) are dropped: Hankel singular value
     below 1e-8 of the largest, which is below what the solver resolves.
     """
+    if not k.order:
+        return k
     a, b, c = k.a, k.b, k.c
     reach, see = (_root(linalg.solve_discrete_lyapunov(*pair)) for pair in ((a, b @ b.T), (a.T, c.T @ c)))
     u, hankel, v = np.linalg.svd(see.T @ reach)

@@ -23,9 +23,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
-from frictool.plant.lti import Lti, tustin
+from frictool.plant.lti import Lti, beside, tustin
 
 Vector = NDArray[np.float64]
 Responses = NDArray[np.complex128]
@@ -143,7 +142,7 @@ class StructuredController:
         if not self.integrator:
             return tustin(continuous, self.period)
         rest = Lti(continuous.a[1:, 1:], continuous.b[1:], continuous.c[:, 1:], continuous.d, 0.0)
-        return _beside(tustin(rest, self.period), tustin(_integrator(float(continuous.c[0, 0])), self.period))
+        return beside(tustin(_integrator(float(continuous.c[0, 0])), self.period), tustin(rest, self.period))
 
     def _continuous(self, parameters: Vector) -> Lti:
         """Residue of the integrator beside a companion form of the rest, both in the time unit 1/w0 and then in seconds."""
@@ -153,7 +152,7 @@ class StructuredController:
             residue = above[-1] / below[-1]
             above = np.polysub(above, residue * below)[:-1]  # (N - r D)/x: the constant term is zero
         rest = _companion(above, below, self.around)
-        return _beside(rest, _integrator(residue * self.around)) if self.integrator else rest
+        return beside(_integrator(residue * self.around), rest) if self.integrator else rest
 
 
 def _companion(above: Vector, below: Vector, around: float) -> Lti:
@@ -171,8 +170,3 @@ def _companion(above: Vector, below: Vector, around: float) -> Lti:
 
 def _integrator(slope: float) -> Lti:
     return Lti(np.zeros((1, 1)), np.ones((1, 1)), np.array([[slope]]), np.zeros((1, 1)), 0.0)
-
-
-def _beside(rest: Lti, first: Lti) -> Lti:
-    """The sum of both, the states of `first` first."""
-    return Lti(block_diag(first.a, rest.a), np.vstack([first.b, rest.b]), np.hstack([first.c, rest.c]), first.d + rest.d, rest.period)
