@@ -16,6 +16,7 @@ from frictool.plant.lti import Lti, beside, inverse_tustin
 from frictool.verify.norms import spectral_radius
 
 Matrix = NDArray[np.float64]
+Roots = NDArray[np.complex128]
 NEGLIGIBLE = 1e-8
 INFINITE = 1e8  # a zero beyond this is one at infinity
 AT_ONE = 1e-9  # a pole nearer to z = 1 is meant to be an integrator
@@ -85,14 +86,14 @@ def _sections(whole: Lti, kept: Matrix) -> Matrix:
     a, b, c, d = whole.a, whole.b, whole.c, whole.d
     n = len(a)
     pencil = linalg.eigvals(np.block([[a, b], [c, d]]), linalg.block_diag(np.eye(n), np.zeros((1, 1))))
-    zeros = pencil[np.isfinite(pencil) & (np.abs(pencil) < INFINITE)]
-    poles = np.linalg.eigvals(kept) if kept.size else np.empty(0)
+    zeros = np.asarray(pencil[np.isfinite(pencil) & (np.abs(pencil) < INFINITE)], dtype=np.complex128)
+    poles = np.asarray(np.linalg.eigvals(kept) if kept.size else np.empty(0), dtype=np.complex128)
     everyone = np.append(poles, np.ones(n - len(poles)))
     probe = 2.0  # any point outside the unit circle
     response = (c @ np.linalg.solve(probe * np.eye(n) - a, b) + d)[0, 0]
     gain = float(np.real(response * np.prod(probe - everyone) / np.prod(probe - zeros)))
     first, zeros, poles = _integrator_section(zeros, poles) if len(poles) < n else (np.empty((0, 6)), zeros, poles)
-    if not len(poles):
+    if len(first) and not len(poles):
         return np.asarray(first * [gain, gain, gain, 1.0, 1.0, 1.0])
     sections = np.asarray(signal.zpk2sos(zeros, poles, gain))
     for _ in range(len(poles) - len(zeros)):  # each pole without a zero is a sample of delay: a numerator that has room moves by one
@@ -101,7 +102,7 @@ def _sections(whole: Lti, kept: Matrix) -> Matrix:
     return np.vstack([first, sections])
 
 
-def _integrator_section(zeros: Matrix, poles: Matrix) -> tuple[Matrix, Matrix, Matrix]:
+def _integrator_section(zeros: Roots, poles: Roots) -> tuple[Matrix, Roots, Roots]:
     """The integrator's own section with the real zero nearest to it, or with none; and the zeros and poles that are left.
 
     Where every zero is complex and none is missing, no first-order section is proper: the integrator shares a section with another pole.

@@ -86,7 +86,7 @@ class StructuredController:
     def points(self, frequencies: Vector) -> Responses:
         """The complex frequencies s of angular frequencies [rad/s] in the controller's domain."""
         w = frequencies
-        return 1j * (2.0 / self.period * np.tan(0.5 * w * self.period) if self.period else w)
+        return np.asarray(1j * (2.0 / self.period * np.tan(0.5 * w * self.period) if self.period else w), dtype=np.complex128)
 
     def response(self, parameters: Vector, points: Responses) -> tuple[Responses, Responses]:
         """K (k,) and its derivatives (k, size) at the complex frequencies s (k,)."""
