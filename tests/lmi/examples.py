@@ -49,12 +49,6 @@ def between(plants: list[GeneralisedPlant], weights: np.ndarray) -> GeneralisedP
     )
 
 
-def clutch_position(bandwidth: float, disturbance: float, drive: float) -> list[GeneralisedPlant]:
-    """The 16 vertices of 5.4.3, in continuous time, with W1 = disturbance, W3 = drive and z2 = bandwidth [rad/s]."""
-    weights = Weights(template(bandwidth, 0.5, 2 / 63), disturbance, drive)
-    return [generalised_plant("position", point.rates, LAG, weights) for point in polytope(clutch_model()).vertices]
-
-
 def clutch_speed(vertices: slice = slice(None)) -> list[GeneralisedPlant]:
     """The centre and the vertices of the speed loop at 1 ms with one sample of delay."""
     weights, box = Weights(template(40.0, 0.5, 2 / 63), 0.03, 0.5, 0.5, FirstOrder(0.01)), polytope(clutch_model())

@@ -15,8 +15,9 @@ from frictool.plant.generalised import FirstOrder, GeneralisedPlant, Weights, ge
 from frictool.plant.linear_axis import Rates
 from frictool.plant.lti import Lti
 from frictool.verify.norms import norm
-from tests.lmi.examples import between, clutch_position, clutch_speed, random_plant, random_polytope
+from tests.lmi.examples import between, clutch_speed, random_plant, random_polytope
 from tests.lmi.plain import plain
+from tests.synth.published import position
 
 ROUNDING = 1e-6
 
@@ -64,7 +65,7 @@ def test_sums_of_the_vertex_controllers_keep_gamma_between_the_vertices(seed: in
         assert reached(between(plants, weights), blend) <= found.gamma * (1.0 + ROUNDING)
 
 
-@pytest.mark.parametrize("plants", [clutch_speed(slice(None, None, 5)), clutch_position(20.0, 0.1, 0.05)[::5]], ids=["speed", "position"])
+@pytest.mark.parametrize("plants", [clutch_speed(slice(None, None, 5)), position()[::5]], ids=["speed", "position"])
 def test_each_vertex_controller_of_the_clutch_keeps_gamma_at_its_vertex(plants: list[GeneralisedPlant]) -> None:
     found = minimise(plants, 1.1)
     for plant in plants:
@@ -148,7 +149,7 @@ def test_input_matrices_that_vary_over_the_polytope_are_refused() -> None:
 
 
 def test_the_same_inputs_give_the_same_bytes() -> None:
-    plants = clutch_position(20.0, 0.1, 0.05)[::3]
+    plants = position()[::3]
     first, again = (minimise(plants, 1.05) for _ in range(2))
     for part in ("r", "s", "t"):
         assert getattr(first, part).tobytes() == getattr(again, part).tobytes()
@@ -158,4 +159,4 @@ def test_the_same_inputs_give_the_same_bytes() -> None:
 def test_gamma_of_the_position_loop_of_the_thesis() -> None:
     """Four of the 16 vertices give less than all: the full count is in `make accept`. W2 of 5.4.3 with e_stat 2/63, z2 = 20 rad/s."""
     assert template(20.0, 0.5, 2 / 63).gain == pytest.approx(31.5)
-    assert minimise(clutch_position(20.0, 0.1, 0.05), 1.05).optimum == pytest.approx(0.912, rel=0.01)
+    assert minimise(position(), 1.05).optimum == pytest.approx(0.912, rel=0.01)

@@ -9,7 +9,8 @@ from frictool.errors import NoSolutionError
 from frictool.lmi.hinf import Disc, HalfPlane, controller, minimise
 from frictool.plant.generalised import GeneralisedPlant
 from frictool.verify.norms import norm
-from tests.lmi.examples import clutch_position, clutch_speed, random_plant
+from tests.lmi.examples import clutch_speed, random_plant
+from tests.synth.published import position
 
 NEAR_THE_ORIGIN = 1e-12
 
@@ -55,7 +56,7 @@ def test_the_whole_unit_disc_is_no_restriction() -> None:
 
 def test_a_disc_cures_the_fast_poles_of_the_position_loop() -> None:
     """D12 = 0: the free optimum is not attained and its controllers are fast. A disc of 4000 rad/s costs some gamma."""
-    plants = clutch_position(20.0, 0.1, 0.05)[::5]
+    plants = position()[::5]
     free, held = minimise(plants, 1.05), minimise(plants, 1.05, Disc(-2000.0, 2000.0))
     fastest = [float(np.max(np.abs(np.linalg.eigvals(controller(plants[0], found).a)))) for found in (free, held)]
     assert fastest[0] > 4000.0 > fastest[1]
@@ -68,7 +69,7 @@ def test_a_disc_cures_the_fast_poles_of_the_position_loop() -> None:
 
 def test_a_disc_has_to_contain_the_poles_of_the_weights() -> None:
     """W2 has its pole at 0.317 rad/s, the drive its own at 333 rad/s."""
-    plants = clutch_position(20.0, 0.1, 0.05)[:1]
+    plants = position()[:1]
     with pytest.raises(NoSolutionError, match=r"pole at -0\.3175 is not seen by the measurement.*weights.*region"):
         minimise(plants, 1.05, Disc(-1001.0, 1000.0))
 
@@ -76,9 +77,9 @@ def test_a_disc_has_to_contain_the_poles_of_the_weights() -> None:
 @pytest.mark.parametrize(
     ("plants", "region", "said"),
     [
-        (clutch_position(20.0, 0.1, 0.05)[:1], Disc(-10.0, 11.0), "left half-plane"),
-        (clutch_position(20.0, 0.1, 0.05)[:1], Disc(-10.0, 0.0), "left half-plane"),
-        (clutch_position(20.0, 0.1, 0.05)[:1], HalfPlane(-1.0), "decay of 0"),
+        (position()[:1], Disc(-10.0, 11.0), "left half-plane"),
+        (position()[:1], Disc(-10.0, 0.0), "left half-plane"),
+        (position()[:1], HalfPlane(-1.0), "decay of 0"),
         (clutch_speed(slice(0, 0)), Disc(0.5, 0.6), "unit disc"),
         (clutch_speed(slice(0, 0)), HalfPlane(1.0), "continuous time"),
     ],
