@@ -1,0 +1,79 @@
+"""The closed loop inside the box of plants: at spread points, and at the worst plant that a search from there finds.
+
+What is found here is a lower bound of the worst norm over the box, and no proof: upper bounds are in lmi/structured.py (constant
+parameters) and lmi/lyapunov_bounds.py (moving ones).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.plant.box import DYNAMIC, Box
+from frictool.plant.generalised import GeneralisedPlant
+from frictool.plant.linear_axis import Rates
+from frictool.plant.lti import Lti
+from frictool.plant.polytope import PlantPoint
+from frictool.verify.norms import norm
+
+PRIMES = (2, 3, 5, 7)
+NAMES = (*DYNAMIC, "coulomb")
+STEPS = 30  # of the search, each halves the steps that bring nothing
+
+
+@dataclass(frozen=True)
+class Worst:
+    """The largest norm found (infinite: unstable), and the plant that has it."""
+
+    norm: float
+    point: PlantPoint
+
+
+def interior_points(box: Box, count: int, seed: int) -> tuple[PlantPoint, ...]:
+    """`count` points spread evenly inside the box: Halton's sequence, shifted by a random vector (Cranley and Patterson, 1976)."""
+    shift = np.random.default_rng(seed).random(len(NAMES))
+    index = np.arange(1, count + 1)
+    unit = (np.column_stack([_radical_inverse(index, base) for base in PRIMES]) + shift) % 1.0
+    return tuple(_point(f"i{k:0{len(str(count))}d}", box, row) for k, row in enumerate(unit, start=1))
+
+
+def _radical_inverse(index: NDArray[np.int64], base: int) -> NDArray[np.float64]:
+    """The digits of `index` mirrored at the point."""
+    found, share, rest = np.zeros(len(index)), 1.0 / base, index.copy()
+    while np.any(rest):
+        found += share * (rest % base)
+        rest, share = rest // base, share / base
+    return found
+
+
+def _point(name: str, box: Box, unit: NDArray[np.float64]) -> PlantPoint:
+    values = {key: low + float(part) * (high - low) for (key, (low, high)), part in zip(((n, box[n]) for n in NAMES), unit, strict=True)}
+    return PlantPoint(name, values["inertia"], values["viscous"], values["coulomb"], values["constant"])
+
+
+def worst_norm(controller: Lti, plant: Callable[[Rates], GeneralisedPlant], points: Sequence[PlantPoint]) -> Worst:
+    """The largest norm over the points. `plant` gives the generalised plant of the axis's rates, in the controller's domain."""
+    return max((Worst(norm(plant(point.rates).closed(controller))[0], point) for point in points), key=lambda worst: worst.norm)
+
+
+def searched(controller: Lti, plant: Callable[[Rates], GeneralisedPlant], box: Box, start: Worst) -> Worst:
+    """From `start` uphill inside the box, a parameter at a time: at least its norm."""
+    low, high = (np.array([box[name][side] for name in NAMES]) for side in (0, 1))
+    width = np.where(high > low, high - low, 1.0)
+    at = np.clip((np.array([getattr(start.point, name) for name in NAMES]) - low) / width, 0.0, 1.0)
+    best, step = start, np.where(high > low, 0.25, 0.0)
+    for _ in range(STEPS):
+        if np.isinf(best.norm) or not np.any(step > 1e-3):
+            break
+        for axis in np.flatnonzero(step > 1e-3):
+            tried = [np.clip(at + sign * step[axis] * np.eye(len(NAMES))[axis], 0.0, 1.0) for sign in (-1.0, 1.0)]
+            found = [(worst_norm(controller, plant, [_point("found", box, unit)]), unit) for unit in tried]
+            worst, unit = max(found, key=lambda pair: pair[0].norm)
+            if worst.norm > best.norm * (1.0 + 1e-9):
+                best, at = worst, unit
+            else:
+                step[axis] *= 0.5
+    return best
