@@ -6,19 +6,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import msgspec
-import numpy as np
 
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
 from frictool.documents.load import LoadTerms
 from frictool.documents.quantity import Quantity
-from frictool.errors import LogError
 from frictool.identify import methods
 from frictool.identify.breakaway.breakaway import Breakaway, breakaway, is_ramp
+from frictool.identify.estimators.auto import inertia_over_position, with_inertia
 from frictool.identify.outcome import CURVE, PARAMETERS, SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.plausible import implausible
 from frictool.identify.record import Record
 from frictool.identify.refusals import refuse_self_explained, refuse_unmeasured
+from frictool.identify.twice import refuse_twice
 from frictool.plant.axis_model import load_law
 
 SLIDING_LOG, RAMP_LOG = "sliding", "ramp"
@@ -26,9 +26,8 @@ NEVER_NEGATIVE = ("inertia", "viscous", "coulomb", "breakaway", "stribeck_veloci
 LARGEST_FORCE_ERROR = 0.5  # above it the model leaves more than a quarter of the effort's mean square unexplained
 POSITION_HIDES_INERTIA = (
     "friction varies with the position, which goes with the acceleration along a stroke: what one does is taken for the other; "
-    "the bench's value is kept"
+    "the bench's value is kept. The weak form (auto, weak) gives friction over the position columns of its own where it shows in slip"
 )
-SAME_EFFORT = 1e-9  # relative to the largest: two files of one log may round differently
 
 
 @dataclass(frozen=True)
@@ -63,7 +62,7 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
     Raises NothingIdentified with the reasons where they give no parameter at all; LogError where a log is given twice, or cannot be one
     of this axis.
     """
-    _refuse_twice([*records, *ramps])
+    refuse_twice([*records, *ramps])
     given = ramps
     odd = [warning for record in [*records, *ramps] for warning in implausible(record, bench)]
     ramp_like = [record for record in records if record.velocity is None and is_ramp(record, bench)]
@@ -90,7 +89,7 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
         # a load that nobody has named is what friction over the position looks like where it slips
         return identify(records, given, msgspec.structs.replace(bench, load=LoadTerms(("offset",))), method, settings)
     if onsets is not None and onsets.by_position is not None:
-        fit, onsets, laws = _by_position(sliding, ramps, fit, onsets, bench, settings, found, refused)
+        fit, onsets, laws = _by_position(sliding, ramps, fit, onsets, bench, method, settings, found, refused)
     elif onsets is not None and onsets.rising is not None:
         laws = _rising(onsets, bench, found, laws)
     kinds = {**{r.name: SLIDING_LOG for r in sliding}, **{r.name: RAMP_LOG for r in ramps}}
@@ -100,20 +99,6 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
     if not found:
         raise NothingIdentified(result)
     return result
-
-
-def _refuse_twice(records: list[Record]) -> None:
-    """Raises LogError where two records are one log: counted twice, it would narrow every interval and tell nothing more."""
-    for place, one in enumerate(records):
-        for other in records[:place]:
-            if _same_log(one, other):
-                raise LogError(one.name, f"is the same log as {other.name}; give each log once")
-
-
-def _same_log(one: Record, other: Record) -> bool:
-    if one.position.size != other.position.size or not np.array_equal(one.position, other.position):
-        return False
-    return float(np.max(np.abs(one.effort - other.effort))) <= SAME_EFFORT * float(np.max(np.abs(one.effort)))
 
 
 def _surprises(found: Mapping[str, Interval], bench: Bench) -> list[str]:
@@ -162,6 +147,7 @@ def _by_position(
     fit: Fit | None,
     onsets: Breakaway,
     bench: Bench,
+    method: str,
     settings: methods.Settings,
     found: dict[str, Interval],
     refused: dict[str, str],
@@ -174,9 +160,9 @@ def _by_position(
 
     if fit is not None and fit.laws is not None and (fit.laws.load or fit.laws.backward):  # which the map does not know
         return fit, onsets, breakaway_laws(onsets, bench, found, fit.laws)
-    if fit is not None and "inertia" in fit.parameters:
-        found.pop("inertia", None)
-        refused["inertia"] = POSITION_HIDES_INERTIA
+    why = None if fit is None else _inertia_over_position(sliding, fit, bench, method, settings, found, refused)
+    if "inertia" in found:
+        bench = with_inertia(bench, found["inertia"])
     axis = {name: found.get(name) or prior(bench, name) for name in SLIDING} | {"offset": prior(bench, "offset")}
     try:
         mapped = friction_map(sliding, ramps, onsets, axis, bench, settings)
@@ -187,7 +173,33 @@ def _by_position(
         refused.pop(name, None)
     _accept(mapped.fit.parameters, mapped.fit.refused, bench, found, refused)
     assert mapped.fit.laws is not None
-    return mapped.fit, mapped.ramp, breakaway_laws(mapped.ramp, bench, found, mapped.fit.laws)
+    return replace(mapped.fit, why=why), mapped.ramp, breakaway_laws(mapped.ramp, bench, found, mapped.fit.laws)
+
+
+def _inertia_over_position(
+    sliding: list[Record],
+    fit: Fit,
+    bench: Bench,
+    method: str,
+    settings: methods.Settings,
+    found: dict[str, Interval],
+    refused: dict[str, str],
+) -> str | None:
+    """Refuses an inertia that was fitted to a constant friction, or takes that of the weak form with friction over the position.
+
+    Returns why it is to be had, or None.
+    """
+    if fit.details.get("position_order"):
+        return fit.why
+    if "inertia" in fit.parameters:
+        found.pop("inertia", None)
+        refused["inertia"] = POSITION_HIDES_INERTIA
+    weak = inertia_over_position(sliding, bench, settings) if method == methods.DEFAULT else None
+    if weak is None:
+        return None
+    refused.pop("inertia", None)
+    _accept({"inertia": weak.parameters["inertia"]}, {}, bench, found, refused)
+    return f"friction by sines and ramps. inertia by weak: {weak.why}"
 
 
 def _rising(onsets: Breakaway, bench: Bench, found: dict[str, Interval], laws: Laws | None) -> Laws:

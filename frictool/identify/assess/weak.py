@@ -22,22 +22,25 @@ from frictool.identify.rows.smoothing import SHORTEST
 STROKE_SHARE = 0.25  # longest window over the median stroke
 
 
-def weak_deviation(strokes: list[Stroke], axis: Friction, sensing: Sensing, window: int | None = None) -> tuple[Vector, int]:
+def weak_deviation(
+    strokes: list[Stroke], axis: Friction, sensing: Sensing, window: int | None = None, own: float = 1.0
+) -> tuple[Vector, int]:
     """Root mean square errors (4,) of inertia, viscous, coulomb, offset in SI over `window` samples, and it: the best for the inertia
 
-    where it is None. inf where no stroke is longer than its window.
+    where it is None. own: the share of the acceleration's power that other columns than these four leave to it (1: there are none). inf
+    where no stroke is longer than its window.
     """
     best, chosen = np.full(4, np.inf), window or SHORTEST
     longest = max(SHORTEST, int(np.median([one.duration for one in strokes]) / sensing.period * STROKE_SHARE))
     choice = sorted({2 * int(length / 2.0) + 1 for length in np.geomspace(SHORTEST, longest, 20)}) if window is None else [window]
     for width in choice:
-        found = _deviation(strokes, axis, sensing, width)
+        found = _deviation(strokes, axis, sensing, width, own)
         if found[0] < best[0]:
             best, chosen = found, width
     return best, chosen
 
 
-def _deviation(strokes: list[Stroke], axis: Friction, sensing: Sensing, window: int) -> Vector:
+def _deviation(strokes: list[Stroke], axis: Friction, sensing: Sensing, window: int, own: float) -> Vector:
     g = bell(window)
     c = np.convolve(g, [1.0, -2.0, 1.0]) / sensing.period**2
     slope = np.convolve(g, np.array([1.0, 0.0, -1.0]) / (2.0 * sensing.period))
@@ -59,7 +62,8 @@ def _deviation(strokes: list[Stroke], axis: Friction, sensing: Sensing, window: 
         return np.full(4, np.inf)
     inverse = np.linalg.inv(normal / np.outer(scale, scale)) / np.outer(scale, scale)
     found = np.sqrt(np.diag(inverse @ covariance @ inverse))
-    found[0] = np.hypot(found[0], axis.inertia * sensing.step**2 / 12.0 * float(c @ c) * samples / accelerations)
+    pulled = axis.inertia * sensing.step**2 / 12.0 * float(c @ c) * samples / accelerations
+    found[0] = np.hypot(found[0] / np.sqrt(own), pulled / own)
     return np.asarray(found)
 
 

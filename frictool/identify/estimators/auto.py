@@ -73,6 +73,12 @@ def _weak(records: list[Record], bench: Bench, settings: Settings) -> Fit | None
     return fit if inertia is not None and inertia.low > 0.0 and np.isfinite(inertia.high) else None
 
 
+def inertia_over_position(records: list[Record], bench: Bench, settings: Settings) -> Fit | None:
+    """The weak form where it sees that friction varies with the position, and gives the inertia all the same."""
+    fit = _weak(records, bench, settings)
+    return fit if fit is not None and fit.details["position_order"] > 0 else None
+
+
 def with_inertia(bench: Bench, found: Interval) -> Bench:
     """The bench that knows the inertia as it was found."""
     inertia = Quantity(found.value, found.low, found.high, bench.mechanics.inertia.unit)
@@ -83,8 +89,9 @@ def joined(fit: Fit, weak: Fit, why: str) -> Fit:
     """`fit` with the inertia of the weak form."""
     refused = {name: reason for name, reason in fit.refused.items() if name != "inertia"}
     parameters = {"inertia": weak.parameters["inertia"], **fit.parameters}
-    details = {**fit.details, "window": weak.details["window"]}
-    return replace(fit, parameters=parameters, refused=refused, details=details, why=f"{fit.why}. inertia by weak: {why}")
+    details = {**fit.details, "window": weak.details["window"], "position_order": weak.details["position_order"]}
+    shape = f"; {weak.why}" if weak.why else ""
+    return replace(fit, parameters=parameters, refused=refused, details=details, why=f"{fit.why}. inertia by weak: {why}{shape}")
 
 
 def _differentiated(records: list[Record], bench: Bench, settings: Settings) -> Fit:

@@ -162,12 +162,16 @@ def not_negative(found: Interval) -> Interval:
 
 def regimes_of(pieces: Pieces, half: Vector, bench: Bench) -> tuple[Regime, ...]:
     """The document's: the viscous friction above each knee."""
-    viscous, speed = si_unit("viscous", bench.axis), si_unit("velocity", bench.axis)
     first = pieces.solution.value.size - len(pieces.knees)
     out = []
     for index, knee in enumerate(pieces.knees, start=1):
         value, width, reach = float(pieces.solution.value[index]), float(half[index]), float(half[first + index - 1])
-        slope = not_negative(Interval(value, max(value - width, 0.0), value + width))
-        above = Quantity(knee, max(knee - reach, 0.0), knee + reach, speed)
-        out.append(Regime(above, Estimate(slope.value, slope.low, slope.high, viscous, source="identified")))
+        out.append(regime(knee, reach, Interval(value, max(value - width, 0.0), value + width), bench))
     return tuple(out)
+
+
+def regime(knee: float, reach: float, viscous: Interval, bench: Bench) -> Regime:
+    """The document's: the viscous friction above a knee, rad/s | m/s, known to +-`reach`."""
+    slope = not_negative(viscous)
+    above = Quantity(knee, max(knee - reach, 0.0), knee + reach, si_unit("velocity", bench.axis))
+    return Regime(above, Estimate(slope.value, slope.low, slope.high, si_unit("viscous", bench.axis), source="identified"))

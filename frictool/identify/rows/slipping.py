@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from frictool.documents.bench import Bench
@@ -25,7 +26,7 @@ from frictool.identify.rows.resolution import refuse_hidden_inertia
 from frictool.identify.rows.samples import Samples, fit, joined
 from frictool.identify.rows.slip import keep_rows, slip_mask
 from frictool.identify.rows.smoothing import acceleration_response, choose_window, smoothed
-from frictool.identify.rows.strokes import find_strokes
+from frictool.identify.rows.strokes import Strokes, find_strokes
 
 SMALLEST_SHARE, LARGEST_SHARE = 0.0075, 0.1  # of noise in the acceleration (`smoothing`): attenuation 0.006 % and 1 %
 BIAS_SHARE = 0.2  # of the inertia's standard deviation that attenuation may reach
@@ -110,16 +111,22 @@ def full_backlash(bench: Bench) -> float:
     return 0.0 if width is None else max(width.interval)
 
 
+def slipping_mask(record: Record, strokes: Strokes, bench: Bench, velocity: Vector, window: int, every: int) -> NDArray[np.bool_]:
+    """Which samples (n,) are the rows of a record: certain to slip over `window`, one in `every`; `velocity` (n,) smoothed over it."""
+    mask = slip_mask(record, strokes, velocity, window, full_backlash(bench))
+    if every > 1:
+        mask[np.arange(mask.size) % every != 0] = False
+    return mask
+
+
 def slipping_rows(record: Record, bench: Bench, window: int, signals: tuple[Vector, Vector, Vector], every: int = 1) -> Samples:
     """The rows of one record that are certain to slip, one in `every`, from its smoothed acceleration, velocity and effort (n,).
 
     The signals are overwritten: an hour of them is large.
     """
     strokes = find_strokes(record)
-    mask = slip_mask(record, strokes, signals[1], window, full_backlash(bench))
+    mask = slipping_mask(record, strokes, bench, signals[1], window, every)
     loads = load_columns(record, bench, window, signals[1], strokes.sign)
-    if every > 1:
-        mask[np.arange(mask.size) % every != 0] = False
     for values in (*signals, strokes.sign, strokes.number):
         keep_rows(mask, values)
     kept, loads = np.count_nonzero(mask), {name: column[mask] for name, column in loads.items()}
