@@ -41,12 +41,14 @@ class Chosen:
     """The weights, what of them was derived, and how they move when the effort is relaxed.
 
     noise_moves: the noise was derived from A, and grows as A falls. command_of_noise: W_u W4, where the command's weight was derived.
+    least_effort: how far W3 may fall, as a share of it: to the A of which one encoder count is what W2 lets pass.
     """
 
     weights: Weights
     derived: tuple[Derived, ...]
     noise_moves: bool = False
     command_of_noise: float | None = None
+    least_effort: float = 1.0
 
     def relaxed(self, disturbance: float, effort: float) -> Weights:
         """W1 times `disturbance`; W3, and with it A, times `effort`, both in (0, 1]."""
@@ -91,7 +93,13 @@ class _Choice:
             eta=given.eta,
             uncertainty=FirstOrder(1.0) if given.uncertainty_hz is None else decade(1.0, given.uncertainty_hz),
         )
-        return Chosen(weights, tuple(self.derived), given.noise is None, product)
+        least = min(1.0, self._least_amplitude(error) / (drive * self.limit))
+        return Chosen(weights, tuple(self.derived), given.noise is None, product, least)
+
+    def _least_amplitude(self, error: FirstOrder) -> float:
+        """The A for which a noise of one count alone reaches W2: e_stat A = step at rest (position), A = M_mod z2 step (speed)."""
+        step, margin = self.model.bench.encoder.resolution, error.gain * error.pole / error.zero
+        return margin * error.zero * step if self.speed else error.gain * step
 
     def _tell(self, name: str, value: float, unit: str, source: str) -> float:
         self.derived.append(Derived(f"weights.{name}", value, unit, source))
@@ -137,6 +145,8 @@ class _Choice:
     def _disturbance(self) -> float:
         if self.given.disturbance is not None:
             return self.given.disturbance
+        if self.design.relax == "auto":
+            return self._tell("disturbance", 1.0, "", "full friction as it is (5.3.3), from where relax: auto goes down")
         amplitude, source = self._amplitude("disturbance")
         return self._tell("disturbance", 1.0 / amplitude, "", f"1 over {source}: full friction leaves static_error of it")
 
