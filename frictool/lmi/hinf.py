@@ -71,7 +71,7 @@ def _minimise(plants: Sequence[GeneralisedPlant], recentring: float, pole_region
     t, level, before = evened(framed), 1.0, np.nan
     refuse_fixed_modes([plant.transformed(t) for plant in framed], chosen)
     for _ in range(PASSES + 1):
-        problem = Inequalities([_levelled(plant, level).transformed(t) for plant in framed])
+        problem = Inequalities([levelled(plant, level).transformed(t) for plant in framed])
         optimum, r, s = _optimum(problem)
         if optimum * level > DIVERGED * before:
             raise NoSolutionError(
@@ -109,7 +109,7 @@ def scheduled(plants: Sequence[GeneralisedPlant], lyapunov: Lyapunov) -> tuple[L
     return tuple(controller(plant, lyapunov) for plant in plants)
 
 
-def _levelled(plant: GeneralisedPlant, level: float) -> GeneralisedPlant:
+def levelled(plant: GeneralisedPlant, level: float) -> GeneralisedPlant:
     """The plant whose norm is that of `plant` over `level`; R and S are the same."""
     root = np.sqrt(level)
     return replace(plant, b1=plant.b1 / root, c1=plant.c1 / root, d11=plant.d11 / level, d12=plant.d12 / root, d21=plant.d21 / root)
