@@ -1,6 +1,6 @@
 """SLICOT's H-infinity synthesis (sb10ad) in a process of its own, with a time-out: on some plants it does not return.
 
-python -m tests.lmi.slicot < plant.npz      prints {"info": ..., "gamma": ..., "a": ..., "b": ..., "c": ..., "d": ...}
+python -m tests.lmi.slicot < plant.npz      prints {"info": ..., "gamma": ..., "seconds": ..., "a": ..., ...}
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import io
 import json
 import subprocess
 import sys
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,15 +23,17 @@ AVAILABLE = importlib.util.find_spec("ctrlsys") is not None
 MISSING = "ctrlsys (SLICOT) is not installed"
 FIRST_GAMMA, TOLERANCE = 1e3, 1e-5
 BISECTION = 1
+SAYS = {3: " (D12 has not full rank)", 4: " (D21 has not full rank)", 6: " (gamma too small)", 12: " (no stabilising controller found)"}
 
 
 @dataclass(frozen=True)
 class Slicot:
-    """`gamma` and `controller` as SLICOT gives them, or None and the reason why not."""
+    """`gamma` and `controller` as SLICOT gives them, or None and the reason why not. `seconds` are those of its routine alone."""
 
     gamma: float | None
     controller: Lti | None
     reason: str = ""
+    seconds: float = float("nan")
 
 
 def slicot(plant: GeneralisedPlant, timeout: float, first: float = FIRST_GAMMA) -> Slicot:
@@ -54,10 +57,10 @@ def slicot(plant: GeneralisedPlant, timeout: float, first: float = FIRST_GAMMA) 
         return Slicot(None, None, f"ended with code {ended.returncode}: {ended.stderr.decode()[-200:]}")
     told = json.loads(ended.stdout)
     if told["info"] != 0:
-        return Slicot(None, None, f"info {told['info']}")
+        return Slicot(None, None, f"info {told['info']}{SAYS.get(told['info'], '')}", told["seconds"])
     n = len(plant.a)
     parts = (np.array(told[key]).reshape(shape) for key, shape in (("a", (n, n)), ("b", (n, -1)), ("c", (-1, n)), ("d", d[:1, :1].shape)))
-    return Slicot(told["gamma"], Lti(*parts, 0.0))
+    return Slicot(told["gamma"], Lti(*parts, 0.0), "", told["seconds"])
 
 
 def main() -> None:
@@ -66,9 +69,11 @@ def main() -> None:
     given = np.load(io.BytesIO(sys.stdin.buffer.read()))
     a, b, c, d = (np.asfortranarray(given[name]) for name in "abcd")
     controls, measured = (int(count) for count in given["ports"])
+    start = time.perf_counter()
     found = ctrlsys.sb10ad(BISECTION, len(a), b.shape[1], len(c), controls, measured, a, b, c, d, float(given["first"]), TOLERANCE, 0.0)
+    seconds = time.perf_counter() - start
     controller = dict(zip("abcd", (np.asarray(part).tolist() for part in found[:4]), strict=True))
-    json.dump({"info": int(found[-1]), "gamma": float(found[8]), **controller}, sys.stdout)
+    json.dump({"info": int(found[-1]), "gamma": float(found[8]), "seconds": seconds, **controller}, sys.stdout)
 
 
 if __name__ == "__main__":

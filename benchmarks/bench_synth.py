@@ -1,0 +1,151 @@
+"""H-infinity synthesis by matrix inequalities: ours against SLICOT, against the plain form (5.61)-(5.62) through cvxpy, and its growth.
+
+The plain form is given the states and the unit of time that ours begins with, without which its solvers end in errors on these plants.
+SLICOT's seconds are those of sb10ad alone, in a process of its own; it solves one plant and no polytope.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from benchmarks.timing import pair
+from frictool.lmi.coordinates import evened
+from frictool.lmi.frames import frame
+from frictool.lmi.hinf import controller, minimise
+from frictool.plant.generalised import GeneralisedPlant, Weights, generalised_plant, template
+from frictool.plant.polytope import PlantPoint, intervals
+from frictool.verify.norms import norm
+from tests.lmi.family import mixed_sensitivity
+from tests.lmi.plain import plain
+from tests.lmi.slicot import AVAILABLE, MISSING, slicot
+from tests.synth.example import clutch_model
+from tests.synth.published import LAG, position
+
+RECENTRING, ROUNDS, TIMEOUT = 1.05, 3, 120.0
+VERTICES = (1, 2, 4, 8, 16, 32, 64)
+ORDERS = (4, 6, 8, 10, 12, 16, 20, 24)
+SCS_ITERATIONS = 50_000
+
+
+def row(name: str, peer: str, seconds: tuple[float, float], accuracy: str) -> dict[str, Any]:
+    ours, theirs = seconds
+    return {"id": name, "peer": peer, "ours": ours, "theirs": theirs, "unit": "s", "ratio": theirs / ours, "accuracy": accuracy}
+
+
+def conditioned(plants: Sequence[GeneralisedPlant]) -> list[GeneralisedPlant]:
+    """Time in units of the fastest mode, states of like size."""
+    framed = [frame(plants, None).plant(plant) for plant in plants]
+    t = evened(framed)
+    return [plant.transformed(t) for plant in framed]
+
+
+def worst(plants: Sequence[GeneralisedPlant], recentring: float = RECENTRING) -> str:
+    """The optimum and the largest true norm of the vertex controllers."""
+    found = minimise(plants, recentring)
+    reached = max(norm(plant.closed(controller(plant, found)))[0] for plant in plants)
+    return f"gamma {found.optimum:.4f}, at most {reached:.4f} reached of {found.gamma:.4f} asked"
+
+
+def outcome(plants: Sequence[GeneralisedPlant], solver: str, options: dict[str, Any]) -> str:
+    """What the plain form says of itself, and the largest true norm of its controllers."""
+    try:
+        found = plain(plants, solver, **options)
+    except Exception as error:  # whatever cvxpy raises is what its user gets
+        return type(error).__name__
+    reached = max(norm(plant.closed(k))[0] for plant, k in zip(plants, found.controllers(plants), strict=True))
+    return f"{found.status}, gamma {found.gamma:.4f}, {reached:.4f} reached"
+
+
+def quietly(call: Callable[[], Any]) -> Callable[[], None]:
+    """The call, timed whether or not it ends in a solver's error."""
+
+    def run() -> None:
+        try:
+            call()
+        except Exception as error:  # a failure takes its time too; `outcome` tells of it
+            if "Solver" not in type(error).__name__:
+                raise
+
+    return run
+
+
+def against_plain(solver: str, options: dict[str, Any], repeats: int) -> dict[str, Any]:
+    plants = position()
+    given = conditioned(plants)
+    seconds = pair(lambda: minimise(plants, RECENTRING), quietly(lambda: plain(given, solver, **options)), repeats)
+    said = f"ours {worst(plants)}; plain: {outcome(given, solver, options)}; plain in SI units: {outcome(plants, solver, options)}"
+    return row(f"synth.clutch_{solver.lower()}", f"plain (5.61), cvxpy+{solver}", seconds, said)
+
+
+def synth_clutch_clarabel() -> dict[str, Any]:
+    """16 vertices of the clutch's position loop, all passes."""
+    return against_plain("CLARABEL", {}, ROUNDS)
+
+
+def synth_clutch_scs() -> dict[str, Any]:
+    return against_plain("SCS", {"max_iters": SCS_ITERATIONS}, 1)
+
+
+def synth_slicot() -> dict[str, Any]:
+    """One plant of order 12 of the family."""
+    if not AVAILABLE:
+        raise ModuleNotFoundError(MISSING, name="ctrlsys")
+    plant = mixed_sensitivity(12)
+    ours, theirs = [], []
+    for _ in range(ROUNDS):
+        start = time.perf_counter()
+        minimise([plant], RECENTRING)
+        ours.append(time.perf_counter() - start)
+        answer = slicot(plant, TIMEOUT)
+        theirs.append(answer.seconds)
+    said = f"ours {worst([plant])}; SLICOT gamma {answer.gamma:.4f}"
+    return row("synth.slicot", "SLICOT sb10ad, order 12", (statistics.median(ours), statistics.median(theirs)), said)
+
+
+def timed(plants: Sequence[GeneralisedPlant], repeats: int) -> float:
+    """Median seconds of the whole `minimise`."""
+    seconds = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        minimise(plants, RECENTRING)
+        seconds.append(time.perf_counter() - start)
+    return statistics.median(seconds)
+
+
+def synth_vertices() -> dict[str, Any]:
+    """1 to 64 plants of the clutch's box, each inside it; 64 against what linear growth from four would take."""
+    rng, box, weights = np.random.default_rng(1), intervals(clutch_model()), Weights(template(20.0, 0.5, 2 / 63), 0.1, 0.05)
+    points = [PlantPoint(f"r{k}", **{name: float(rng.uniform(*ends)) for name, ends in box.items()}) for k in range(max(VERTICES))]
+    plants = [generalised_plant("position", point.rates, LAG, weights) for point in points]
+    minimise(plants[:1], RECENTRING)
+    seconds = {count: timed(plants[:count], ROUNDS) for count in VERTICES}
+    said = ", ".join(f"{count}: {value:.3f}" for count, value in seconds.items())
+    return row("synth.vertices", "16 times four vertices", (seconds[64], 16.0 * seconds[4]), f"seconds for {said} vertices")
+
+
+def synth_states() -> dict[str, Any]:
+    """Orders 4 to 24 of the family, one vertex; SLICOT at each."""
+    if not AVAILABLE:
+        raise ModuleNotFoundError(MISSING, name="ctrlsys")
+    ours = {order: timed([mixed_sensitivity(order)], 1) for order in ORDERS}
+    theirs = {order: slicot(mixed_sensitivity(order), TIMEOUT) for order in ORDERS}
+    said = ", ".join(f"{order}: {ours[order]:.2f} / {theirs[order].seconds:.2f}" for order in ORDERS)
+    return row("synth.states", "SLICOT sb10ad, order 20", (ours[20], theirs[20].seconds), f"seconds, ours / SLICOT, for {said} states")
+
+
+def synth_plain_states() -> dict[str, Any]:
+    """How far the plain form comes on the family as it is; each order's gamma over SLICOT's or ours."""
+    plants = {order: mixed_sensitivity(order) for order in (4, 6, 8, 10, 12)}
+    seconds = pair(lambda: minimise([plants[12]], RECENTRING), quietly(lambda: plain([plants[12]])), 1)
+    said = "; ".join(
+        f"{order}: {minimise([p], RECENTRING).optimum:.4f}, plain {outcome([p], 'CLARABEL', {})}" for order, p in plants.items()
+    )
+    return row("synth.plain_states", "plain (5.61), order 12", seconds, said)
+
+
+ROWS = [synth_clutch_clarabel, synth_clutch_scs, synth_slicot, synth_vertices, synth_states, synth_plain_states]
