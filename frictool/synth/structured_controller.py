@@ -124,15 +124,14 @@ class StructuredController:
     def _pair(self, u: float, y: float) -> tuple[float, float]:
         return self.bound * float(np.exp(u)), float(LEAST_DAMPING ** (1.0 - y) * np.cosh(u) ** y)
 
-    def denominator(self, parameters: Vector) -> Vector:
-        """Coefficients in s/w0, the highest first, of the free poles' polynomial."""
-        polynomial, at, w0 = np.ones(1), 0, self.around
-        if self.free % 2:
-            polynomial, at = np.array([w0 / (self.bound * np.exp(parameters[0])), 1.0]), 1
-        for j in range(at, self.free, 2):
+    def factors(self, parameters: Vector) -> list[Vector]:
+        """The monic factors of the free poles' polynomial in s/w0, the highest power first."""
+        odd, w0 = self.free % 2, self.around
+        found = [np.array([1.0, self.bound * np.exp(parameters[0]) / w0])] if odd else []
+        for j in range(odd, self.free, 2):
             w, m = self._pair(parameters[j], parameters[j + 1])
-            polynomial = np.convolve(polynomial, [(w0 / w) ** 2, 2.0 * m * w0 / w, 1.0])
-        return polynomial
+            found.append(np.array([1.0, 2.0 * m * w / w0, (w / w0) ** 2]))
+        return found
 
     def system(self, parameters: Vector) -> Lti:
         """The controller in its domain. The integrator is a state of its own whose coefficient is exactly 0, sampled exactly 1."""
@@ -145,27 +144,43 @@ class StructuredController:
         return beside(tustin(_integrator(float(continuous.c[0, 0])), self.period), tustin(rest, self.period))
 
     def _continuous(self, parameters: Vector) -> Lti:
-        """Residue of the integrator beside a companion form of the rest, both in the time unit 1/w0 and then in seconds."""
-        below, above = self.denominator(parameters), self.gain * parameters[self.free :][::-1]
-        residue = 0.0
-        if self.integrator:
-            residue = above[-1] / below[-1]
-            above = np.polysub(above, residue * below)[:-1]  # (N - r D)/x: the constant term is zero
-        rest = _companion(above, below, self.around)
-        return beside(_integrator(residue * self.around), rest) if self.integrator else rest
+        """The residue of the integrator beside a chain of the other factors."""
+        factors, above = self.factors(parameters), self.gain * parameters[self.free :][::-1]
+        for factor in factors:
+            above = above * factor[-1]  # the formula's factors are 1 at s = 0, these are monic
+        if not self.integrator:
+            return _chain(above, factors, self.around)
+        below = np.ones(1)
+        for factor in factors:
+            below = np.convolve(below, factor)
+        residue = above[-1] / below[-1]
+        above = np.polysub(above, residue * below)[:-1]  # (N - r D)/x: the constant term is zero
+        return beside(_integrator(residue * self.around), _chain(above, factors, self.around))
 
 
-def _companion(above: Vector, below: Vector, around: float) -> Lti:
-    """above/below, polynomials in x = s/w0 with the highest power first, proper."""
-    n = len(below) - 1
-    above = np.concatenate([np.zeros(n + 1 - len(above)), above]) / below[0]
-    monic = below / below[0]
-    d = above[0]
-    a = np.eye(n, k=-1)
-    a[:1] = -monic[1:]
-    b = np.zeros((n, 1))
-    b[:1] = 1.0
-    return Lti(around * a, around * b, (above[1:] - d * monic[1:]).reshape(1, n), np.array([[d]]), 0.0)
+def _chain(above: Vector, factors: list[Vector], around: float) -> Lti:
+    """N/(q1 q2 ... qm), polynomials in x = s/w0, proper, as 1/qm followed by 1/q(m-1) ... 1/q1, each with its own taps.
+
+    N = r1 + q1 (r2 + q2 (r3 + ... + qm d)), so that N/D = r1/(q1 ... qm) + r2/(q2 ... qm) + ... + rm/qm + d. The poles are those of the
+    diagonal blocks, however near to each other they are, which a companion form of the product would not keep.
+    """
+    n = sum(len(factor) - 1 for factor in factors)
+    a, b, c = np.zeros((n, n)), np.zeros((n, 1)), np.zeros((1, n))
+    end = n
+    for number, factor in enumerate(factors):
+        quotient, rest = np.polydiv(above, factor)
+        above = np.asarray(quotient, dtype=np.float64)
+        size = len(factor) - 1
+        start = end - size
+        a[start:end, start:end] = np.eye(size, k=-1)
+        a[start, start:end] = -factor[1:]
+        c[0, end - len(rest) : end] = rest
+        if number + 1 < len(factors):
+            a[start, start - 1] = 1.0  # the last state of the block before is its output
+        else:
+            b[start] = 1.0
+        end = start
+    return Lti(around * a, around * b, c, np.array([[above[-1]]]), 0.0)
 
 
 def _integrator(slope: float) -> Lti:
