@@ -13,7 +13,7 @@ from frictool.documents.load import LoadTerms
 from frictool.documents.quantity import Quantity
 from frictool.identify import methods
 from frictool.identify.breakaway.breakaway import Breakaway, breakaway, is_ramp
-from frictool.identify.estimators.auto import inertia_over_position, with_inertia
+from frictool.identify.estimators.auto import inertia_over_position
 from frictool.identify.outcome import CURVE, PARAMETERS, SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.plausible import implausible
 from frictool.identify.record import Record
@@ -161,8 +161,6 @@ def _by_position(
     if fit is not None and fit.laws is not None and (fit.laws.load or fit.laws.backward):  # which the map does not know
         return fit, onsets, breakaway_laws(onsets, bench, found, fit.laws)
     why = None if fit is None else _inertia_over_position(sliding, fit, bench, method, settings, found, refused)
-    if "inertia" in found:
-        bench = with_inertia(bench, found["inertia"])
     axis = {name: found.get(name) or prior(bench, name) for name in SLIDING} | {"offset": prior(bench, "offset")}
     try:
         mapped = friction_map(sliding, ramps, onsets, axis, bench, settings)

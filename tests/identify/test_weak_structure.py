@@ -33,7 +33,7 @@ def test_a_constant_and_a_slope_get_no_further_columns() -> None:
 
 
 def test_the_inertia_beside_friction_over_position_and_speed() -> None:
-    """With a constant friction it came out at 1.8 times what it is."""
+    """With a constant friction it comes out at nearly twice what it is."""
     truth = nonlinear_clutch()
     fit = found(truth)
     assert fit.details["position_order"] >= 4
