@@ -1,0 +1,109 @@
+"""`relax: auto` on the clutch: the position loop of 5.4.3, whose weights the thesis moved by hand, and a speed loop, its weights derived.
+
+python -m tests.accept build/accept.json "relax: position" "relax: speed"
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from frictool.documents.design import Design
+from frictool.documents.provenance import Provenance
+from frictool.documents.quantity import Quantity
+from frictool.documents.registry import load
+from frictool.documents.scenario import Scenario, Step
+from frictool.documents.spec import Spec
+from frictool.documents.weights import Weights as Document
+from frictool.lmi.hinf import minimise, scheduled
+from frictool.plant.generalised import GeneralisedPlant, Weights, generalised_plant
+from frictool.plant.lti import Lti
+from frictool.plant.polytope import polytope
+from frictool.report.verdict import judge
+from frictool.simulate.step_test import step_test
+from frictool.synth.design import design_controller
+from frictool.synth.relax import Trade, relax
+from frictool.synth.weights import choose_weights
+from frictool.verify.count_current import count_current
+from frictool.verify.norms import norm
+from tests.accept.check_synth import _random_plants
+from tests.synth.example import ROOT, clutch_model
+
+RIG = ROOT / "configs/clutch"
+SPEC, SPEED = load(RIG / "spec.yaml", Spec), load(RIG / "designs/speed.yaml", Design)
+LAG, PERIOD, RECENTRING, PLANTS = 3e-3, 1e-3, 1.05, 200
+BOX = polytope(clutch_model())
+
+
+def _trade(design: Design, plants: Callable[[Weights], list[GeneralisedPlant]]) -> Trade:
+    chosen = choose_weights(clutch_model(), SPEC, msgspec.structs.replace(design, relax="auto"))
+    trade = relax(chosen, lambda weights: minimise(plants(weights), RECENTRING).gamma)
+    for point in trade.curve:
+        print(f"    W3 {point.drive:8.4f}   largest W1 {point.disturbance:10.6f}   gamma {point.level:.4f}")
+    print(f"    {trade.why}")
+    return trade
+
+
+def relaxes_the_position_loop() -> dict[str, Any]:
+    """z2 = 20 rad/s, no noise and no weight on the command, as in the text: gamma at most 1, and the true norms of the vertices' controllers."""
+
+    def plants(weights: Weights) -> list[GeneralisedPlant]:
+        return [generalised_plant("position", point.rates, LAG, weights) for point in BOX.vertices]
+
+    given = Document(bandwidth_rad_s=20.0, command=0.0, noise=Quantity(value=0.0, unit="rad"))
+    trade = _trade(msgspec.structs.replace(SPEED, structure="position", position_law=None, weights=given), plants)
+    posed = plants(trade.weights)
+    lyapunov = minimise(posed, RECENTRING)
+    worst = max(norm(plant.closed(k))[0] for plant, k in zip(posed, scheduled(posed, lyapunov), strict=True))
+    by_hand = next(p for p in sorted(trade.curve, key=lambda p: p.drive) if p.drive >= 0.05)
+    passed = trade.chosen.level <= 1.0 and worst <= 1.01 * lyapunov.gamma and by_hand.disturbance < 0.15
+    return {
+        "passed": passed and len(trade.points) <= 48,
+        "W1": trade.chosen.disturbance,
+        "W3": trade.chosen.drive,
+        "gamma": trade.chosen.level,
+        "worst true norm": worst,
+        "gamma at the start": trade.start.level,
+        "solves": len(trade.points),
+    }
+
+
+def relaxes_the_speed_loop() -> dict[str, Any]:
+    """Only z2 = 40 rad/s given, at 1 ms with one sample of delay: the controller found holds its margin, one count asks for less than the
+    drive's limit, and random plants meet 5.4.1 in the non-linear simulation."""
+
+    def plants(weights: Weights) -> list[GeneralisedPlant]:
+        return [generalised_plant("speed", point.rates, LAG, weights, PERIOD, 1) for point in BOX.vertices]
+
+    trade = _trade(msgspec.structs.replace(SPEED, weights=Document(bandwidth_rad_s=40.0)), plants)
+    weights = trade.weights
+    noise = Quantity(value=weights.noise.gain, unit="rad")
+    found = Document(40.0, weights.disturbance, weights.drive, weights.command, noise)
+    model, here = clutch_model(), Provenance("a check", "0")
+    controller = design_controller(model, SPEC, msgspec.structs.replace(SPEED, weights=found), here)
+    asks = count_current(Lti.of(controller.linear.discrete, PERIOD), model.bench.encoder.resolution)
+    margin = min(check.modulus_margin for vertex in controller.verified.vertices for check in vertex.checks if check.delay_samples == 1)
+    steps = load(RIG / "scenarios/steps.yaml", Scenario)
+    held = msgspec.structs.replace(steps, steps=(steps.steps[0], Step(reference=steps.steps[-1].reference, duration_s=16.0)))
+    many = _random_plants(controller, model, PLANTS)
+    log, alone = step_test(model, many, held, here), msgspec.structs.replace(SPEC, modulus_margin=None)
+    inside = sum(
+        all(item.met for item in judge(alone, [type(log)((stream,), log.metadata, stream.topic)], many).requirements)
+        for stream in log.streams[1:]
+    )
+    return {
+        "passed": bool(trade.chosen.level <= 1.0 and margin >= 0.6 and asks <= 50.0 and inside >= 0.99 * PLANTS and np.isfinite(asks)),
+        "W1": trade.chosen.disturbance,
+        "W3": trade.chosen.drive,
+        "gamma": trade.chosen.level,
+        "modulus margin with one sample of delay": margin,
+        "one count asks for, A": asks,
+        f"inside the specification, of {PLANTS}": inside,
+        "solves": len(trade.points),
+    }
+
+
+CHECKS = {"relax: position": relaxes_the_position_loop, "relax: speed": relaxes_the_speed_loop}
