@@ -168,19 +168,29 @@ def _chain(above: Vector, factors: list[Vector], around: float) -> Lti:
     a, b, c = np.zeros((n, n)), np.zeros((n, 1)), np.zeros((1, n))
     end = n
     for number, factor in enumerate(factors):
-        quotient, rest = np.polydiv(above, factor)
-        above = np.asarray(quotient, dtype=np.float64)
         size = len(factor) - 1
+        above, rest = _divided(above, factor)
         start = end - size
         a[start:end, start:end] = np.eye(size, k=-1)
         a[start, start:end] = -factor[1:]
-        c[0, end - len(rest) : end] = rest
+        c[0, start:end] = rest
         if number + 1 < len(factors):
             a[start, start - 1] = 1.0  # the last state of the block before is its output
         else:
             b[start] = 1.0
         end = start
-    return Lti(around * a, around * b, c, np.array([[above[-1]]]), 0.0)
+    return Lti(around * a, around * b, c, np.array([[np.sum(above)]]), 0.0)
+
+
+def _divided(above: Vector, factor: Vector) -> tuple[Vector, Vector]:
+    """Quotient and remainder (as many coefficients as the degree of the monic factor), no coefficient judged to be zero."""
+    size = len(factor) - 1
+    rest = np.concatenate([np.zeros(max(0, size - len(above))), above])
+    quotient = rest[: len(rest) - size].copy()
+    for k in range(len(quotient)):
+        quotient[k] = rest[k]
+        rest[k : k + size + 1] -= quotient[k] * factor
+    return quotient, rest[len(rest) - size :]
 
 
 def _integrator(slope: float) -> Lti:
