@@ -48,7 +48,7 @@ def _trade(design: Design, plants: Callable[[Weights], list[GeneralisedPlant]]) 
 
 
 def relaxes_the_position_loop() -> dict[str, Any]:
-    """z2 = 20 rad/s, no noise and no weight on the command, as in the text: gamma at most 1, and the true norms of the vertices' controllers."""
+    """z2 = 20 rad/s, no noise and no weight on the command, as in the text: gamma at most 1, and the vertices' true norms."""
 
     def plants(weights: Weights) -> list[GeneralisedPlant]:
         return [generalised_plant("position", point.rates, LAG, weights) for point in BOX.vertices]
