@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import click
 
-from frictool.cli.output import command_line, existing, json_option, output_option, print_json, save_text, say
+from frictool.cli.output import command_line, existing, json_option, note, output_option, print_json, save_text, say
 
 HELP = """\b
 Example:
   frictool synth model.yaml --spec spec.yaml --design designs/speed.yaml -o controller.yaml
 
-Synthesise a controller at the vertices of the polytope that the model's and the bench's intervals span, and verify it.
+Synthesise a controller for every plant that the model's and the bench's intervals span, and verify it as it will run.
 
 The controller is accepted only if the loop rebuilt from the stored coefficients, sampled at the bench's period, is stable at every vertex
-with 0 and with 1 sample of computational delay and holds the specified modulus margin at the bench's delay. Otherwise nothing
-is written and the exit code is 4.
+with 0 and with 1 sample of computational delay, holds the specified modulus margin at the bench's delay, and does so with its
+coefficients rounded to the target's number format. Then its worst norm over the whole box is searched for, bounded, and proved: `frictool
+verify` proves it again. Where one of these fails nothing is written and the exit code is 4.
 """
 
 
@@ -24,9 +26,11 @@ is written and the exit code is 4.
 @click.argument("model", type=existing)
 @click.option("--spec", type=existing, required=True, help="What the closed loop has to do (spec.yaml).")
 @click.option("--design", type=existing, required=True, help="Structure, method and weights (design.yaml).")
+@click.option("--vertices-only", is_flag=True, help="Quicker: no bounds over the whole box, and no certificate.")
+@click.option("--plot", type=click.Path(path_type=Path), help="A picture of the trade that relax: auto finds (SVG).")
 @output_option(required=False)
 @json_option
-def command(model: Path, spec: Path, design: Path, output: Path | None, as_json: bool) -> None:
+def command(model: Path, spec: Path, design: Path, vertices_only: bool, plot: Path | None, output: Path | None, as_json: bool) -> None:
     from frictool.documents.design import Design
     from frictool.documents.model import Model
     from frictool.documents.provenance import record
@@ -36,18 +40,30 @@ def command(model: Path, spec: Path, design: Path, output: Path | None, as_json:
 
     model_document, spec_document, design_document = load(model, Model), load(spec, Spec), load(design, Design)
     same_axis({model: model_document, spec: spec_document, design: design_document})
-    from frictool.synth.design import design_controller
+    if plot is not None and design_document.relax == "no":
+        raise click.UsageError(f"--plot shows the trade of relax: auto, which {design.name} does not ask for")
+    from frictool.synth.design import designed
     from frictool.synth.disturbance import disturbance
     from frictool.synth.machine import machine
     from frictool.synth.text import text
 
     found = disturbance(model_document)
     inputs = [model, spec, design]
-    provenance = record(command_line("synth", {"model": model, "--spec": spec, "--design": design}), inputs)
-    controller = design_controller(model_document, spec_document, design_document, provenance)
+    words = {"model": model, "--spec": spec, "--design": design, "--vertices-only": vertices_only}
+    provenance = record(command_line("synth", words), inputs)
+    result = designed(model_document, spec_document, design_document, provenance, beyond=not vertices_only, progress=_progress)
     if output is not None:
-        save_text(output, to_yaml(controller), inputs)
+        save_text(output, to_yaml(result.controller), inputs)
+    if plot is not None and result.trade is not None:
+        from frictool.synth.relax_picture import picture
+
+        save_text(plot, picture(result.trade, design_document.name) + "\n", inputs)
     if as_json:
-        print_json(machine(controller, found), output)
+        print_json(machine(result, found), output)
     else:
-        say(text(controller, found), output)
+        say(text(result, found), output)
+
+
+def _progress(step: str) -> None:
+    if sys.stderr.isatty():
+        note(f"{step} ...")

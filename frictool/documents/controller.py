@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from frictool.documents.bench import Bench, Name, PositiveNumber, SamplePeriod
+from frictool.documents.certificate import Certificate
 from frictool.documents.design import Domain, Method, Structure
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Axis
@@ -102,13 +103,57 @@ class Vertex(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     checks: tuple[DelayCheck, ...]
 
 
-class Verified(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """gamma_asked: bound of the method on its own plants, where it has one. gamma_verified: worst norm of the rebuilt sampled loop."""
+class Margins(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The worst of each over the vertices, of the sampled loop with the bench's delay; None where nothing limits it.
+
+    gain_increase, gain_decrease: factors on the loop gain that it stands. phase_deg [degrees], delay_s [s]: lag and delay that it stands
+    beside its own. small_gain: annex (27), the norm from the friction in [-1, 1] to the speed [rad/s or m/s].
+    """
+
+    gain_increase: float | None
+    gain_decrease: float | None
+    phase_deg: float | None
+    delay_s: float | None
+    small_gain: float
+
+
+class Robustness(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The worst norm of the sampled loop over the whole box, seen and bounded; None where no bound was found.
+
+    interior: the largest of `interior_points` plants inside and of a search uphill from the worst vertex; a lower bound. structured: for
+    every constant plant, by D-G scalings. parameter_dependent: by a Lyapunov matrix that moves with the parameters, these constant.
+    common: by one Lyapunov matrix, the parameters as fast as they like. The last two are of the plants between the corners' samples.
+    """
+
+    interior_points: int
+    interior: float
+    structured: float | None
+    parameter_dependent: float | None
+    common: float | None
+
+
+class Rounded(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The loop again with the coefficients rounded to a number format of the target."""
+
+    number: Literal["double", "float"]
+    gamma: float
+    modulus_margin: float
+
+
+class Verified(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """gamma_asked: bound of the method on its own plants, where it has one. gamma_verified: worst norm of the rebuilt sampled loop.
+
+    count_drive: the drive that one encoder count asks for [A or V].
+    """
 
     gamma_asked: float | None
     gamma_verified: float
     modulus_margin_specified: float
     vertices: tuple[Vertex, ...]
+    count_drive: float | None = None
+    rounded: tuple[Rounded, ...] = ()
+    margins: Margins | None = None
+    robustness: Robustness | None = None
 
 
 class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -131,6 +176,7 @@ class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     provenance: Provenance
     position_law: PositionLaw | None = None
     prefilter: Prefilter | None = None
+    certificate: Certificate | None = None
 
     def __post_init__(self) -> None:
         if (self.structure == "speed_cascade") != (self.position_law is not None):

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import msgspec
+
 from frictool.documents import controller as stored
 from frictool.documents.design import Design
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.spec import Spec
+from frictool.lmi.certificate_search import around, certify, weights_document
+from frictool.plant.lti import Lti
 from frictool.plant.polytope import polytope
 from frictool.synth.acceptance import accept
 from frictool.synth.disturbance import disturbance
@@ -14,23 +21,81 @@ from frictool.synth.methods import METHODS
 from frictool.synth.position_law import position_law
 from frictool.synth.problem import Problem
 from frictool.synth.realisation import stored_forms
-from frictool.synth.weights import speed_weights
+from frictool.synth.relax import Trade, relaxed_problem
+from frictool.synth.robustness import robustness
+from frictool.synth.weights import Chosen, Derived, choose_weights
+from frictool.verify.certificate_loop import Loop
 
 MEASURED = {"position": "position reference", "speed_cascade": "integral(speed reference)"}
+GUIDE = "lpv"  # the method whose gamma `relax: auto` brings to 1
+
+
+@dataclass(frozen=True)
+class Designed:
+    """The verified document, and what a person should read beside it."""
+
+    controller: stored.Controller
+    derived: tuple[Derived, ...]
+    trade: Trade | None
+    notes: tuple[str, ...]
 
 
 def design_controller(model: Model, spec: Spec, design: Design, provenance: Provenance) -> stored.Controller:
-    """A verified controller document.
+    """A controller document that is verified at the vertices; `designed` tells more of it."""
+    return designed(model, spec, design, provenance, beyond=False).controller
+
+
+def designed(
+    model: Model,
+    spec: Spec,
+    design: Design,
+    provenance: Provenance,
+    *,
+    beyond: bool = True,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Designed:
+    """A verified controller; `beyond`: with the bounds over the whole box and the certificate. `progress` is told what is being done.
 
     Raises NoSolutionError (exit 4) where the method finds no controller, where what it finds is not verified as it will run (the message
     names the vertex and its figure), or where the model's load is no disturbance that the drive can bear.
     """
     disturbance(model)  # refuses what no loop of these structures can do
-    posed = problem(model, spec, design)
+    posed, chosen = _posed(model, spec, design)
+    trade = None
+    if design.relax == "auto":
+        progress("the trade between disturbance rejection and effort")
+        posed, trade = relaxed_problem(posed, chosen, METHODS[GUIDE])
+    progress(f"synthesis by {design.method}")
     candidate = METHODS[design.method](posed)
+    progress("verification at the vertices")
     linear = stored_forms(candidate.controller)
     verified = accept(posed, candidate, linear)
-    bench, prefilter = model.bench, design.prefilter
+    controller = _document(posed, linear, verified, provenance)
+    if beyond:
+        progress("bounds over the whole box")
+        system = Lti.of(linear.discrete, posed.period)
+        verified = msgspec.structs.replace(verified, robustness=robustness(posed, system))
+        progress("certificate")
+        loop = Loop(linear.discrete, posed.controlled, posed.delay, posed.lag, posed.period, weights_document(posed.weights))
+        controller = msgspec.structs.replace(controller, verified=verified, certificate=certify(loop, around(posed.box)))
+    return Designed(controller, chosen.derived, trade, candidate.notes)
+
+
+def problem(model: Model, spec: Spec, design: Design) -> Problem:
+    """The design's problem on the model's polytope, with the weights given or derived, before they are relaxed."""
+    return _posed(model, spec, design)[0]
+
+
+def _posed(model: Model, spec: Spec, design: Design) -> tuple[Problem, Chosen]:
+    bench, chosen = model.bench, choose_weights(model, spec, design)
+    lag = bench.actuator.loop_time_constant_s
+    posed = Problem(polytope(model), lag, bench.sample_period_s, bench.delay_samples, chosen.weights, design, model, spec)
+    return posed, chosen
+
+
+def _document(posed: Problem, linear: stored.LinearController, verified: stored.Verified, provenance: Provenance) -> stored.Controller:
+    design, bench = posed.design, posed.model.bench
+    law, prefilter = design.position_law, design.prefilter
     return stored.Controller(
         format="controller/1",
         name=design.name,
@@ -44,20 +109,11 @@ def design_controller(model: Model, spec: Spec, design: Design, provenance: Prov
         drive_limit=bench.actuator.limit.value,
         sign_convention=sign_convention(design),
         linear=linear,
-        position_law=None if design.position_law is None else position_law(model, design.position_law),
+        position_law=None if law is None else position_law(posed.model, law),
         prefilter=None if prefilter is None else stored.Prefilter(prefilter.natural_frequency_rad_s, prefilter.damping),
         verified=verified,
         bench=bench,
         provenance=provenance,
-    )
-
-
-def problem(model: Model, spec: Spec, design: Design) -> Problem:
-    """The design's problem on the model's polytope, with the weights given or derived."""
-    bench = model.bench
-    lag = bench.actuator.loop_time_constant_s
-    return Problem(
-        polytope(model), lag, bench.sample_period_s, bench.delay_samples, speed_weights(model, spec, design), design, model, spec
     )
 
 

@@ -5,11 +5,16 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
+import msgspec
+
 from frictool.documents.controller import Controller, Vertex
+from frictool.synth.design import Designed
 from frictool.synth.disturbance import Disturbance
+from frictool.synth.relax import Trade
 
 
-def machine(controller: Controller, disturbance: Disturbance) -> dict[str, Any]:
+def machine(result: Designed, disturbance: Disturbance) -> dict[str, Any]:
+    controller = result.controller
     verified, law = controller.verified, controller.position_law
     return {
         "name": controller.name,
@@ -23,8 +28,37 @@ def machine(controller: Controller, disturbance: Disturbance) -> dict[str, Any]:
         "order": len(controller.linear.discrete.a),
         "modulus_margin": min(vertex.modulus_margin for vertex in verified.vertices),
         "position_law": None if law is None else {"gain": law.gain, "formula": law.formula},
+        "margins": msgspec.to_builtins(verified.margins),
+        "count_drive": verified.count_drive,
+        "rounded": msgspec.to_builtins(verified.rounded),
+        "robustness": msgspec.to_builtins(verified.robustness),
+        "certificate": _certificate(controller),
         "vertices": [_vertex(vertex) for vertex in verified.vertices],
+        "derived_weights": [asdict(weight) for weight in result.derived],
+        "relaxed": _trade(result.trade),
+        "notes": list(result.notes),
         "disturbance": asdict(disturbance) if disturbance.total else None,
+    }
+
+
+def _certificate(controller: Controller) -> dict[str, Any] | None:
+    found = controller.certificate
+    if found is None:
+        return None
+    return {
+        "box": msgspec.to_builtins(found.box),
+        "proved": [{"of": bound.of, "below": bound.below, "cells": len(bound.cells)} for bound in found.bounds],
+    }
+
+
+def _trade(trade: Trade | None) -> dict[str, Any] | None:
+    if trade is None:
+        return None
+    return {
+        "why": trade.why,
+        "chosen": asdict(trade.chosen),
+        "start": asdict(trade.start),
+        "curve": [asdict(point) for point in trade.curve],
     }
 
 

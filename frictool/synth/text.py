@@ -4,11 +4,24 @@ from __future__ import annotations
 
 from frictool.documents.controller import Controller
 from frictool.documents.quantity import si_unit
+from frictool.synth.design import Designed
 from frictool.synth.disturbance import Disturbance
+from frictool.synth.relax import Trade
 
 
-def text(controller: Controller, disturbance: Disturbance) -> str:
-    return "\n".join([*_head(controller), *_vertices(controller), *_disturbance(disturbance, si_unit("effort", controller.axis))])
+def text(result: Designed, disturbance: Disturbance) -> str:
+    controller = result.controller
+    lines = [
+        *_head(controller),
+        *(f"derived: {one.name} {one.value:.4g}{f' {one.unit}' if one.unit else ''}, {one.source}" for one in result.derived),
+        *_trade(result.trade),
+        *result.notes,
+        *_vertices(controller),
+        *_margins(controller),
+        *_beyond(controller),
+        *_disturbance(disturbance, si_unit("effort", controller.axis)),
+    ]
+    return "\n".join(lines)
 
 
 def _head(controller: Controller) -> list[str]:
@@ -24,12 +37,20 @@ def _head(controller: Controller) -> list[str]:
     return lines
 
 
+def _trade(trade: Trade | None) -> list[str]:
+    if trade is None:
+        return []
+    start, chosen = trade.start, trade.chosen
+    return [
+        f"relaxed: from W1 {start.disturbance:.4g}, W3 {start.drive:.4g} with gamma {start.level:.4g} to W1 {chosen.disturbance:.4g}, "
+        f"W3 {chosen.drive:.4g} with {chosen.level:.4g}: {trade.why}"
+    ]
+
+
 def _vertices(controller: Controller) -> list[str]:
     verified = controller.verified
     delays = [check.delay_samples for check in verified.vertices[0].checks]
-    lines = [
-        "vertex  inertia    viscous    coulomb    constant   norm    sampled " + "  ".join(f"margin (delay {d})" for d in delays),
-    ]
+    lines = ["vertex  inertia    viscous    coulomb    constant   norm    sampled " + "  ".join(f"margin (delay {d})" for d in delays)]
     for v in verified.vertices:
         margins = "  ".join(f"{check.modulus_margin:16.3f}" for check in v.checks)
         plant = f"{v.name:<7} {v.inertia:<10.4g} {v.viscous:<10.4g} {v.coulomb:<10.4g} {v.constant:<10.4g}"
@@ -39,6 +60,53 @@ def _vertices(controller: Controller) -> list[str]:
         f"verified: stable at all {len(verified.vertices)} vertices, modulus margin {worst:.3f} >= {verified.modulus_margin_specified:g}"
     )
     return lines
+
+
+def _margins(controller: Controller) -> list[str]:
+    verified, unit = controller.verified, si_unit(controller.drive, controller.axis)
+    lines = []
+    if verified.margins is not None:
+        m = verified.margins
+        up = "any" if m.gain_increase is None else f"{m.gain_increase:.3g}"
+        down = "0" if m.gain_decrease is None else f"{m.gain_decrease:.3g}"
+        phase = "any" if m.phase_deg is None else f"{m.phase_deg:.3g} deg"
+        wait = "any" if m.delay_s is None else f"{m.delay_s * 1e3:.3g} ms"
+        speed = si_unit("velocity", controller.axis)
+        lines.append(
+            f"  worst margins with the delay: gain x {down} to x {up}, phase {phase}, delay {wait} more; "
+            f"friction to speed {m.small_gain:.4g} {speed} (annex (27))"
+        )
+    if verified.count_drive is not None:
+        share = 100.0 * verified.count_drive / controller.drive_limit
+        lines.append(f"  one encoder count asks for {verified.count_drive:.4g} {unit}, {share:.3g} % of the limit")
+    if verified.rounded:
+        told = ", ".join(f"{one.number} {one.gamma:.6g} and margin {one.modulus_margin:.4f}" for one in verified.rounded)
+        lines.append(f"  rounded: norm {told}")
+    return lines
+
+
+def _beyond(controller: Controller) -> list[str]:
+    """What is known of the plants between the vertices."""
+    lines, found = [], controller.verified.robustness
+    if found is not None:
+        lines += [
+            f"  worst norm at the vertices                              {controller.verified.gamma_verified:.4g}",
+            f"  seen inside the box, {found.interior_points} plants and a search          {found.interior:.4g}",
+            f"  bound for every constant plant, D-G scalings            {_level(found.structured)}",
+            f"  bound by a Lyapunov matrix that depends on the plant    {_level(found.parameter_dependent)}",
+            f"  bound for parameters as fast as they like, one matrix   {_level(found.common)}",
+        ]
+    if controller.certificate is not None:
+        for bound in controller.certificate.bounds:
+            what = "norm" if bound.of == "norm" else f"modulus margin > {1.0 / bound.below:.3f}: sensitivity"
+            lines.append(
+                f"proved for every constant plant of the box: {what} < {bound.below:.4g} ({len(bound.cells)} cells, exact arithmetic)"
+            )
+    return lines
+
+
+def _level(value: float | None) -> str:
+    return "none found" if value is None else f"{value:.4g}"
 
 
 def _disturbance(found: Disturbance, unit: str) -> list[str]:

@@ -26,7 +26,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def _arguments(folder: Path) -> list[str | Path]:
-    return ["synth", folder / "model.yaml", "--spec", folder / "spec.yaml", "--design", folder / "design.yaml"]
+    return ["synth", folder / "model.yaml", "--spec", folder / "spec.yaml", "--design", folder / "design.yaml", "--vertices-only"]
 
 
 def test_json_tells_what_the_document_holds(folder: Path) -> None:
@@ -40,7 +40,7 @@ def test_json_tells_what_the_document_holds(folder: Path) -> None:
     assert told["sample_period_s"] == 0.001
     assert len(told["vertices"]) == 16
     assert all(vertex["stable"] and vertex["modulus_margin"] >= 0.5 for vertex in told["vertices"])
-    assert stored.provenance.command == "frictool synth model.yaml --spec spec.yaml --design design.yaml"
+    assert stored.provenance.command == "frictool synth model.yaml --spec spec.yaml --design design.yaml --vertices-only"
     assert [source.name for source in stored.provenance.inputs] == ["model.yaml", "spec.yaml", "design.yaml"]
 
 

@@ -74,7 +74,7 @@ def synth(folder: Path, model: Model, *options: str) -> object:
     path = folder / "model.yaml"
     path.write_text(to_yaml(model))
     design = sorted((CLUTCH / "designs").glob("*.yaml"))[0]
-    return run("synth", path, "--spec", CLUTCH / "spec.yaml", "--design", design, *options)
+    return run("synth", path, "--spec", CLUTCH / "spec.yaml", "--design", design, "--vertices-only", *options)
 
 
 def test_synth_refuses_a_spring_in_one_line(tmp_path: Path) -> None:

@@ -1,0 +1,45 @@
+"""The worst norm over every plant of the box, beside that of its vertices: seen inside, and bounded from above in three senses."""
+
+from __future__ import annotations
+
+import math
+
+from frictool.documents import controller as stored
+from frictool.errors import NoSolutionError
+from frictool.lmi.lyapunov_bounds import common_bound, parameter_dependent_bound
+from frictool.lmi.structured import worst_gain
+from frictool.plant.box import corners, enclosing
+from frictool.plant.lti import Lti
+from frictool.plant.uncertain_axis import uncertain_plant
+from frictool.synth.problem import Problem
+from frictool.verify.interior import interior_points, searched, worst_norm
+
+POINTS = 300  # inside the box
+SEED = 1
+
+
+def robustness(problem: Problem, system: Lti) -> stored.Robustness:
+    """Of the sampled loop that `system` closes. Raises NoSolutionError where it is unstable at a plant inside the box."""
+    box = enclosing(problem.box.vertices)
+    vertices = worst_norm(system, problem.running, problem.box.vertices)
+    inside = worst_norm(system, problem.running, interior_points(box, POINTS, SEED))
+    worst = searched(system, problem.running, box, max(vertices, inside, key=lambda found: found.norm))
+    if math.isinf(worst.norm):
+        at = worst.point
+        raise NoSolutionError(
+            f"not verified: the sampled loop is unstable inside the box, at inertia {at.inertia:.4g}, viscous {at.viscous:.4g}, coulomb "
+            f"{at.coulomb:.4g}, constant {at.constant:.4g}; narrow the intervals, or relax the weights"
+        )
+    plant, blocks = uncertain_plant(problem.controlled, box, problem.lag, problem.weights, problem.period, problem.delay)
+    loops = [problem.running(point.rates).closed(system) for point in corners(box)]
+    return stored.Robustness(
+        interior_points=POINTS,
+        interior=worst.norm,
+        structured=_found(worst_gain(plant.closed(system), blocks, worst.norm).value),
+        parameter_dependent=_found(parameter_dependent_bound(loops).gamma),
+        common=_found(common_bound(loops).gamma),
+    )
+
+
+def _found(value: float) -> float | None:
+    return value if math.isfinite(value) else None
