@@ -17,8 +17,8 @@ from frictool.documents.spec import Spec
 from frictool.documents.weights import Weights as Document
 from frictool.errors import NoSolutionError
 from frictool.plant.generalised import FirstOrder, Weights, template
-from frictool.synth.design import problem
-from frictool.synth.problem import Candidate
+from frictool.plant.polytope import polytope
+from frictool.synth.problem import Candidate, Problem
 from frictool.synth.relax import BUDGET, DEEPEST, TOLERANCE, Trade, relax, relaxed_problem
 from frictool.synth.relax_picture import picture
 from frictool.synth.weights import Chosen, choose_weights
@@ -139,11 +139,10 @@ def test_a_problem_gets_the_weights_of_the_trade() -> None:
     model = clutch_model()
     chosen = choose_weights(model, spec, design)
     assert chosen.weights.disturbance == 1.0
-    posed = problem(model, spec, design)
+    posed = Problem(polytope(model), 3e-3, 1e-3, 1, chosen.weights, design, model, spec)
 
-    def guide(one: object) -> Candidate:
-        weights = one.weights  # type: ignore[attr-defined]
-        gamma = 100.0 * weights.disturbance * weights.drive
+    def guide(one: Problem) -> Candidate:
+        gamma = 100.0 * one.weights.disturbance * one.weights.drive
         return Candidate(None, None, gamma)  # type: ignore[arg-type]  # nothing but gamma is looked at
 
     relaxed, trade = relaxed_problem(posed, chosen, guide)
