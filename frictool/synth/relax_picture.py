@@ -48,4 +48,4 @@ def _levels(axes: Axes, trade: Trade) -> None:
     axes.loglog(trade.chosen.disturbance, trade.chosen.level, "o", color=CHOSEN, markersize=7)
     axes.set_xlabel("W1, disturbance rejection")
     axes.set_ylabel("gamma")
-    axes.legend(loc="upper left", fontsize="x-small", ncols=2)
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize="x-small")
