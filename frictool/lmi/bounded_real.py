@@ -9,6 +9,11 @@ null spaces of [B2' D12'] and [C2 D21]. A controller exists for every plant exac
 
 and its dual in S hold, and [R I; I S] >= 0. With P = [A; C1], E = [I; 0] the upper left corner is P R E' + E R P' in continuous and
 P R P' - E R E' in discrete time: the two domains differ in the signs of three products only.
+
+The solver gets them smaller: a Schur complement takes out the last block row, and all is divided by gamma. With R' = R/gamma, S' = S/gamma
+
+    N_R' [ L(R')   M(R')'     ] N_R + m N_R' [B1; D11] [B1; D11]' N_R < 0,    m >= d^2,   [R' dI; dI S'] >= 0,     d = 1/gamma -> max
+         [ M(R')   Q(R') - I  ]
 """
 
 from __future__ import annotations
@@ -60,14 +65,23 @@ class Side:
     @property
     def columns(self) -> Matrix:
         """The upper triangles of the coefficients of v's upper triangle."""
-        rows = upper_triangle(len(self.p))
-        pairs = upper_triangle(self.p.shape[1])
-        if self.disc:
-            return _products(self.e, self.e, rows, pairs) - _products(self.p, self.p, rows, pairs)
-        return -_products(self.p, self.e, rows, pairs) - _products(self.e, self.p, rows, pairs)
+        return _columns(self.p, self.e, self.disc)
+
+    def reduced(self, n_w: int) -> tuple[Matrix, Matrix, Matrix]:
+        """fixed, columns, entering: over gamma and without its last `n_w` rows the matrix is fixed + F(v/gamma) - entering/gamma^2."""
+        k = len(self.p) - n_w
+        side = self.fixed[:k, k:]
+        return self.level[:k, :k], _columns(self.p[:k], self.e[:k], self.disc), side @ side.T
 
 
 Indices = tuple[NDArray[np.intp], NDArray[np.intp]]
+
+
+def _columns(p: Matrix, e: Matrix, disc: bool) -> Matrix:
+    rows, pairs = upper_triangle(len(p)), upper_triangle(p.shape[1])
+    if disc:
+        return _products(e, e, rows, pairs) - _products(p, p, rows, pairs)
+    return -_products(p, e, rows, pairs) - _products(e, p, rows, pairs)
 
 
 def _products(left: Matrix, right: Matrix, rows: Indices, pairs: Indices) -> Matrix:
@@ -79,7 +93,7 @@ def _products(left: Matrix, right: Matrix, rows: Indices, pairs: Indices) -> Mat
 
 
 class Inequalities:
-    """All inequalities in one set of coordinates; the decision vector is (R, S, last), last being gamma or b of [R bI; bI S]."""
+    """All inequalities in one set of coordinates; decision vectors begin with the upper triangles of R' and S'."""
 
     def __init__(self, plants: Sequence[GeneralisedPlant]) -> None:
         first = plants[0]
@@ -93,37 +107,45 @@ class Inequalities:
         disc = first.period > 0.0
         self.sides_r = [Side.of(p.a, p.b1, p.c1, p.d11, null_r, disc) for p in plants]
         self.sides_s = [Side.of(p.a.T, p.c1.T, p.b1.T, p.d11.T, null_s, disc) for p in plants]
+        n_z, n_w = first.d11.shape
+        self.reduced = [(0, side.reduced(n_w)) for side in self.sides_r] + [(self.half, side.reduced(n_z)) for side in self.sides_s]
 
-    @property
-    def count(self) -> int:
-        return 2 * self.half + 1
-
-    def blocks(self, x: Vector) -> tuple[Matrix, Matrix]:
+    def blocks(self, x: Vector, gamma: float) -> tuple[Matrix, Matrix]:
         """R and S of a decision vector."""
-        return symmetric(x[: self.half], self.n), symmetric(x[self.half : 2 * self.half], self.n)
+        return gamma * symmetric(x[: self.half], self.n), gamma * symmetric(x[self.half : 2 * self.half], self.n)
 
-    def bounded_real(self, gamma: float | None) -> list[Assembled]:
-        """The inequalities of every plant; with `gamma` None the decision vector's last entry is gamma."""
-        found = []
-        for start, sides in ((0, self.sides_r), (self.half, self.sides_s)):
-            for side in sides:
-                own = side.columns
-                columns = np.zeros((len(own), self.count))
-                columns[:, start : start + self.half] = own
-                if gamma is None:
-                    columns[:, -1] = side.level[upper_triangle(len(side.level))]
-                found.append(Assembled(side.fixed if gamma is None else side.fixed + gamma * side.level, columns))
+    def free(self) -> list[Assembled]:
+        """The inequalities with gamma free; the decision vector is (R', S', d, m)."""
+        count = 2 * self.half + 2
+        found = [self._coupling(count, None)]
+        for start, (fixed, own, entering) in self.reduced:
+            columns = np.zeros((len(own), count))
+            columns[:, start : start + self.half] = own
+            columns[:, -1] = -entering[upper_triangle(len(entering))]
+            found.append(Assembled(fixed, columns))
+        cone = np.zeros((3, count))
+        cone[1, -2] = cone[0, -1] = 1.0  # [m d; d 1]
+        return [*found, Assembled(np.diag([0.0, 1.0]), cone)]
+
+    def at(self, gamma: float, b: float | None, margin: float) -> list[Assembled]:
+        """The inequalities at one gamma, by a margin, and [R bI; bI S] >= 0. The vector is (R', S'), or (R', S', b/gamma) for b None."""
+        count = 2 * self.half + (b is None)
+        found = [self._coupling(count, None if b is None else b / gamma)]
+        for start, (fixed, own, entering) in self.reduced:
+            columns = np.zeros((len(own), count))
+            columns[:, start : start + self.half] = own
+            found.append(Assembled(fixed - entering / gamma**2 - margin * np.eye(len(fixed)), columns))
         return found
 
-    def coupling(self, b: float | None) -> Assembled:
-        """[R bI; bI S]; with `b` None the decision vector's last entry is b."""
+    def _coupling(self, count: int, b: float | None) -> Assembled:
+        """[R' bI; bI S']; with `b` None it is the decision vector's entry after R' and S'."""
         n, (i, j) = self.n, upper_triangle(2 * self.n)
         side = np.block([[np.zeros((n, n)), np.eye(n)], [np.eye(n), np.zeros((n, n))]])
-        columns = np.zeros((len(i), self.count))
+        columns = np.zeros((len(i), count))
         columns[j < n, np.arange(self.half)] = 1.0
         columns[i >= n, self.half + np.arange(self.half)] = 1.0
         if b is None:
-            columns[:, -1] = side[i, j]
+            columns[:, 2 * self.half] = side[i, j]
         return Assembled(np.zeros((2 * n, 2 * n)) if b is None else b * side, columns)
 
     def hold(self, r: Matrix, s: Matrix, gamma: float) -> bool:

@@ -33,6 +33,11 @@ PASSES = 8  # of balancing, at most
 DIVERGED = 1e3  # a gamma so many times that of the pass before is no optimum
 SETTLED = 1e-3  # of gamma: the passes end where it changes by less, and the inequalities hold
 INFEASIBLE = frozenset({"PrimalInfeasible", "DualInfeasible", "AlmostPrimalInfeasible", "AlmostDualInfeasible"})
+SMALLEST_INVERSE = 1e-10  # of gamma: zero to the solver's precision
+NO_GAMMA = (
+    "no finite gamma: no controllers satisfy the matrix inequalities of all plants with one Lyapunov matrix, to working precision; "
+    "narrow the intervals or relax the weights"
+)
 RELAX = "bring the weights nearer to each other, or relax them"
 STRICT = 1e-6  # by which the inequalities are asked, gamma being near one: more than the solver's own slack
 TRACE_SLACK = 1.5  # how far above the smallest trace(R + S) the recentring may go
@@ -74,17 +79,15 @@ def _minimise(plants: Sequence[GeneralisedPlant], recentring: float, pole_region
         problem = Inequalities([levelled(plant, level).transformed(t) for plant in framed])
         optimum, r, s = _optimum(problem)
         if optimum * level > DIVERGED * before:
-            raise NoSolutionError(
-                "no finite gamma: the plants have no common Lyapunov matrix to working precision; narrow the intervals or relax the weights"
-            )
-        gamma = recentring * optimum
-        smallest = _smallest(problem, recentring, optimum)
+            raise NoSolutionError(NO_GAMMA)
+        gamma, inner = recentring * optimum, np.sqrt(recentring) * optimum
+        smallest = _smallest(problem, inner)
         if abs(optimum * level - before) <= SETTLED * before:
-            for x in (_widest(problem, recentring, optimum, smallest), smallest):
-                if problem.hold(*problem.blocks(x), gamma):
-                    return Lyapunov(*problem.blocks(x), t, optimum * level, gamma * level, chosen)
+            for x in (_widest(problem, inner, smallest), smallest):
+                if problem.hold(*problem.blocks(x, inner), gamma):
+                    return Lyapunov(*problem.blocks(x, inner), t, optimum * level, gamma * level, chosen)
         level = before = optimum * level
-        t = t @ balancing(*(problem.blocks(smallest) if np.all(np.isfinite(smallest)) else (r, s)))
+        t = t @ _next(problem.blocks(smallest, inner), (r, s))
     raise NoSolutionError(
         f"the matrix inequalities do not hold where the solver stopped (gamma {recentring * before:.4g}); "
         "raise `recentring` or relax the weights"
@@ -116,35 +119,37 @@ def levelled(plant: GeneralisedPlant, level: float) -> GeneralisedPlant:
 
 
 def _optimum(problem: Inequalities) -> tuple[float, Matrix, Matrix]:
-    """The smallest gamma, with its R and S. Raises NoSolutionError where the solver finds no finite point."""
-    objective = np.zeros(problem.count)
-    objective[-1] = 1.0
-    found = solve(objective, [*problem.bounded_real(None), problem.coupling(1.0)])
-    optimum = float(found.x[-1])
-    if not np.all(np.isfinite(found.x)) or optimum <= 0.0 or found.status in INFEASIBLE:
-        raise NoSolutionError(f"no controller satisfies the matrix inequalities (solver: {found.status}); relax the weights")
-    return optimum, *problem.blocks(found.x)
+    """The smallest gamma, with its R and S. Raises NoSolutionError where the solver finds no finite gamma."""
+    objective = np.zeros(2 * problem.half + 2)
+    objective[-2] = -1.0
+    found = solve(objective, problem.free())
+    inverse = float(found.x[-2])
+    if not np.all(np.isfinite(found.x)) or inverse <= SMALLEST_INVERSE or found.status in INFEASIBLE:
+        raise NoSolutionError(NO_GAMMA)
+    return 1.0 / inverse, *problem.blocks(found.x, 1.0 / inverse)
 
 
-def _inner(problem: Inequalities, recentring: float, optimum: float) -> list[Assembled]:
-    """The inequalities at a gamma between the optimum and the one asked, and by `STRICT`, so that they hold at the latter."""
-    found = problem.bounded_real(np.sqrt(recentring) * optimum)
-    return [Assembled(one.fixed - STRICT * np.eye(len(one.fixed)), one.columns) for one in found]
+def _next(*pairs: tuple[Matrix, Matrix]) -> Matrix:
+    """The balancing by the first pair (R, S) of two positive matrices. Raises NoSolutionError where none is."""
+    for r, s in pairs:
+        if np.all(np.isfinite(r)) and np.all(np.isfinite(s)) and min(np.linalg.eigvalsh(r)[-1], np.linalg.eigvalsh(s)[-1]) > 0.0:
+            return balancing(r, s)
+    raise NoSolutionError(NO_GAMMA)
 
 
 def _trace(problem: Inequalities) -> Vector:
-    return np.concatenate([np.eye(problem.n)[upper_triangle(problem.n)]] * 2 + [np.zeros(1)])
+    return np.concatenate([np.eye(problem.n)[upper_triangle(problem.n)]] * 2)
 
 
-def _smallest(problem: Inequalities, recentring: float, optimum: float) -> Vector:
-    """The decision vector of smallest trace(R + S)."""
-    return solve(_trace(problem), [*_inner(problem, recentring, optimum), problem.coupling(1.0)]).x
+def _smallest(problem: Inequalities, gamma: float) -> Vector:
+    """The decision vector of smallest trace(R + S) at a gamma."""
+    return solve(_trace(problem), problem.at(gamma, 1.0 + STRICT, STRICT)).x
 
 
-def _widest(problem: Inequalities, recentring: float, optimum: float, smallest: Vector) -> Vector:
-    """That of the largest b in [R bI; bI S] > 0, with a trace not much above the smallest."""
-    trace = _trace(problem)
-    limit = Assembled(np.full((1, 1), TRACE_SLACK * float(trace @ smallest)), -trace[None])
-    push = np.zeros(problem.count)
+def _widest(problem: Inequalities, gamma: float, smallest: Vector) -> Vector:
+    """That of the largest b in [R bI; bI S] >= 0, with a trace not much above the smallest."""
+    trace = np.append(_trace(problem), 0.0)
+    limit = Assembled(np.full((1, 1), TRACE_SLACK * float(trace[:-1] @ smallest)), -trace[None])
+    push = np.zeros(len(trace))
     push[-1] = -1.0
-    return solve(push, [*_inner(problem, recentring, optimum), problem.coupling(None), limit]).x
+    return solve(push, [*problem.at(gamma, None, STRICT), limit]).x

@@ -44,14 +44,22 @@ def test_what_the_solver_cannot_hold_is_told() -> None:
 
 @pytest.mark.parametrize("sampled", [False, True])
 def test_the_assembled_inequalities_are_those_evaluated_from_the_plants(sampled: bool) -> None:
-    """What the solver is given and what its answer is judged by are built apart: they have to agree."""
-    random = np.random.default_rng(2)
-    problem = Inequalities([random_plant(seed, sampled=sampled) for seed in (3,)])
-    x = random.normal(size=problem.count)
-    r, s = problem.blocks(x)
-    sides = [*(side.at(r, x[-1]) for side in problem.sides_r), *(side.at(s, x[-1]) for side in problem.sides_s)]
-    for constraint, judged in zip(problem.bounded_real(None), sides, strict=True):
-        np.testing.assert_allclose(constraint.at(x), judged, atol=1e-10)
+    """What the solver is given, reduced and divided by gamma, is the Schur complement of what its answer is judged by; built apart."""
+    random, gamma, n_w = np.random.default_rng(2), 1.7, 4
+    problem = Inequalities([random_plant(3, sampled=sampled)])
+    given = random.normal(size=2 * problem.half + 2)
+    given[-2:] = 1.0 / gamma, 1.0 / gamma**2
+    r, s = problem.blocks(given, gamma)
+    coupling, *free, cone = problem.free()
+    sides = [problem.sides_r[0].at(r, gamma), problem.sides_s[0].at(s, gamma)]
+    for constraint, fixed, judged in zip(free, problem.at(gamma, 1.0, 0.0)[1:], sides, strict=True):
+        corner, side, last = judged[:-n_w, :-n_w], judged[:-n_w, -n_w:], judged[-n_w:, -n_w:]
+        schur = (corner - side @ np.linalg.solve(last, side.T)) / gamma
+        np.testing.assert_allclose(constraint.at(given), schur, atol=1e-10)
+        np.testing.assert_allclose(fixed.at(given[:-2]), schur, atol=1e-10)
     identity = np.eye(problem.n)
-    np.testing.assert_allclose(problem.coupling(1.0).at(x), np.block([[r, identity], [identity, s]]), atol=1e-12)
-    np.testing.assert_allclose(problem.coupling(None).at(x), np.block([[r, x[-1] * identity], [x[-1] * identity, s]]), atol=1e-12)
+    whole = np.block([[r, identity], [identity, s]]) / gamma
+    np.testing.assert_allclose(coupling.at(given), whole, atol=1e-12)
+    np.testing.assert_allclose(problem.at(gamma, 1.0, 0.0)[0].at(given[:-2]), whole, atol=1e-12)
+    np.testing.assert_allclose(problem.at(gamma, None, 0.0)[0].at(given[:-1]), whole, atol=1e-12)
+    np.testing.assert_allclose(cone.at(given), [[1.0 / gamma**2, 1.0 / gamma], [1.0 / gamma, 1.0]], atol=1e-12)
