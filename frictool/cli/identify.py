@@ -27,7 +27,9 @@ if TYPE_CHECKING:
     from frictool.documents.model import Model
     from frictool.identify.estimators.inverse_dynamic import Pipeline
     from frictool.identify.identification import Identification
-    from frictool.identify.record import Record
+    from frictool.identify.record import Record, Vector
+
+    Currents = tuple[Vector, Vector, float]  # commanded and measured (n,) A, and the period
 
 HELP = f"""\b
 Example:
@@ -110,11 +112,14 @@ def command(
     from frictool.identify.identification import NothingIdentified, identify
     from frictool.identify.methods import Settings
     from frictool.identify.model import model_of
+    from frictool.identify.twice import refuse_twice
 
     settings = Settings(confidence, pipeline=_pipeline(filters), **own)
+    currents: list[Currents] = []
+    records, ramps, slow = (_records(paths, document, currents) for paths in (logs, ramp, loops))
+    refuse_twice([*records, *ramps, *slow])
     try:
-        records = _records(logs, document)
-        result = identify(records, _records(ramp, document), document, method, settings)
+        result = identify(records, ramps, document, method, settings)
     except NothingIdentified as error:
         if logs or ramp:
             _tell(error.result, document, as_json, output)
@@ -133,10 +138,10 @@ def command(
     }
     model = model_of(result, document, record(command_line("identify", shown), inputs))
     if loops:
-        model = _presliding(model, _records(loops, document), alone=not (logs or ramp))
+        model = _presliding(model, slow, alone=not (logs or ramp))
         result = replace(result, refused=model.not_identified)
     if measurement:
-        model = _measured(model, result, (*logs, *ramp))
+        model = _measured(model, result, [*records, *ramps], currents)
     if output is not None:
         save_text(output, to_yaml(model), inputs)
     if plot is not None:
@@ -148,7 +153,8 @@ def command(
         say(table(result, model), output)
 
 
-def _records(paths: tuple[Path, ...], bench: Bench) -> list[Record]:
+def _records(paths: tuple[Path, ...], bench: Bench, currents: list[Currents]) -> list[Record]:
+    """The logs as records; where a log holds commanded and measured current, both are added to `currents`."""
     from frictool.identify.record import record_of
     from frictool.logs.channels.matching import matched
     from frictool.logs.reading import read_log
@@ -159,26 +165,19 @@ def _records(paths: tuple[Path, ...], bench: Bench) -> list[Record]:
         for warning in log.warnings:
             note(f"warning: {path.name}: {warning}")
         records.append(record_of(log, bench))
+        signals = log.main.signals
+        if {"current_command", "current"} <= signals.keys():
+            currents.append((signals["current_command"], signals["current"], records[-1].period))
     return records
 
 
-def _measured(model: Model, result: Identification, paths: tuple[Path, ...]) -> Model:
+def _measured(model: Model, result: Identification, records: list[Record], currents: list[Currents]) -> Model:
     """The model with what the logs tell of the bench."""
     from msgspec.structs import replace as with_fields
 
     from frictool.identify.identification import SLIDING_LOG
     from frictool.identify.measurement.document import measurement
-    from frictool.identify.record import record_of
-    from frictool.logs.channels.matching import matched
-    from frictool.logs.reading import read_log
 
-    logs = [matched(read_log(path, model.bench), model.bench) for path in paths]
-    records = [record_of(log, model.bench) for log in logs]
-    currents = [
-        (signals["current_command"], signals["current"], record.period)
-        for signals, record in ((log.main.signals, record) for log, record in zip(logs, records, strict=True))
-        if {"current_command", "current"} <= signals.keys()
-    ]
     sliding = [record for record in records if result.kinds.get(record.name) == SLIDING_LOG]
     return with_fields(model, measurement=measurement(sliding, currents, model.bench, model.confidence))
 

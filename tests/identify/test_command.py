@@ -133,7 +133,7 @@ def test_json_of_the_answer_no_says_why(tmp_path: Path, rows: int) -> None:
 def test_the_same_log_twice_is_refused(tmp_path: Path) -> None:
     log, target = tmp_path / "sines.mcap", tmp_path / "model.yaml"
     assert run("ingest", SINES, "--bench", CLUTCH, "-o", log).code == 0
-    for twice in ((SINES, SINES), (SINES, log), (log, "--ramp", SINES)):
+    for twice in ((SINES, SINES), (SINES, log), (log, "--ramp", SINES), ("--loops", SINES, "--loops", log), (log, "--loops", SINES)):
         refused(run("identify", *twice, "--bench", CLUTCH, "-o", target), 3, "is the same log as")
     assert not target.exists()
 

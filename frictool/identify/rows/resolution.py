@@ -1,8 +1,8 @@
 """What the encoder's quantisation leaves of a parameter, whatever filter a method differentiates with.
 
-(4.3), with the gain of the filter in place of the double difference's 2/T^2: the largest error that quantisation can leave on the
-acceleration, D_a = step/2 sum|h|, moves the inertia by up to J D_a/rms(a). Identification is of use only where that is less than what
-is known without it (4.2.1), the half width of the bench's own interval.
+(4.3) (`assess/quantisation.py`), with the gain of the filter in place of the double difference's: the largest error that quantisation can
+leave on the acceleration, D_a = step/2 sum|h|, moves the inertia by up to J D_a/rms(a). Identification is of use only where that is less
+than what is known without it (4.2.1), the half width of the bench's own interval.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
+from frictool.identify.assess.quantisation import acceleration_error, inertia_error
 from frictool.identify.outcome import Fit
 from frictool.identify.record import Record, Vector
 
@@ -27,13 +28,13 @@ def unresolved_inertia(record: Record, bench: Bench, response: Vector, accelerat
     known = 0.5 * (prior.interval[1] - prior.interval[0])
     if known == 0.0:
         known = prior.value  # the bench gives no interval: anything better than a factor of two is of use
-    worst = 0.5 * record.count * float(np.sum(np.abs(response)))
-    bound = prior.value * worst / float(np.sqrt(np.mean(acceleration**2)))
-    raw = prior.value**2 * 2.0 * record.resolution / (record.period**2 * bench.actuator.constant.value * bench.actuator.limit.value)
+    bound = prior.value * acceleration_error(record.count, response) / float(np.sqrt(np.mean(acceleration**2)))
+    effort = bench.actuator.constant.value * bench.actuator.limit.value
+    raw = inertia_error(prior.value, record.resolution, record.period, effort)
     if bound >= known:
         return (
             f"quantisation can move it by {_percent(bound, prior.value)} after smoothing {smoothing} "
-            f"({_percent(raw, prior.value)} by (4.3) without), and the bench knows it to {_percent(known, prior.value)}"
+            f"({_percent(raw, 1.0)} by (4.3) without), and the bench knows it to {_percent(known, prior.value)}"
         )
     return None
 
