@@ -26,6 +26,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "identify": ("frictool.cli.identify", "Logs to parameters with intervals (model.yaml)."),
     "validate": ("frictool.cli.validate", "A model against a measured log: errors and a plot."),
     "synth": ("frictool.cli.synth", "Model and specification to a verified controller (controller.yaml)."),
+    "verify": ("frictool.cli.verify", "The proof of a controller's certificate, again, without a solver."),
     "simulate": ("frictool.cli.simulate", "Step tests of model and controller, as a log."),
     "report": ("frictool.cli.report", "Metrics and verdict of logs against the specification."),
     "export": ("frictool.cli.export", "Controller to C99 with golden vectors."),

@@ -1,7 +1,7 @@
 """The certificate of a controller: what `frictool verify` needs to prove a bound again, without searching for anything.
 
-The intervals that it is about, the weights that the norm is of, and for each bound a list of cells, rectangles in the drive rate
-K/J and the viscous rate sigma_v/J, each with a Lyapunov matrix. No digest: what is proved depends on the controller's coefficients alone.
+The intervals that it is about, the weights that the norm is of, and for each bound a list of cells: rectangles in the drive rate
+K/J and the viscous rate sigma_v/J, each with two Lyapunov matrices. No digest: what is proved depends on the coefficients alone.
 """
 
 from __future__ import annotations
@@ -63,14 +63,15 @@ class CertifiedWeights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
 
 
 class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """One rectangle [low, high] of K/J and sigma_v/J in SI, and the upper triangle, row by row, of its integer matrix.
+    """One rectangle [low, high] of K/J and sigma_v/J in SI, and the Lyapunov matrices at its low and at its high K/J.
 
-    lyapunov: integers separated by blanks, in units of 2^-bits of the inequality.
+    Of each the upper triangle, row by row: integers separated by blanks, in units of 2^-bits of the bound. Between the ends it is linear.
     """
 
     drive_rate: Row
     viscous_rate: Row
-    lyapunov: str
+    at_low: str
+    at_high: str
 
     def __post_init__(self) -> None:
         _increasing("drive_rate", self.drive_rate, strictly=True)
@@ -81,7 +82,7 @@ class Bound(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """One bound and its proof.
 
     of: the norm from the weighted inputs to the weighted outputs, or the largest sensitivity (1/modulus margin).
-    factor: the upper triangle, row by row, of W; a cell's Lyapunov matrix is W' (its integers/2^bits) W.
+    factor: the upper triangle, row by row, of W; a Lyapunov matrix is W' (its integers/2^bits) W.
     """
 
     of: Literal["norm", "sensitivity"]
@@ -99,7 +100,7 @@ class Bound(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Certificate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """The intervals, the weights and the bounds. `version` is that of this layout. not_proved: the bounds that no proof was found for, and why."""
+    """The intervals, the weights and the bounds. `version`: of this layout. not_proved: bounds that no proof was found for, and why."""
 
     version: Literal[1]
     box: Box

@@ -12,10 +12,10 @@ from frictool.documents.design import Design
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.spec import Spec
-from frictool.lmi.certificate_search import around, certify, weights_document
 from frictool.plant.lti import Lti
 from frictool.plant.polytope import polytope
 from frictool.synth.acceptance import accept
+from frictool.synth.certificate import around, certified_weights, certify
 from frictool.synth.disturbance import disturbance
 from frictool.synth.methods import METHODS
 from frictool.synth.position_law import position_law
@@ -76,7 +76,7 @@ def designed(
         system = Lti.of(linear.discrete, posed.period)
         verified = msgspec.structs.replace(verified, robustness=robustness(posed, system))
         progress("certificate")
-        loop = Loop(linear.discrete, posed.controlled, posed.delay, posed.lag, posed.period, weights_document(posed.weights))
+        loop = Loop(linear.discrete, posed.controlled, posed.delay, posed.lag, posed.period, certified_weights(posed.weights))
         controller = msgspec.structs.replace(controller, verified=verified, certificate=certify(loop, around(posed.box)))
     return Designed(controller, chosen.derived, trade, candidate.notes)
 

@@ -1,0 +1,213 @@
+"""Finding a certificate: rectangles of rates small enough for Lyapunov matrices linear in K/J, and the matrices, rounded to short integers.
+
+Nothing of what is found here is believed: a cell is kept only if the proof of verify/certificate.py goes through with the rounded
+matrices, at the bound that is written down.
+
+The matrices come from lmi/certificate_search.py. The bound is the worst norm that a scan of the box sees, raised by the smallest of
+SLACKS for which MOST_CELLS suffice. In the coordinates in which the matrix of the plant in the middle is the identity those of the cells
+are near it, so that few bits are enough.
+"""
+
+from __future__ import annotations
+
+import itertools
+from fractions import Fraction
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from frictool.documents.certificate import Bound, Box, Cell, Certificate, CertifiedWeights, Filter
+from frictool.errors import NoSolutionError
+from frictool.lmi.certificate_search import lyapunov_ends
+from frictool.plant.generalised import FirstOrder, Weights, generalised_plant
+from frictool.plant.lti import Lti
+from frictool.plant.polytope import PlantPoint, Polytope
+from frictool.verify.certificate import Coordinates, enclosed, failing_inequality, packed, posed
+from frictool.verify.certificate_box import Interval, inverse_inertia, surroundings
+from frictool.verify.certificate_loop import Loop
+from frictool.verify.enclosure import ONE, Enclosure
+from frictool.verify.enclosure_axis import CONTROL_POINTS
+from frictool.verify.speed_loop import performance
+
+Matrix = NDArray[np.float64]
+Rectangle = tuple[Interval, Interval]
+SLACKS = (0.01, 0.03, 0.10)
+MOST_CELLS = 96
+BITS_KEPT = 22
+SCANNED = 3  # values of each parameter that a scan looks at
+NEGLIGIBLE = 1e-9  # of the largest Hankel singular value: what is below is scaled as if it were this
+ROOM = 1e-9  # by how much the cells reach beyond the box, so that a parameter that is known exactly has cells too
+
+
+def certify(loop: Loop, box: Box) -> Certificate:
+    """A certificate of the loop's norm and of its largest sensitivity; one of the two, with the reason, where the other is not found.
+
+    Raises NoSolutionError where neither is proved: the loop is unstable somewhere in the box, or more cells than MOST_CELLS would be
+    needed. The work is bounded by the number of cells and not by a clock, so that the same inputs give the same certificate.
+    """
+    bounds: list[Bound] = []
+    reasons: dict[str, str] = {}
+    quantities: tuple[Literal["norm", "sensitivity"], ...] = ("norm", "sensitivity")
+    for of in quantities:
+        try:
+            bounds.append(_bound(posed(loop, of), box, of))
+        except NoSolutionError as error:
+            reasons[of] = str(error)
+    if not bounds:
+        raise NoSolutionError(f"no certificate: {reasons['norm']}")
+    return Certificate(1, box, loop.weights, tuple(bounds), reasons)
+
+
+def around(polytope: Polytope) -> Box:
+    """The box around a polytope's vertices."""
+    names = ("inertia", "viscous", "coulomb", "constant")
+    values = {name: [getattr(vertex, name) for vertex in polytope.vertices] for name in names}
+    return Box(**{name: (min(found), max(found)) for name, found in values.items()})
+
+
+def certified_weights(weights: Weights) -> CertifiedWeights:
+    """The weights of a design as a certificate stores them."""
+
+    def stored(weight: FirstOrder) -> Filter:
+        return Filter(weight.gain, *(value if np.isfinite(value) else None for value in (weight.zero, weight.pole)))
+
+    noise = stored(weights.noise)
+    return CertifiedWeights(stored(weights.error), weights.disturbance, weights.drive, weights.command, noise, weights.eta)
+
+
+def _weights(document: CertifiedWeights) -> Weights:
+    def weight(stored: Filter) -> FirstOrder:
+        return FirstOrder(stored.gain, *(np.inf if value is None else value for value in (stored.zero, stored.pole)))
+
+    noise = weight(document.noise)
+    return Weights(weight(document.error), document.disturbance, document.drive, document.command, noise, document.eta)
+
+
+def _bound(loop: Loop, box: Box, of: Literal["norm", "sensitivity"]) -> Bound:
+    worst, where = _scan(loop, box)
+    if not np.isfinite(worst):
+        raise NoSolutionError(
+            f"the loop is unstable at inertia {where.inertia:.4g}, viscous {where.viscous:.4g}, constant {where.constant:.4g}; "
+            "relax the weights"
+        )
+    factor = _factor(loop, box, (1.0 + SLACKS[0]) * worst)
+    rows = tuple(tuple(float(value) for value in row[k:]) for k, row in enumerate(factor))
+    for slack in SLACKS:
+        below = float(f"{(1.0 + slack) * worst:.4g}")
+        cells = _Search(loop, box, Coordinates.of(rows), below).cells()
+        if cells is not None:
+            return Bound(of, below, BITS_KEPT, rows, cells)
+    raise NoSolutionError(
+        f"{of} < {below:.4g} is not proved with {MOST_CELLS} cells, though no more than {worst:.4g} is seen; "
+        "narrow the intervals of the model or of the bench, or relax the weights"
+    )
+
+
+def _scan(loop: Loop, box: Box) -> tuple[float, PlantPoint]:
+    """The largest norm seen at the box's corners and between them, and where."""
+    k = Lti.of(loop.controller, loop.period)
+    ends = (box.inertia, box.viscous, box.constant)
+    coulomb = max(abs(end) for end in box.coulomb)
+    found = []
+    for j, sigma, constant in itertools.product(*(np.unique(np.linspace(low, high, SCANNED)) for low, high in ends)):
+        point = PlantPoint("", float(j), float(sigma), coulomb, float(constant))
+        plant = generalised_plant(loop.controlled, point.rates, loop.lag, _weights(loop.weights), loop.period, loop.delay)
+        found.append((performance(k, plant), point))
+    return max(found, key=lambda pair: pair[0])
+
+
+def _numbers(enclosure: Enclosure) -> Matrix:
+    return np.asarray((enclosure.centre / ONE).astype(np.float64))
+
+
+def _factor(loop: Loop, box: Box, below: float) -> Matrix:
+    """W, upper triangular, with W' W a solution of the bounded-real inequality of the plant in the middle."""
+    drive, viscous = (_narrow((low + high) / 2) for low, high in surroundings(box))
+    n = len(loop.states)
+    unscaled = Coordinates.of([[float(column == row) for column in range(row, n)] for row in range(n)])
+    whole = _numbers(enclosed(loop, box, (drive, viscous), unscaled)[0])
+    t = _balancing(whole[:n, :n], whole[:n, n:], whole[n:, :n])
+    inside = linalg.block_diag(np.linalg.inv(t), np.eye(len(whole) - n)) @ whole @ linalg.block_diag(t, np.eye(whole.shape[1] - n))
+    found = lyapunov_ends([inside], [inside], n, below)
+    if found is None:
+        raise NoSolutionError(f"the inequality of the plant in the middle of the intervals has no solution at {below:.4g}")
+    root = linalg.cholesky(0.5 * (found[0] + found[1])) @ np.linalg.inv(t)
+    return np.asarray(linalg.qr(root, mode="r")[0])
+
+
+def _narrow(value: Fraction) -> Interval:
+    near = Fraction(float(value))
+    return near, near
+
+
+def _balancing(a: Matrix, b: Matrix, c: Matrix) -> Matrix:
+    """t with equal diagonal Gramians of (t^-1 a t, t^-1 b, c t); states that hardly count are kept, scaled as if they did."""
+    root_reach = _root(linalg.solve_discrete_lyapunov(a, b @ b.T, method="bilinear"))
+    root_see = _root(linalg.solve_discrete_lyapunov(a.T, c.T @ c, method="bilinear"))
+    _, hankel, v = np.linalg.svd(root_see.T @ root_reach)
+    return np.asarray(root_reach @ v.T * np.maximum(hankel, NEGLIGIBLE * hankel[0]) ** -0.5)
+
+
+def _root(gramian: Matrix) -> Matrix:
+    """A square root of full rank."""
+    values, vectors = np.linalg.eigh(0.5 * (gramian + gramian.T))
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 1e-14 * values[-1])))
+
+
+class _Search:
+    """The cells of one bound, by halving rectangles for which no matrices are found."""
+
+    def __init__(self, loop: Loop, box: Box, coordinates: Coordinates, below: float) -> None:
+        self.loop, self.box, self.coordinates, self.below = loop, box, coordinates, below
+        drive, viscous = surroundings(box)
+        self.whole = (_outward(drive), _outward(viscous))
+
+    def cells(self) -> tuple[Cell, ...] | None:
+        """None where more than MOST_CELLS are needed."""
+        waiting = [self.whole]
+        found: list[Cell] = []
+        while waiting:
+            rates = waiting.pop()
+            if inverse_inertia(self.box, *rates) is None:
+                continue
+            if len(found) + len(waiting) >= MOST_CELLS:
+                return None
+            cell = self._proved(rates)
+            if cell is None:
+                waiting += self._halves(rates)
+            else:
+                found.append(cell)
+        return tuple(found)
+
+    def _proved(self, rates: Rectangle) -> Cell | None:
+        loops = enclosed(self.loop, self.box, rates, self.coordinates)
+        low_loops, high_loops = ([_numbers(loop) for loop in end] for end in (loops[:CONTROL_POINTS], loops[CONTROL_POINTS:]))
+        found = lyapunov_ends(low_loops, high_loops, len(self.loop.states), self.below)
+        if found is None:
+            return None
+        low, high = (np.array([[round(value * 2**BITS_KEPT) for value in row] for row in p.tolist()], dtype=object) for p in found)
+        if failing_inequality(loops, self.coordinates, (low, high), BITS_KEPT, self.below) is not None:
+            return None
+        drive, viscous = ((float(ends[0]), float(ends[1])) for ends in rates)
+        return Cell(drive, viscous, packed(low), packed(high))
+
+    def _halves(self, rates: Rectangle) -> list[Rectangle]:
+        """The upper and the lower half, across the direction in which the rectangle is longer, as a part of the whole."""
+        (drive, viscous), (all_drive, all_viscous) = rates, self.whole
+        if (drive[1] - drive[0]) / (all_drive[1] - all_drive[0]) >= (viscous[1] - viscous[0]) / (all_viscous[1] - all_viscous[0]):
+            return [(half, viscous) for half in _halved(drive)]
+        return [(drive, half) for half in _halved(viscous)]
+
+
+def _halved(interval: Interval) -> tuple[Interval, Interval]:
+    """The upper half first."""
+    middle = Fraction(float((interval[0] + interval[1]) / 2))
+    return (middle, interval[1]), (interval[0], middle)
+
+
+def _outward(interval: Interval) -> Interval:
+    low, high = float(interval[0]), float(interval[1])
+    room = ROOM * max(abs(low), abs(high), 1.0)
+    return Fraction(low - room), Fraction(high + room)

@@ -1,0 +1,114 @@
+"""The closed loop of the certificate, enclosed: the generalised plant of generalised.py closed by the stored coefficients, row by row.
+
+    [x+]   [A  B] [x]        x: delay line, drive (with a lag), speed, eta, W2, W4 (where they have a state), controller
+    [z ] = [C  D] [w]        w: reference, friction times W1, noise       z: W2 e, W3 i, W_u u, W_eta eta      (each where it is weighted)
+
+Only the axis depends on the plant, and the loop depends on its coefficients affinely: u = c x_k + d y enters the axis through them once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal
+
+import numpy as np
+
+from frictool.documents.certificate import CertifiedWeights, Filter
+from frictool.documents.controller import StateSpace
+from frictool.verify.enclosure import Enclosure
+from frictool.verify.enclosure_axis import SampledAxis
+
+_Signals = Callable[[str], Enclosure]
+SENSITIVITY = CertifiedWeights(error=Filter(1.0), disturbance=0.0, drive=0.0)  # and the position as what is controlled: (5.54)
+
+
+@dataclass(frozen=True)
+class Loop:
+    """Everything of the loop that is the same for every plant. period [s]."""
+
+    controller: StateSpace
+    controlled: Literal["position", "speed"]
+    delay: int
+    lag: float
+    period: float
+    weights: CertifiedWeights
+
+    @property
+    def states(self) -> list[str]:
+        axis = ["drive"] * (self.lag > 0.0) + ["speed", "eta"]
+        filters = [name for name, weight in (("W2", self.weights.error), ("W4", self.weights.noise)) if weight.pole is not None]
+        return [*(f"delay {k}" for k in range(self.delay)), *axis, *filters, *(f"controller {k}" for k in range(len(self.controller.a)))]
+
+    @property
+    def inputs(self) -> list[str]:
+        weights = self.weights
+        return ["reference"] + ["friction"] * (weights.disturbance > 0.0) + ["noise"] * (weights.noise.gain > 0.0)
+
+
+def closed_loop(loop: Loop, axis: SampledAxis) -> tuple[Enclosure, int]:
+    """[A B; C D] around one corner of the axis, and the number of states."""
+    names = [*loop.states, *loop.inputs]
+    unit = Enclosure.matrix(np.identity(len(names), dtype=object))
+    nothing = Enclosure.matrix(np.zeros(len(names), dtype=object))
+    rows = {name: Enclosure(unit.centre[k], unit.radius[k]) for k, name in enumerate(names)}
+
+    def signal(name: str) -> Enclosure:
+        return rows.get(name, nothing)
+
+    weights, speed = loop.weights, loop.controlled == "speed"
+    after: dict[str, Enclosure] = {}
+    noise = _filtered(weights.noise, loop.period, "W4", signal("noise"), signal, after)
+    eta = signal("eta") if speed else signal("eta") + signal("reference")
+    measured = eta + noise
+    k = loop.controller
+    inner = [signal(f"controller {index}") for index in range(len(k.a))]
+    u = _combined([*k.c[0], k.d[0][0]], [*inner, measured])
+    for index, (row, (gain,)) in enumerate(zip(k.a, k.b, strict=True)):
+        after[f"controller {index}"] = _combined([*row, gain], [*inner, measured])
+    for index in range(loop.delay):
+        after[f"delay {index}"] = u if index == 0 else signal(f"delay {index - 1}")
+    command = signal(f"delay {loop.delay - 1}") if loop.delay else u
+    drive = command if axis.lagless else signal("drive")
+    _axis(loop, axis, signal, command, after)
+    error = signal("reference") - signal("speed") if speed else eta
+    outputs = [_filtered(weights.error, loop.period, "W2", error, signal, after)]
+    outputs += [
+        Enclosure.of(gain) * row for gain, row in ((weights.drive, drive), (weights.command, u), (weights.eta, signal("eta"))) if gain
+    ]
+    return Enclosure.stacked([*(after[name] for name in loop.states), *outputs]), len(loop.states)
+
+
+def _axis(loop: Loop, axis: SampledAxis, signal: _Signals, command: Enclosure, after: dict[str, Enclosure]) -> None:
+    """What linear_axis.py says of the next sample."""
+    drive, speed = signal("drive"), signal("speed")
+    friction = Enclosure.of(loop.weights.disturbance) * signal("friction")
+    if not axis.lagless:
+        after["drive"] = axis.kept_drive * drive + (Enclosure.of(1) - axis.kept_drive) * command
+    driven = axis.speed_from_drive * drive + axis.speed_from_command * command
+    after["speed"] = axis.kept_speed * speed + driven + axis.speed_from_friction * friction
+    moved = axis.eta_from_drive * drive + axis.eta_from_command * command
+    after["eta"] = signal("eta") + axis.eta_from_speed * speed + moved + axis.eta_from_friction * friction
+    if loop.controlled == "speed":
+        after["eta"] = after["eta"] + Enclosure.of(loop.period) * signal("reference")
+
+
+def _combined(gains: Sequence[float], rows: Sequence[Enclosure]) -> Enclosure:
+    total = Enclosure.of(gains[0]) * rows[0]
+    for gain, row in zip(gains[1:], rows[1:], strict=True):
+        total = total + Enclosure.of(gain) * row
+    return total
+
+
+def _filtered(weight: Filter, period: float, name: str, entering: Enclosure, signal: _Signals, after: dict[str, Enclosure]) -> Enclosure:
+    """The output of a weight's Tustin equivalent: x+ = a x + (1 - a) e, z = c x + d e. Writes x+ into `after` where there is a state."""
+    gain = Fraction(weight.gain)
+    if weight.pole is None:
+        return Enclosure.of(gain) * entering
+    half = Fraction(weight.pole) * Fraction(period) / 2
+    high = gain * Fraction(weight.pole) / Fraction(weight.zero) if weight.zero is not None else Fraction(0)
+    kept, through = (1 - half) / (1 + half), half / (1 + half)
+    after[name] = Enclosure.of(kept) * signal(name) + Enclosure.of(1 - kept) * entering
+    direct = high + through * (gain - high)
+    return Enclosure.of((gain - high) / (1 + half)) * signal(name) + Enclosure.of(direct) * entering
