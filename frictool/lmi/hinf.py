@@ -33,7 +33,7 @@ PASSES = 8  # of balancing, at most
 DIVERGED = 1e3  # a gamma so many times that of the pass before is no optimum
 SETTLED = 1e-3  # of gamma: the passes end where it changes by less, and the inequalities hold
 INFEASIBLE = frozenset({"PrimalInfeasible", "DualInfeasible", "AlmostPrimalInfeasible", "AlmostDualInfeasible"})
-SMALLEST_INVERSE = 1e-10  # of gamma: zero to the solver's precision
+SMALLEST_INVERSE = 1e-8  # of gamma: zero to the solver's precision
 NO_GAMMA = (
     "no finite gamma: no controllers satisfy the matrix inequalities of all plants with one Lyapunov matrix, to working precision; "
     "narrow the intervals or relax the weights"

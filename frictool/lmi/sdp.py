@@ -86,7 +86,12 @@ def solve(objective: Vector, constraints: Sequence[Affine | Assembled], *, itera
     settings.max_threads = 1  # the same bytes on every machine
     quadratic = sparse.csc_matrix((count, count))
     solver = clarabel.DefaultSolver(quadratic, objective, sparse.csc_matrix(np.vstack(rows)), np.concatenate(offsets), cones, settings)
-    found = solver.solve()
+    try:
+        found = solver.solve()
+    except BaseException as error:
+        if type(error).__name__ != "PanicException":  # pyo3's, which is no Exception: an eigenvalue routine inside that gave up
+            raise
+        return Solution(np.full(count, np.nan), "Panicked", False)
     x = np.asarray(found.x, dtype=np.float64)
     return Solution(x, str(found.status), bool(np.all(np.isfinite(x))) and all(_positive(constraint.at(x)) for constraint in given))
 

@@ -63,3 +63,22 @@ def test_the_assembled_inequalities_are_those_evaluated_from_the_plants(sampled:
     np.testing.assert_allclose(problem.at(gamma, 1.0, 0.0)[0].at(given[:-2]), whole, atol=1e-12)
     np.testing.assert_allclose(problem.at(gamma, None, 0.0)[0].at(given[:-1]), whole, atol=1e-12)
     np.testing.assert_allclose(cone.at(given), [[1.0 / gamma**2, 1.0 / gamma], [1.0 / gamma, 1.0]], atol=1e-12)
+
+
+def test_a_solver_that_panics_is_a_point_that_does_not_hold(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Clarabel's eigenvalue routine may give up; what Python then sees is no Exception, and must not end the process."""
+    import clarabel
+
+    class PanicException(BaseException):
+        pass
+
+    class Panicking:
+        def __init__(self, *_: object) -> None: ...
+
+        def solve(self) -> None:
+            raise PanicException("Eigval error")
+
+    monkeypatch.setattr(clarabel, "DefaultSolver", Panicking)
+    found = solve(np.ones(1), [_largest_eigenvalue(np.eye(2))])
+    assert not found.holds
+    assert np.all(np.isnan(found.x))
