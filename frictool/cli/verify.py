@@ -38,11 +38,13 @@ def command(ctx: click.Context, controller: Path, as_json: bool) -> None:
 
     document = load(controller, Controller)
     recheck(document)
-    if document.certificate is None:
+    if document.certificate is None or not document.certificate.bounds:
+        reasons = {} if document.certificate is None else document.certificate.not_proved
         if as_json:
-            print_json({"name": document.name, "certificate": None})
+            print_json({"name": document.name, "certificate": None, "not_proved": reasons})
         else:
-            say(f"{document.name}: no certificate, nothing to prove; the margins at its vertices hold. frictool synth makes one")
+            why = "; ".join(reasons.values()) or "frictool synth makes one"
+            say(f"{document.name}: no certificate, so that only the margins at its vertices hold ({why})")
         ctx.exit(EXIT_NO)
     from frictool.verify.certificate_document import prove_document
 

@@ -128,7 +128,9 @@ class Reader:
                 self.drive = value
             values[fields[name].name] = value
         for name, field in fields.items():
-            if field.required and name not in given:
+            if field.required and name not in given and type(None) in get_args(hints[field.name]):
+                values[field.name] = None  # writing leaves out what is None
+            elif field.required and name not in given:
                 example = f"; write {name}: ..." if not key else ""
                 self.fail(
                     node, _join(key, name), f"missing{example}; required here: {', '.join(n for n, f in fields.items() if f.required)}"

@@ -42,22 +42,15 @@ ROOM = 1e-9  # by how much the cells reach beyond the box, so that a parameter t
 
 
 def certify(loop: Loop, box: Box) -> Certificate:
-    """A certificate of the loop's norm and of its largest sensitivity; one of the two, with the reason, where the other is not found.
+    """A certificate of the loop's norm and of its largest sensitivity, and for what is not proved of the two the reason why.
 
-    Raises NoSolutionError where neither is proved: the loop is unstable somewhere in the box, or more cells than MOST_CELLS would be
-    needed. The work is bounded by the number of cells and not by a clock, so that the same inputs give the same certificate.
+    Raises NoSolutionError where the loop is seen to be unstable somewhere in the box. The work is bounded by the number of cells and not
+    by a clock, so that the same inputs give the same certificate.
     """
-    bounds: list[Bound] = []
-    reasons: dict[str, str] = {}
     quantities: tuple[Literal["norm", "sensitivity"], ...] = ("norm", "sensitivity")
-    for of in quantities:
-        try:
-            bounds.append(_bound(posed(loop, of), box, of))
-        except NoSolutionError as error:
-            reasons[of] = str(error)
-    if not bounds:
-        raise NoSolutionError(f"no certificate: {reasons['norm']}")
-    return Certificate(1, box, loop.weights, tuple(bounds), reasons)
+    found = {of: _bound(posed(loop, of), box, of) for of in quantities}
+    bounds = tuple(bound for bound in found.values() if isinstance(bound, Bound))
+    return Certificate(1, box, loop.weights, bounds, {of: reason for of, reason in found.items() if isinstance(reason, str)})
 
 
 def around(polytope: Polytope) -> Box:
@@ -85,23 +78,27 @@ def _weights(document: CertifiedWeights) -> Weights:
     return Weights(weight(document.error), document.disturbance, document.drive, document.command, noise, document.eta)
 
 
-def _bound(loop: Loop, box: Box, of: Literal["norm", "sensitivity"]) -> Bound:
+def _bound(loop: Loop, box: Box, of: Literal["norm", "sensitivity"]) -> Bound | str:
+    """The bound with its proof, or why there is none."""
     worst, where = _scan(loop, box)
     if not np.isfinite(worst):
         raise NoSolutionError(
-            f"the loop is unstable at inertia {where.inertia:.4g}, viscous {where.viscous:.4g}, constant {where.constant:.4g}; "
-            "relax the weights"
+            f"not verified: the sampled loop is unstable at inertia {where.inertia:.4g}, viscous {where.viscous:.4g}, "
+            f"constant {where.constant:.4g}; relax the weights"
         )
-    factor = _factor(loop, box, (1.0 + SLACKS[0]) * worst)
+    try:
+        factor = _factor(loop, box, (1.0 + SLACKS[0]) * worst)
+    except NoSolutionError as error:
+        return str(error)
     rows = tuple(tuple(float(value) for value in row[k:]) for k, row in enumerate(factor))
     for slack in SLACKS:
         below = float(f"{(1.0 + slack) * worst:.4g}")
         cells = _Search(loop, box, Coordinates.of(rows), below).cells()
         if cells is not None:
             return Bound(of, below, BITS_KEPT, rows, cells)
-    raise NoSolutionError(
-        f"{of} < {below:.4g} is not proved with {MOST_CELLS} cells, though no more than {worst:.4g} is seen; "
-        "narrow the intervals of the model or of the bench, or relax the weights"
+    return (
+        f"{of} < {below:.4g} needs more than {MOST_CELLS} cells, though no more than {worst:.4g} is seen; "
+        "narrower intervals of the model or of the bench need fewer"
     )
 
 
@@ -132,7 +129,7 @@ def _factor(loop: Loop, box: Box, below: float) -> Matrix:
     inside = linalg.block_diag(np.linalg.inv(t), np.eye(len(whole) - n)) @ whole @ linalg.block_diag(t, np.eye(whole.shape[1] - n))
     found = lyapunov_ends([inside], [inside], n, below)
     if found is None:
-        raise NoSolutionError(f"the inequality of the plant in the middle of the intervals has no solution at {below:.4g}")
+        raise NoSolutionError(f"no matrix is found for the plant in the middle of the intervals, at {below:.4g}")
     root = linalg.cholesky(0.5 * (found[0] + found[1])) @ np.linalg.inv(t)
     return np.asarray(linalg.qr(root, mode="r")[0])
 
