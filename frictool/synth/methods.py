@@ -7,6 +7,7 @@ from collections.abc import Callable
 from frictool.synth.lft import lft
 from frictool.synth.lft_lpv import lft_lpv
 from frictool.synth.lpv import lpv
+from frictool.synth.minimax import minimax
 from frictool.synth.problem import Candidate, Problem
 
-METHODS: dict[str, Callable[[Problem], Candidate]] = {"lft": lft, "lft_lpv": lft_lpv, "lpv": lpv}
+METHODS: dict[str, Callable[[Problem], Candidate]] = {"lft": lft, "lft_lpv": lft_lpv, "lpv": lpv, "minimax": minimax}

@@ -15,6 +15,7 @@ from frictool.plant.generalised import Controlled, GeneralisedPlant, Uncertainty
 from frictool.plant.linear_axis import Rates
 from frictool.plant.lti import Lti, tustin
 from frictool.plant.polytope import Polytope
+from frictool.synth.slow_pole import inside, with_integrator
 from frictool.verify.speed_loop import performance
 
 CLAIM = 1.01  # a norm may exceed what is claimed by 1 %
@@ -55,6 +56,11 @@ class Problem:
         """Sampled at the bench's period with its delay, without an uncertainty channel: what is verified."""
         return generalised_plant(self.controlled, rates, self.lag, self.weights, self.period, self.delay)
 
+    @property
+    def bandwidth(self) -> float:
+        """z2 of W2 [rad/s]."""
+        return self.weights.error.zero
+
     def posed_with_constant_input(self) -> Problem:
         """The problem whose plants the command enters alike, as the inequalities over several of them ask (B2 constant, 5.61).
 
@@ -72,10 +78,15 @@ class Problem:
         return self
 
     def candidate(self, k: Lti, gamma: float, optimum: float, notes: Sequence[str] = (), scheduled: Sequence[Lti] = ()) -> Candidate:
-        """Of a controller found with `posed_with_constant_input`."""
+        """Of a controller found with `posed_with_constant_input`, its slowest pole moved to where it has to be."""
         bare = self.sampled and self.delay == 0
-        found, corners = (with_register(k), [with_register(corner) for corner in scheduled]) if bare else (k, scheduled)
-        return Candidate(self.discretised(found), found, gamma, optimum, tuple(notes), tuple(corners))
+        moved = with_integrator(k, self.bandwidth) if self.design.integrator else inside(k, self.bandwidth, self.weights.error.pole)
+        told = [
+            *notes,
+            "the slowest pole of the controller was moved " + ("to an integrator (5.4.3.1)" if self.design.integrator else "inside"),
+        ]
+        found, corners = (with_register(moved), [with_register(corner) for corner in scheduled]) if bare else (moved, scheduled)
+        return Candidate(self.discretised(found), found, gamma, optimum, tuple(notes if moved is k else told), tuple(corners))
 
     def discretised(self, k: Lti) -> Lti:
         """A controller found in continuous time as it will run; one found at the period as it is."""
