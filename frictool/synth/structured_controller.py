@@ -149,16 +149,16 @@ class StructuredController:
         for factor in factors:
             above = above * factor[-1]  # the formula's factors are 1 at s = 0, these are monic
         if not self.integrator:
-            return _chain(above, factors, self.around)
+            return chain(above, factors, self.around)
         below = np.ones(1)
         for factor in factors:
             below = np.convolve(below, factor)
         residue = above[-1] / below[-1]
         above = np.polysub(above, residue * below)[:-1]  # (N - r D)/x: the constant term is zero
-        return beside(_integrator(residue * self.around), _chain(above, factors, self.around))
+        return beside(_integrator(residue * self.around), chain(above, factors, self.around))
 
 
-def _chain(above: Vector, factors: list[Vector], around: float) -> Lti:
+def chain(above: Vector, factors: list[Vector], around: float) -> Lti:
     """N/(q1 q2 ... qm), polynomials in x = s/w0, proper, as 1/qm followed by 1/q(m-1) ... 1/q1, each with its own taps.
 
     N = r1 + q1 (r2 + q2 (r3 + ... + qm d)), so that N/D = r1/(q1 ... qm) + r2/(q2 ... qm) + ... + rm/qm + d. The poles are those of the

@@ -1,0 +1,88 @@
+"""Pole placement: the Diophantine equation of an RST controller with an integrator.
+
+    R u = T r - S y         R = x R' monic with an integrator         A R + B S = P         closed loop  y = B T/P r
+
+x is s/w0 in continuous time and (z - 1)/(w0 T) at a period T, so that an integrator is a root at x = 0 in both and the coefficients are of
+one size in both: at 1 kHz the powers of z would all but coincide. With deg A = n and deg R = m, R' has m - 1 unknown coefficients, S has
+n + 1, and P has n + m: one solution, if A x and B have no common root.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.plant.lti import Lti, beside
+from frictool.synth.structured_controller import chain
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Scale:
+    """around: w0 [rad/s]. period: T [s], 0 for continuous time."""
+
+    around: float
+    period: float = 0.0
+
+    def pole(self, s: complex) -> complex:
+        """The pole s [rad/s] in x; sampled, the one whose response is the same at the samples."""
+        return complex(np.expm1(s * self.period) / (self.around * self.period)) if self.period else s / self.around
+
+    @property
+    def step(self) -> float:
+        """One unit of x, [rad/s] or in z."""
+        return self.around * self.period if self.period else self.around
+
+    def polynomials(self, plant: Lti) -> tuple[Vector, Vector]:
+        """A, monic of degree n, and B of degree below n, highest power first, of a strictly proper plant with one input and one output."""
+        a = (plant.a - np.eye(plant.order)) / self.step if self.period else plant.a / self.step
+        below = _characteristic(a)
+        above = _characteristic(a - plant.b @ plant.c / self.step) - below
+        return below, np.asarray(above[1:], dtype=np.float64)
+
+    def system(self, above: Vector, below: Vector) -> Lti:
+        """above/(x below) as a system in its domain, the integrator apart; below is monic."""
+        residue = above[-1] / below[-1]
+        rest = chain(np.polysub(above, residue * below)[:-1], [below], 1.0)
+        first = Lti(np.zeros((1, 1)), np.ones((1, 1)), np.array([[residue]]), np.zeros((1, 1)), 0.0)
+        whole = beside(first, rest)
+        a = np.eye(whole.order) + self.step * whole.a if self.period else self.step * whole.a
+        return Lti(a, self.step * whole.b, whole.c, whole.d, self.period)
+
+
+def placed(a: Vector, b: Vector, p: Vector, order: int) -> tuple[Vector, Vector]:
+    """R' of degree order - 1, monic, and S of degree n = deg A, with A x R' + B S = P, all with the highest power first.
+
+    a (n + 1,) monic, b (up to n,), p (n + order + 1,) monic; order at least n. Raises numpy.linalg.LinAlgError where A x and B have a
+    common root, ValueError for a lower order.
+    """
+    n = len(a) - 1
+    if order < n:
+        raise ValueError(f"order {order} is below the plant's {n}")
+    extended = np.append(a, 0.0)  # A x
+    columns = [_shifted(extended, order - 1 - k, n + order + 1) for k in range(order)]  # of R'
+    columns += [_shifted(b, n - k, n + order + 1) for k in range(n + 1)]  # of S
+    matrix = np.array(columns).T
+    unknown = np.asarray(np.linalg.solve(matrix[1:, 1:], (p - matrix[:, 0])[1:]), dtype=np.float64)
+    return np.concatenate([[1.0], unknown[: order - 1]]), unknown[order - 1 :]
+
+
+def _characteristic(a: Vector) -> Vector:
+    return np.asarray(np.real(np.poly(a)), dtype=np.float64)
+
+
+def polynomial(roots: Sequence[complex]) -> Vector:
+    """Monic, from roots that are real or in conjugate pairs."""
+    return np.asarray(np.real(np.poly(np.asarray(roots))))
+
+
+def _shifted(coefficients: Vector, power: int, length: int) -> Vector:
+    """The polynomial times x^power, filled to `length` coefficients."""
+    row = np.zeros(length)
+    end = length - power
+    row[end - len(coefficients) : end] = coefficients
+    return row
