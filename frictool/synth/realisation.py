@@ -1,7 +1,7 @@
 """The controller's stored forms: a balanced realisation, its inverse Tustin image, second-order sections, anti-windup gains.
 
 An exact integrator, a pole at z = 1, is kept apart: a state of its own whose coefficient is 1 and stays 1 whatever the numbers are rounded
-to, and a section of its own where the zeros allow it. The rest is stable and is balanced.
+to, and a section of its own where the zeros allow it. The rest is stable and is balanced, so that rounding its coefficients hurts least.
 """
 
 from __future__ import annotations
@@ -13,11 +13,12 @@ from scipy import linalg, signal
 from frictool.documents.controller import LinearController
 from frictool.errors import NoSolutionError
 from frictool.plant.lti import Lti, beside, inverse_tustin
+from frictool.synth.balancing import balanced_form
 from frictool.verify.norms import spectral_radius
 
 Matrix = NDArray[np.float64]
 Roots = NDArray[np.complex128]
-NEGLIGIBLE = 1e-8
+NEGLIGIBLE = 1e-8  # Hankel singular value, of the largest: below what a solver resolves (the delayed command is known exactly)
 INFINITE = 1e8  # a zero beyond this is one at infinity
 AT_ONE = 1e-9  # a pole nearer to z = 1 is meant to be an integrator
 
@@ -35,7 +36,7 @@ def stored_forms(k: Lti) -> LinearController:
         raise NoSolutionError(
             f"the controller found is itself unstable (a pole of modulus {radius:.6g}); raise weights.static_error or weights.command"
         )
-    kept = _balanced(rest)
+    kept, _ = balanced_form(rest, NEGLIGIBLE)
     whole = kept if integrator is None else beside(integrator, kept)
     sections = _sections(whole, kept.a)
     angles = np.geomspace(1e-3, np.pi, 200)
@@ -55,27 +56,38 @@ def stored_forms(k: Lti) -> LinearController:
 
 
 def split_integrator(k: Lti) -> tuple[Lti | None, Lti]:
-    """The part of `k` with its pole at z = 1 (one state, coefficient exactly 1, no direct gain), None without one; and the rest.
+    """The part of `k` with its pole at z = 1 or s = 0 (one state, coefficient exact, no direct gain), None without one; and the rest.
 
     Raises NoSolutionError where more than one pole is there.
     """
-    near = np.abs(np.linalg.eigvals(k.a) - 1.0) < AT_ONE if k.order else np.empty(0, dtype=bool)
+    exact = 1.0 if k.period else 0.0
+    poles = np.linalg.eigvals(k.a) if k.order else np.empty(0)
+    near = np.abs(poles - exact) < AT_ONE * (1.0 if k.period else np.max(np.abs(poles), initial=0.0))
     if not near.any():
         return None, k
     if near.sum() > 1:
-        raise NoSolutionError(f"the controller found has {near.sum()} poles at z = 1; one integrator is allowed: lower order")
-    difference = k.a - np.eye(k.order)
-    right = np.linalg.svd(difference)[2][-1]  # difference @ right = 0
-    left = np.linalg.svd(difference.T)[2][-1]
-    others = linalg.null_space(left[None, :])
-    apart = k.transformed(np.column_stack([right, others]))
-    slope = float(apart.b[0, 0] * apart.c[0, 0])
-    rest = Lti(apart.a[1:, 1:], apart.b[1:], apart.c[:, 1:], k.d, k.period)
+        raise NoSolutionError(f"the controller found has {near.sum()} integrators; one is allowed: lower order")
+    slope, rest = split_pole(k, exact)
     if slope == 0.0:  # nothing enters it or leaves it
         return None, rest
-    size = np.sqrt(abs(slope))
-    integrator = Lti(np.ones((1, 1)), np.array([[size]]), np.array([[np.copysign(size, slope)]]), np.zeros((1, 1)), k.period)
-    return integrator, rest
+    return first_order(exact, slope, k.period), rest
+
+
+def split_pole(k: Lti, pole: float) -> tuple[float, Lti]:
+    """The residue of the simple real pole of `k` nearest to `pole`, and `k` without that pole: k = residue/(s - pole) + rest."""
+    _, scaling = linalg.matrix_balance(k.a, permute=False)
+    k = k.transformed(scaling)  # whose vectors are known to the rounding of each state's own size
+    difference = k.a - pole * np.eye(k.order)
+    right = np.linalg.svd(difference)[2][-1]  # difference @ right = 0
+    left = np.linalg.svd(difference.T)[2][-1]
+    apart = k.transformed(np.column_stack([right, linalg.null_space(left[None, :])]))
+    return float(apart.b[0, 0] * apart.c[0, 0]), Lti(apart.a[1:, 1:], apart.b[1:], apart.c[:, 1:], k.d, k.period)
+
+
+def first_order(pole: float, residue: float, period: float) -> Lti:
+    """residue/(s - pole) or residue/(z - pole), as much of it before the state as behind."""
+    size = np.sqrt(abs(residue))
+    return Lti(np.array([[pole]]), np.array([[size]]), np.array([[np.copysign(size, residue)]]), np.zeros((1, 1)), period)
 
 
 def _sections(whole: Lti, kept: Matrix) -> Matrix:
@@ -114,29 +126,6 @@ def _integrator_section(zeros: Roots, poles: Roots) -> tuple[Matrix, Roots, Root
     if len(zeros) <= len(poles):
         return np.array([[0.0, 1.0, 0.0, 1.0, -1.0, 0.0]]), zeros, poles
     return np.empty((0, 6)), zeros, np.append(poles, 1.0)
-
-
-def _balanced(k: Lti) -> Lti:
-    """The realisation with equal diagonal Gramians, so that rounding its coefficients hurts least.
-
-    States that the synthesis leaves unreachable or unobservable (the delayed command is known exactly) are dropped: Hankel singular value
-    below 1e-8 of the largest, which is below what the solver resolves.
-    """
-    if not k.order:
-        return k
-    a, b, c = k.a, k.b, k.c
-    reach, see = (_root(linalg.solve_discrete_lyapunov(*pair)) for pair in ((a, b @ b.T), (a.T, c.T @ c)))
-    u, hankel, v = np.linalg.svd(see.T @ reach)
-    kept = hankel > NEGLIGIBLE * hankel[0]
-    t = reach @ v[kept].T * hankel[kept] ** -0.5
-    inverse = (see @ u[:, kept] * hankel[kept] ** -0.5).T
-    return Lti(inverse @ a @ t, inverse @ b, c @ t, k.d, k.period)
-
-
-def _root(gramian: Matrix) -> Matrix:
-    """A square root of a positive semidefinite matrix that may be singular to working precision."""
-    values, vectors = np.linalg.eigh(0.5 * (gramian + gramian.T))
-    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
 def _anti_windup(a: Matrix, b: Matrix, c: Matrix, d: Matrix) -> NDArray[np.float64]:

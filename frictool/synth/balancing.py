@@ -1,0 +1,36 @@
+"""Balanced coordinates of a stable system, in either domain (Moore 1981)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from frictool.plant.lti import Lti
+
+Matrix = NDArray[np.float64]
+
+
+def balanced_form(k: Lti, negligible: float = 0.0) -> tuple[Lti, NDArray[np.float64]]:
+    """A stable system in coordinates whose Gramians are equal and diagonal, and their diagonal: the Hankel singular values, falling.
+
+    States that are not reached or not seen to working precision, or whose value is at most `negligible` times the largest, are left out.
+    """
+    if not k.order:
+        return k, np.empty(0)
+    reach, see = (_root(_gramian(*pair, k.period)) for pair in ((k.a, k.b), (k.a.T, k.c.T)))
+    u, hankel, vh = np.linalg.svd(see.T @ reach)
+    there = hankel > max(negligible, np.finfo(float).eps * k.order) * hankel[0]
+    half = hankel[there] ** -0.5
+    t, inverse = reach @ vh[there].T * half, (see @ u[:, there] * half).T
+    return Lti(inverse @ k.a @ t, inverse @ k.b, k.c @ t, k.d, k.period), hankel[there]
+
+
+def _gramian(a: Matrix, b: Matrix, period: float) -> Matrix:
+    return np.asarray(linalg.solve_discrete_lyapunov(a, b @ b.T) if period else linalg.solve_continuous_lyapunov(a, -b @ b.T))
+
+
+def _root(gramian: Matrix) -> Matrix:
+    """A square root of a positive semidefinite matrix that may be singular to working precision."""
+    values, vectors = np.linalg.eigh(0.5 * (gramian + gramian.T))
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))

@@ -1,0 +1,134 @@
+"""Order reduction keeps its bound, its end of the frequency axis and its integrator; a moved pole changes what it says it changes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from frictool.errors import NoSolutionError
+from frictool.plant.lti import Lti, beside, tustin
+from frictool.synth.balancing import balanced_form
+from frictool.synth.realisation import first_order
+from frictool.synth.reduction import reduced, residualised, slow_pole_to_integrator, truncated
+from frictool.verify.norms import norm
+
+PERIOD = 1e-3
+seeds, periods = st.integers(0, 100_000), st.sampled_from([0.0, PERIOD])
+
+
+def _stable(seed: int, n: int, period: float) -> Lti:
+    random = np.random.default_rng(seed)
+    a = random.normal(size=(n, n))
+    a = 300.0 * (a - (np.max(np.linalg.eigvals(a).real) + random.uniform(0.2, 1.0)) * np.eye(n))
+    system = Lti(a, 10.0 * random.normal(size=(n, 1)), 10.0 * random.normal(size=(1, n)), random.normal(size=(1, 1)), 0.0)
+    return tustin(system, period) if period else system
+
+
+def _difference(one: Lti, other: Lti) -> Lti:
+    return beside(one, Lti(other.a, other.b, -other.c, -other.d, other.period))
+
+
+def _accepted(_: Lti) -> None:
+    """A check that everything passes."""
+
+
+@given(seed=seeds, n=st.integers(2, 6), period=periods)
+@settings(max_examples=40, deadline=None)
+def test_the_balanced_form_is_the_system_with_equal_gramians(seed: int, n: int, period: float) -> None:
+    k = _stable(seed, n, period)
+    balanced, hankel = balanced_form(k)
+    assert norm(_difference(k, balanced))[0] < 1e-6 * norm(k)[0]
+    assert np.all(np.diff(hankel) <= 0.0)
+    sigma = np.diag(hankel)
+    for a, b in ((balanced.a, balanced.b), (balanced.a.T, balanced.c.T)):
+        left = a @ sigma @ a.T - sigma + b @ b.T if period else a @ sigma + sigma @ a.T + b @ b.T
+        assert np.max(np.abs(left)) < 1e-6 * np.max(np.abs(b @ b.T)) + 1e-9
+
+
+@given(seed=seeds, n=st.integers(2, 6), period=periods, kept=st.sampled_from(["high", "low"]))
+@settings(max_examples=40, deadline=None)
+def test_each_step_is_within_its_bound_and_exact_at_its_end(seed: int, n: int, period: float, kept: str) -> None:
+    k = _stable(seed, n, period)
+    seen: list[int] = []
+    steps = reduced(k, 1, lambda smaller: seen.append(smaller.order), kept)  # type: ignore[arg-type]
+    assert seen == [step.controller.order for step in steps] == list(range(n - 1, 0, -1))
+    for step in steps:
+        assert step.controller.stable
+        assert norm(_difference(k, step.controller))[0] <= step.bound * (1.0 + 1e-6) + 1e-9
+        if kept == "low":
+            assert step.controller.response(0.0) == pytest.approx(k.response(0.0), rel=1e-6)
+        else:
+            assert step.controller.d == pytest.approx(k.d)
+
+
+@given(seed=seeds, n=st.integers(2, 5), period=periods)
+@settings(max_examples=30, deadline=None)
+def test_an_integrator_is_kept(seed: int, n: int, period: float) -> None:
+    exact = 1.0 if period else 0.0
+    k = beside(first_order(exact, 0.3, period), _stable(seed, n, period))
+    orthogonal, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(n + 1, n + 1)))
+    for step in reduced(k.transformed(orthogonal), 1, _accepted):
+        assert step.controller.a[0, 0] == exact
+        assert step.controller.b[0, 0] * step.controller.c[0, 0] == pytest.approx(0.3, rel=1e-5)
+
+
+@given(seed=seeds, n=st.integers(1, 4), period=periods, pole=st.floats(0.01, 1.0))
+@settings(max_examples=40, deadline=None)
+def test_the_slow_pole_becomes_an_integrator_and_the_rest_stays(seed: int, n: int, period: float, pole: float) -> None:
+    """K2 - K1 = r/s - r/(s + p) = r p/(s (s + p)), to be read off at any frequency."""
+    fast = _stable(seed, n, period)
+    residue = 5.0
+    slow = first_order(np.exp(-pole * period) if period else -pole, residue, period)
+    k = beside(fast, slow)
+    orthogonal, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(n + 1, n + 1)))
+    moved = slow_pole_to_integrator(k.transformed(orthogonal), 2.0, _accepted)
+    assert moved.a[0, 0] == (1.0 if period else 0.0)
+    w = np.geomspace(1.0, 1000.0, 20)
+    point = np.exp(1j * w * period) - 1.0 if period else 1j * w
+    at = slow.a[0, 0] - (1.0 if period else 0.0)
+    change = residue / point - residue / (point - at)
+    assert (moved.response(w) - k.response(w))[:, 0, 0] == pytest.approx(change, rel=1e-4, abs=1e-7 * float(norm(fast)[0]))
+    assert slow_pole_to_integrator(moved, 2.0, _accepted) is moved
+
+
+def test_what_cannot_be_moved_is_refused() -> None:
+    fast = first_order(-50.0, 1.0, 0.0)
+    with pytest.raises(NoSolutionError, match="slowest is at 50 rad/s"):
+        slow_pole_to_integrator(fast, 2.0, _accepted)
+    pair = Lti(np.array([[-0.1, 1.0], [-1.0, -0.1]]), np.ones((2, 1)), np.ones((1, 2)), np.zeros((1, 1)), 0.0)
+    with pytest.raises(NoSolutionError, match="complex pair"):
+        slow_pole_to_integrator(pair, 2.0, _accepted)
+    with pytest.raises(NoSolutionError, match="the controller has none"):
+        slow_pole_to_integrator(Lti(np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), np.ones((1, 1)), 0.0), 2.0, _accepted)
+
+
+def test_a_check_that_does_not_hold_ends_it_and_says_where() -> None:
+    def refuses_below_three(k: Lti) -> None:
+        if k.order < 3:
+            raise NoSolutionError("the margin is 0.4")
+
+    with pytest.raises(NoSolutionError, match=r"reduced to order 2: the margin is 0\.4"):
+        reduced(_stable(1, 5, PERIOD), 1, refuses_below_three)
+
+    def refuses(_: Lti) -> None:
+        raise NoSolutionError("unstable at v03")
+
+    with pytest.raises(NoSolutionError, match="slow pole moved to an integrator: unstable at v03"):
+        slow_pole_to_integrator(first_order(-0.1, 1.0, 0.0), 2.0, refuses)
+
+
+def test_an_unstable_controller_and_too_low_an_order_are_refused() -> None:
+    with pytest.raises(NoSolutionError, match="unstable"):
+        reduced(first_order(1.0, 1.0, 0.0), 0, _accepted)
+    with pytest.raises(NoSolutionError, match="below the integrator"):
+        reduced(beside(first_order(0.0, 1.0, 0.0), _stable(0, 2, 0.0)), 0, _accepted)
+
+
+def test_truncation_and_residualisation_of_a_system_known_by_hand() -> None:
+    """1/(s + 1) + 1e-3/(s + 100): the second part goes; what is left is exact at rest only when it is residualised."""
+    k = beside(first_order(-1.0, 1.0, 0.0), first_order(-100.0, 0.1, 0.0))
+    balanced, _ = balanced_form(k)
+    assert residualised(balanced, 1).response(0.0)[0, 0, 0] == pytest.approx(1.001, rel=1e-9)
+    assert truncated(balanced, 1).response(0.0)[0, 0, 0] != pytest.approx(1.001, rel=1e-5)
