@@ -62,7 +62,11 @@ def relax(chosen: Chosen, level: Callable[[Weights], float], asked: float = 1.0)
 
 
 def relaxed_problem(problem: Problem, chosen: Chosen, guide: Callable[[Problem], Candidate], asked: float = 1.0) -> tuple[Problem, Trade]:
-    """The problem with the weights of the trade. guide: the method whose bound (`Candidate.gamma`) is brought to `asked`."""
+    """The problem with the weights of the trade. guide: the method whose bound (`Candidate.gamma`) is brought to `asked`.
+
+    The bound of inequalities rises with W1, as the search needs it; the true norm of a frozen controller does not. Whether the controller
+    that runs holds is for its verification to say; where it does not, a constant controller (minimax) with the same weights may.
+    """
 
     def level(weights: Weights) -> float:
         found = guide(replace(problem, weights=weights)).gamma
@@ -147,14 +151,17 @@ class _Search:
         return min(0.0, max(math.log(DEEPEST), values[0] + slope * (effort - known[0])))
 
     def _refine(self) -> None:
-        """One more column, in the widest gap beside the best one or beside the largest W1, whether or not something is achievable there."""
+        """One more column in the widest gap on the stricter side of the best one, or beside the largest W1 where that can still grow."""
         if not self.curve or len(self.tried) < 2:
             return
         ordered = sorted(self.tried)
-        beside = {ordered.index(self._best()), ordered.index(max(self.curve, key=lambda effort: self.curve[effort][0]))}
-        gaps = [(ordered[i], ordered[i + 1]) for at in beside for i in (at - 1, at) if 0 <= i < len(ordered) - 1]
-        low, high = max(gaps, key=lambda gap: gap[1] - gap[0])
-        self._column(0.5 * (low + high))
+        best, top = self._best(), max(self.curve, key=lambda effort: self.curve[effort][0])
+        at, highest = ordered.index(best), ordered.index(top)
+        lower_ends = [at] if self.curve[top][0] >= 0.0 else [at, highest, highest - 1]
+        gaps = [(ordered[i], ordered[i + 1]) for i in lower_ends if 0 <= i < len(ordered) - 1]
+        if gaps:
+            low, high = max(gaps, key=lambda gap: gap[1] - gap[0])
+            self._column(0.5 * (low + high))
 
     def _why(self, point: TradePoint, start: TradePoint, effort: float) -> str:
         given_up = [math.log10(before / after) for before, after in ((start.disturbance, point.disturbance), (start.drive, point.drive))]

@@ -23,6 +23,7 @@ from frictool.errors import FrictoolError
 from frictool.plant.generalised import FirstOrder, Weights, template
 
 SETTLING = 3.0  # time constants of a first-order response to 95 %
+STRICTEST = 100.0  # W1 A where relax: auto starts: full friction leaves a hundredth of the static error; in the text W1 A = 63
 INNER = 2.0  # how much faster the speed loop is than the position law around it; the text has 40 rad/s against 20
 
 
@@ -145,9 +146,9 @@ class _Choice:
     def _disturbance(self) -> float:
         if self.given.disturbance is not None:
             return self.given.disturbance
-        if self.design.relax == "auto":
-            return self._tell("disturbance", 1.0, "", "full friction as it is (5.3.3), from where relax: auto goes down")
         amplitude, source = self._amplitude("disturbance")
+        if self.design.relax == "auto":
+            return self._tell("disturbance", STRICTEST / amplitude, "", f"{STRICTEST:g} over {source}, from where relax: auto goes down")
         return self._tell("disturbance", 1.0 / amplitude, "", f"1 over {source}: full friction leaves static_error of it")
 
     def _drive(self) -> float:

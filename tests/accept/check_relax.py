@@ -53,7 +53,7 @@ def relaxes_the_position_loop() -> dict[str, Any]:
     def plants(weights: Weights) -> list[GeneralisedPlant]:
         return [generalised_plant("position", point.rates, LAG, weights) for point in BOX.vertices]
 
-    given = Document(bandwidth_rad_s=20.0, command=0.0, noise=Quantity(value=0.0, unit="rad"))
+    given = Document(bandwidth_rad_s=20.0, disturbance=1.0, drive=1.26, command=0.0, noise=Quantity(value=0.0, unit="rad"))
     trade = _trade(msgspec.structs.replace(SPEED, structure="position", position_law=None, weights=given), plants)
     posed = plants(trade.weights)
     lyapunov = minimise(posed, RECENTRING)

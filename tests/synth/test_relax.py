@@ -16,7 +16,8 @@ from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.documents.weights import Weights as Document
 from frictool.errors import NoSolutionError
-from frictool.plant.generalised import FirstOrder, Weights, template
+from frictool.plant.generalised import Weights, template
+from frictool.plant.lti import gain
 from frictool.plant.polytope import polytope
 from frictool.synth.problem import Candidate, Problem
 from frictool.synth.relax import BUDGET, DEEPEST, TOLERANCE, Trade, relax, relaxed_problem
@@ -25,12 +26,13 @@ from frictool.synth.weights import Chosen, choose_weights
 from tests.synth.example import ROOT, clutch_model
 
 START = Chosen(Weights(template(20.0, 0.5, 2 / 63), 1.0, 1.26), (), least_effort=0.01)
+NOTHING = gain(0.0, 1e-3)
 Level = Callable[[Weights], float]
 
 
-def known(floor: float, gain: float, power: float, share: float) -> Level:
+def known(floor: float, slope: float, power: float, share: float) -> Level:
     """gamma^2 = (floor W3)^2 + (gain W3^share W1^power)^2: a floor that effort alone sets, and what the disturbance adds."""
-    return lambda w: math.hypot(floor * w.drive, gain * w.drive**share * w.disturbance**power)
+    return lambda w: math.hypot(floor * w.drive, slope * w.drive**share * w.disturbance**power)
 
 
 def largest(floor: float, gain: float, power: float, share: float, drive: float, asked: float) -> float:
@@ -133,19 +135,19 @@ def test_the_picture_is_the_same_bytes_and_names_both_axes() -> None:
         assert word in first
 
 
-def test_a_problem_gets_the_weights_of_the_trade() -> None:
+def test_a_problem_gets_the_weights_that_bring_the_guides_bound_to_one() -> None:
     spec, speed = load(ROOT / "configs/clutch/spec.yaml", Spec), load(ROOT / "configs/clutch/designs/speed.yaml", Design)
     design = msgspec.structs.replace(speed, weights=Document(), relax="auto")
     model = clutch_model()
     chosen = choose_weights(model, spec, design)
-    assert chosen.weights.disturbance == 1.0
     posed = Problem(polytope(model), 3e-3, 1e-3, 1, chosen.weights, design, model, spec)
 
     def guide(one: Problem) -> Candidate:
-        gamma = 100.0 * one.weights.disturbance * one.weights.drive
-        return Candidate(None, None, gamma)  # type: ignore[arg-type]  # nothing but gamma is looked at
+        return Candidate(NOTHING, NOTHING, 100.0 * one.weights.disturbance * one.weights.drive)
 
     relaxed, trade = relaxed_problem(posed, chosen, guide)
     assert relaxed.weights == trade.weights
+    assert guide(relaxed).gamma == pytest.approx(trade.chosen.level)
     assert relaxed.weights.command * relaxed.weights.noise.gain == pytest.approx(chosen.weights.command * chosen.weights.noise.gain)
-    assert isinstance(relaxed.weights.noise, FirstOrder)
+    with pytest.raises(NoSolutionError, match="relax: auto"):  # a method without a bound guides nothing
+        relaxed_problem(posed, chosen, lambda _: Candidate(NOTHING, NOTHING))
