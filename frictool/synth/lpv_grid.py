@@ -1,0 +1,98 @@
+"""Method `lpv_grid`: X and Y of (5.62) depend on the scheduled parameters, on a grid that is checked between its points.
+
+Where `lpv` needs one X and one Y for parameters that jump, this one takes constant or slow ones at their word and asks less of gamma. The
+plants are the exact ones on the grid, nothing is linearised. Coulomb friction only scales an input: where it is scheduled its largest
+value stands for all. The controller is frozen at one plant (5.3.4), and accepted after its loop was verified everywhere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frictool.errors import FrictoolError, NoSolutionError
+from frictool.lmi.grid_inequalities import Values
+from frictool.lmi.gridded import Gridded, Schedule, minimise
+from frictool.plant.box import DYNAMIC, Box, enclosing, largest_coulomb
+from frictool.plant.generalised import GeneralisedPlant
+from frictool.plant.polytope import PARAMETERS, PlantPoint
+from frictool.synth.lpv import identified
+from frictool.synth.problem import Candidate, Problem, claim
+
+
+@dataclass(frozen=True)
+class GridOptions:
+    """degree: of X and Y in each parameter, 0 to 2. speed: bound of each parameter's motion [widths of its interval per s], 0 for constant
+    ones. points: of the first grid along each parameter."""
+
+    degree: int = 1
+    speed: float = 0.0
+    points: int = 3
+
+
+def lpv_grid(problem: Problem, options: GridOptions | None = None) -> Candidate:
+    """Raises NoSolutionError where the inequalities have no solution or the solution does not hold what they claim, FrictoolError for what
+    this method does not do (regimes, pole regions, linearised vertices)."""
+    options, design = options or GridOptions(), problem.design
+    _refuse(problem)
+    posed, box = problem.posed_with_constant_input(), enclosing(problem.box.vertices)
+    wanted = design.schedule or PARAMETERS
+    names = tuple(name for name in DYNAMIC if name in wanted and box[name][1] > box[name][0])
+    centre = problem.box.centre
+    coulomb = largest_coulomb(box) if "coulomb" in wanted else centre.coulomb
+
+    def plant(point: PlantPoint) -> GeneralisedPlant:
+        return posed.plant(PlantPoint(point.name, point.inertia, point.viscous, coulomb, point.constant).rates)
+
+    def family(values: Values) -> list[GeneralisedPlant]:
+        return [plant(_at(box, centre, names, values))]
+
+    speed = 2.0 * options.speed * (problem.period if problem.sampled else 1.0)
+    schedule = Schedule((speed,) * len(names), (options.degree, options.degree), options.points)
+    found = minimise(family, schedule, design.recentring)
+    frozen = centre if design.frozen_at == "centre" else identified(problem)
+    values = _values(box, frozen, names)
+    held = plant(_at(box, frozen, names, values))
+    k = found.frozen(held, values)
+    claim(k, held, found.gamma, f"the {design.frozen_at} plant")
+    return problem.candidate(k, found.gamma, found.optimum, [_note(found, names, options)])
+
+
+def _refuse(problem: Problem) -> None:
+    design = problem.design
+    if design.schedule is not None and "regime" in design.schedule:
+        raise FrictoolError(
+            "method lpv_grid: found schedule regime; allowed: inertia, viscous, coulomb, constant; take lpv or lft_lpv for regimes"
+        )
+    if design.poles is not None:
+        raise FrictoolError("method lpv_grid: found poles; allowed: no pole region with this method; take lpv, or weigh the command more")
+    if design.vertices != "exact":
+        raise FrictoolError(f"method lpv_grid: found vertices {design.vertices}; allowed: exact, the grid needs no linearisation")
+
+
+def _at(box: Box, others: PlantPoint, names: tuple[str, ...], values: Values) -> PlantPoint:
+    """The plant at normalised values of the scheduled parameters, the other ones as in `others`."""
+    found = {name: getattr(others, name) for name in DYNAMIC}
+    for name, value in zip(names, values, strict=True):
+        low, high = box[name]
+        found[name] = 0.5 * (low + high) + 0.5 * value * (high - low)
+    return PlantPoint("grid", found["inertia"], found["viscous"], others.coulomb, found["constant"])
+
+
+def _values(box: Box, point: PlantPoint, names: tuple[str, ...]) -> Values:
+    """The normalised values of a plant. Raises NoSolutionError for one outside the box."""
+    found = tuple((2.0 * getattr(point, name) - sum(box[name])) / (box[name][1] - box[name][0]) for name in names)
+    if np.any(np.abs(found) > 1.0 + 1e-9):
+        raise NoSolutionError(
+            f"the plant {point.name} is outside the intervals that are scheduled; freeze at the centre, or widen the intervals"
+        )
+    return found
+
+
+def _note(found: Gridded, names: tuple[str, ...], options: GridOptions) -> str:
+    moving = f"up to {options.speed:g} of their widths per s" if options.speed else "constant"
+    return (
+        f"gridded over {', '.join(names) or 'nothing'} ({moving}), X and Y of degree {options.degree}: {len(found.points)} points in the "
+        f"end, inequalities evaluated at {found.checked}; between them nothing is proved"
+    )
