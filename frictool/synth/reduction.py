@@ -1,4 +1,4 @@
-"""A controller made simpler: fewer states, or its slow pole made an exact integrator (5.4.3.1). Each step is verified again by the caller.
+"""A controller with fewer states, one less at a time, each step verified again by the caller.
 
 Balanced truncation drops the states that the controller's input reaches and its output sees the least; the error is at most twice the sum
 of the Hankel singular values dropped (Enns 1984; Glover 1984), and the direct gain is kept. Residualisation (singular perturbation) has the
@@ -17,12 +17,10 @@ import numpy as np
 from frictool.errors import NoSolutionError
 from frictool.plant.lti import Lti, beside
 from frictool.synth.balancing import balanced_form
-from frictool.synth.realisation import first_order, split_integrator, split_pole
+from frictool.synth.realisation import split_integrator
 
 Check = Callable[[Lti], None]
 Kept = Literal["high", "low"]  # frequencies that stay: truncation keeps the direct gain, residualisation the steady state
-
-REAL = 1e-6  # an imaginary part below this part of the modulus
 
 
 @dataclass(frozen=True)
@@ -75,34 +73,3 @@ def residualised(k: Lti, order: int) -> Lti:
         k.d + k.c[:, gone] @ by_input,
         k.period,
     )
-
-
-def slow_pole_to_integrator(k: Lti, slower_than: float, check: Check) -> Lti:
-    """`k` with its slowest pole, which is real and slower than `slower_than` [rad/s], moved to s = 0 or z = 1 (5.4.3.1); the check passed.
-
-    The residue stays, so that at a frequency w the part of the response that belongs to the pole p changes by p/w of itself: around the
-    bandwidth by little, at rest from a finite gain to an integral. A controller with an integrator is given back as it is.
-    Raises NoSolutionError where no pole is slow enough, where the slowest are a pair, and where the check does not hold.
-    """
-    integrator, _ = split_integrator(k)
-    if integrator is not None:
-        return k
-    poles = np.linalg.eigvals(k.a) if k.order else np.empty(0)
-    with np.errstate(divide="ignore"):
-        rates = np.abs(np.log(poles.astype(complex)) / k.period if k.period else poles)
-    if not len(rates) or np.min(rates) >= slower_than:
-        found = f"the slowest is at {np.min(rates):.3g} rad/s" if len(rates) else "the controller has none"
-        raise NoSolutionError(
-            f"integrator: no pole is slower than {slower_than:.3g} rad/s ({found}); lower weights.static_error, or take a method with an "
-            "integrator in its structure (minimax, rst)"
-        )
-    slowest = complex(poles[np.argmin(rates)])
-    if abs(slowest.imag) > REAL * abs(slowest):
-        raise NoSolutionError("integrator: the slowest poles are a complex pair, of which neither can be moved alone; change the weights")
-    residue, rest = split_pole(k, slowest.real)
-    moved = beside(first_order(1.0 if k.period else 0.0, residue, k.period), rest)
-    try:
-        check(moved)
-    except NoSolutionError as error:
-        raise NoSolutionError(f"with the slow pole moved to an integrator: {error}") from None
-    return moved

@@ -7,10 +7,10 @@ the loop is verified again like any other. W2's own pole, which the plant's weig
 from __future__ import annotations
 
 import numpy as np
-from scipy import linalg
 
 from frictool.errors import NoSolutionError
 from frictool.plant.lti import Lti, beside
+from frictool.synth.realisation import first_order, split_pole
 
 SLOW = 0.1  # of the bandwidth: a pole slower than this is slow
 
@@ -44,8 +44,5 @@ def moved(k: Lti, bandwidth: float, to: float) -> Lti:
             f"the slowest pole of the controller found is {rate:.3g} rad/s from an integrator, not below a tenth of the bandwidth "
             f"{bandwidth:.3g} rad/s: it cannot be moved; lower weights.static_error, or raise weights.command"
         )
-    right = linalg.null_space(k.a - pole.real * np.eye(k.order), rcond=1e-9)[:, :1]
-    left = linalg.null_space(k.a.T - pole.real * np.eye(k.order), rcond=1e-9)[:, :1]
-    apart = k.transformed(np.hstack([right, linalg.null_space(left.T)]))
-    slow = Lti(np.array([[to]]), apart.b[:1], apart.c[:, :1], np.zeros((1, 1)), k.period)
-    return beside(slow, Lti(apart.a[1:, 1:], apart.b[1:], apart.c[:, 1:], k.d, k.period))
+    residue, rest = split_pole(k, float(pole.real))
+    return beside(first_order(to, residue, k.period), rest)

@@ -1,4 +1,4 @@
-"""Order reduction keeps its bound, its end of the frequency axis and its integrator; a moved pole changes what it says it changes."""
+"""Order reduction keeps its bound, its end of the frequency axis and its integrator."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from frictool.errors import NoSolutionError
 from frictool.plant.lti import Lti, beside, tustin
 from frictool.synth.balancing import balanced_form
 from frictool.synth.realisation import first_order
-from frictool.synth.reduction import reduced, residualised, slow_pole_to_integrator, truncated
+from frictool.synth.reduction import reduced, residualised, truncated
 from frictool.verify.norms import norm
 
 PERIOD = 1e-3
@@ -74,36 +74,6 @@ def test_an_integrator_is_kept(seed: int, n: int, period: float) -> None:
         assert step.controller.b[0, 0] * step.controller.c[0, 0] == pytest.approx(0.3, rel=1e-5)
 
 
-@given(seed=seeds, n=st.integers(1, 4), period=periods, pole=st.floats(0.01, 1.0))
-@settings(max_examples=40, deadline=None)
-def test_the_slow_pole_becomes_an_integrator_and_the_rest_stays(seed: int, n: int, period: float, pole: float) -> None:
-    """K2 - K1 = r/s - r/(s + p) = r p/(s (s + p)), to be read off at any frequency."""
-    fast = _stable(seed, n, period)
-    residue = 5.0
-    slow = first_order(np.exp(-pole * period) if period else -pole, residue, period)
-    k = beside(fast, slow)
-    orthogonal, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(n + 1, n + 1)))
-    moved = slow_pole_to_integrator(k.transformed(orthogonal), 2.0, _accepted)
-    assert moved.a[0, 0] == (1.0 if period else 0.0)
-    w = np.geomspace(1.0, 1000.0, 20)
-    point = np.exp(1j * w * period) - 1.0 if period else 1j * w
-    at = slow.a[0, 0] - (1.0 if period else 0.0)
-    change = residue / point - residue / (point - at)
-    assert (moved.response(w) - k.response(w))[:, 0, 0] == pytest.approx(change, rel=1e-4, abs=1e-7 * float(norm(fast)[0]))
-    assert slow_pole_to_integrator(moved, 2.0, _accepted) is moved
-
-
-def test_what_cannot_be_moved_is_refused() -> None:
-    fast = first_order(-50.0, 1.0, 0.0)
-    with pytest.raises(NoSolutionError, match="slowest is at 50 rad/s"):
-        slow_pole_to_integrator(fast, 2.0, _accepted)
-    pair = Lti(np.array([[-0.1, 1.0], [-1.0, -0.1]]), np.ones((2, 1)), np.ones((1, 2)), np.zeros((1, 1)), 0.0)
-    with pytest.raises(NoSolutionError, match="complex pair"):
-        slow_pole_to_integrator(pair, 2.0, _accepted)
-    with pytest.raises(NoSolutionError, match="the controller has none"):
-        slow_pole_to_integrator(Lti(np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), np.ones((1, 1)), 0.0), 2.0, _accepted)
-
-
 def test_a_check_that_does_not_hold_ends_it_and_says_where() -> None:
     def refuses_below_three(k: Lti) -> None:
         if k.order < 3:
@@ -111,12 +81,6 @@ def test_a_check_that_does_not_hold_ends_it_and_says_where() -> None:
 
     with pytest.raises(NoSolutionError, match=r"reduced to order 2: the margin is 0\.4"):
         reduced(_stable(1, 5, PERIOD), 1, refuses_below_three)
-
-    def refuses(_: Lti) -> None:
-        raise NoSolutionError("unstable at v03")
-
-    with pytest.raises(NoSolutionError, match="slow pole moved to an integrator: unstable at v03"):
-        slow_pole_to_integrator(first_order(-0.1, 1.0, 0.0), 2.0, refuses)
 
 
 def test_an_unstable_controller_and_too_low_an_order_are_refused() -> None:
