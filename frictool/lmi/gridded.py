@@ -31,8 +31,8 @@ Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
 Family = Callable[[Values], Sequence[GeneralisedPlant]]  # scheduled values -> the plants there
 PASSES = 6  # of balancing, at most
-ROUNDS = 8  # of points that join the grid
-JOINING = 12  # of them at once, the worst
+ROUNDS = 12  # of points that join the grid
+JOINING = 4  # of them at once, the worst
 FINER = 3  # intervals of the finer grid to one of the first
 
 

@@ -1,0 +1,103 @@
+"""The gridded synthesis between its limits: the polytope's common X, Y at one end, an LTI problem at the other."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from frictool.errors import NoSolutionError
+from frictool.lmi import hinf
+from frictool.lmi.grid_inequalities import Basis, Values
+from frictool.lmi.gridded import Gridded, Schedule, minimise
+from frictool.plant.generalised import FirstOrder, GeneralisedPlant, Weights, generalised_plant, template
+from frictool.plant.linear_axis import Rates
+from frictool.verify.norms import norm
+
+WEIGHTS = Weights(template(20.0, 0.5, 2 / 63), 0.1, 0.05, 0.02, FirstOrder(0.01))
+RECENTRING = 1.05
+DOMAINS = [(0.0, 0), (1e-3, 1)]
+
+
+def _plant(values: Values, period: float = 0.0, delay: int = 0) -> GeneralisedPlant:
+    """Affine in the first value, and in the second."""
+    viscous, drive = values
+    return generalised_plant(
+        "position", Rates(1000.0 * (1.0 + 0.4 * drive), 40.0 * (1.0 + viscous), 12000.0), 0.003, WEIGHTS, period, delay
+    )
+
+
+def _solved(rates: tuple[float, ...], degrees: tuple[int, int], period: float = 0.0, delay: int = 0) -> Gridded:
+    return minimise(lambda values: [_plant(values, period, delay)], Schedule(rates, degrees, 2), RECENTRING)
+
+
+@pytest.mark.parametrize(("period", "delay"), DOMAINS)
+def test_constant_matrices_are_those_of_the_polytope(period: float, delay: int) -> None:
+    corners = [_plant(values, period, delay) for values in product((-1.0, 1.0), repeat=2)]
+    common = hinf.minimise(corners, RECENTRING).optimum
+    assert _solved((0.0, 0.0), (0, 0), period, delay).optimum == pytest.approx(common, rel=2e-3)
+    assert _solved((np.inf, np.inf), (1, 1), period, delay).optimum == pytest.approx(common, rel=2e-3)
+
+
+@pytest.mark.parametrize(("period", "delay"), DOMAINS)
+def test_more_freedom_never_costs_and_faster_motion_never_helps(period: float, delay: int) -> None:
+    optima = [
+        minimise(
+            lambda values: [_plant((-values[0], values[0]), period, delay)], Schedule((rate * (period or 1.0),), degrees, 2), RECENTRING
+        ).optimum
+        for rate, degrees in ((0.0, (2, 2)), (0.0, (1, 1)), (10.0, (1, 1)), (300.0, (1, 1)), (300.0, (0, 0)))
+    ]
+    assert np.all(np.diff(optima) >= -2e-3 * optima[0])
+    assert optima[0] < 0.98 * optima[-1]
+
+
+def test_fast_motion_ends_at_the_polytope() -> None:
+    assert _solved((1e5, 1e5), (1, 1)).optimum == pytest.approx(_solved((0.0, 0.0), (0, 0)).optimum, rel=5e-3)
+
+
+@pytest.mark.parametrize(("period", "delay"), DOMAINS)
+def test_one_point_is_an_lti_problem(period: float, delay: int) -> None:
+    plant = _plant((0.3, -0.5), period, delay)
+    alone = minimise(lambda values: [plant], Schedule(()), RECENTRING)
+    assert alone.optimum == pytest.approx(hinf.minimise([plant], RECENTRING).optimum, rel=2e-3)
+    assert alone.checked == 1
+
+
+@pytest.mark.parametrize(("period", "delay"), DOMAINS)
+def test_frozen_controllers_keep_gamma_at_their_plants_between_the_points_too(period: float, delay: int) -> None:
+    found = minimise(lambda values: [_plant((0.2, values[0]), period, delay)], Schedule((1.0 * (period or 1.0),), points=2), RECENTRING)
+    for values in np.random.default_rng(1).uniform(-1.0, 1.0, size=(12, 1)):
+        plant = _plant((0.2, values[0]), period, delay)
+        assert norm(plant.closed(found.frozen(plant, values)))[0] <= found.gamma * (1.0 + 1e-6)
+
+
+def test_points_between_the_first_grid_join_it_where_they_fail() -> None:
+    """A loop that is only hard in the middle of the grid's interval: the ends alone know nothing of it."""
+
+    def family(values: Values) -> list[GeneralisedPlant]:
+        return [_plant((0.0, -0.9 * float(np.cos(0.5 * np.pi * values[0]))))]
+
+    found = minimise(family, Schedule((0.0,), (0, 0), 2), RECENTRING)
+    assert len(found.points) > 2
+    assert found.optimum > 1.05 * minimise(lambda values: [_plant((0.0, 0.0))], Schedule(()), RECENTRING).optimum
+    plant = family((0.05,))[0]
+    assert norm(plant.closed(found.frozen(plant, (0.05,))))[0] <= found.gamma * (1.0 + 1e-6)
+
+
+def test_basis_and_its_derivative() -> None:
+    basis, values, motion, step = Basis(2, (0, 2)), (0.3, 9.0, -0.7), (1.5, 4.0, -2.0), 1e-6
+    assert basis.terms == ((), (0,), (2,), (0, 0), (0, 2), (2, 2))
+    np.testing.assert_allclose(basis.at(values), [1.0, 0.3, -0.7, 0.09, -0.21, 0.49])
+    moved = (basis.at(np.add(values, step * np.array(motion))) - basis.at(np.subtract(values, step * np.array(motion)))) / (2 * step)
+    np.testing.assert_allclose(basis.along(values, motion), moved, rtol=1e-8, atol=1e-8)
+
+
+def test_what_cannot_be_stabilised_ends_in_one_error() -> None:
+    plant = _plant((0.0, 0.0))
+    stuck = GeneralisedPlant(
+        plant.a + 300.0 * np.eye(len(plant.a)), *(getattr(plant, n) for n in ("b1", "b2", "c1", "c2", "d11", "d12", "d21")), 0.0
+    )
+    unseen = GeneralisedPlant(stuck.a, stuck.b1, 0.0 * stuck.b2, stuck.c1, stuck.c2, stuck.d11, stuck.d12, stuck.d21, 0.0)
+    with pytest.raises(NoSolutionError):
+        minimise(lambda values: [unseen], Schedule((0.0,), (1, 1), 2), RECENTRING)
