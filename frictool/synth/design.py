@@ -12,6 +12,7 @@ from frictool.documents.design import Design
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.spec import Spec
+from frictool.errors import NoSolutionError
 from frictool.plant.lti import Lti
 from frictool.plant.polytope import polytope
 from frictool.synth.acceptance import accept
@@ -70,15 +71,19 @@ def designed(
     progress("verification at the vertices")
     linear = stored_forms(candidate.controller)
     verified = accept(posed, candidate, linear)
-    controller = _document(posed, linear, verified, provenance)
+    controller, notes = _document(posed, linear, verified, provenance), candidate.notes
     if beyond:
         progress("bounds over the whole box")
         system = Lti.of(linear.discrete, posed.period)
         verified = msgspec.structs.replace(verified, robustness=robustness(posed, system))
         progress("certificate")
         loop = Loop(linear.discrete, posed.controlled, posed.delay, posed.lag, posed.period, certified_weights(posed.weights))
-        controller = msgspec.structs.replace(controller, verified=verified, certificate=certify(loop, around(posed.box)))
-    return Designed(controller, chosen.derived, trade, candidate.notes)
+        try:
+            certificate = certify(loop, around(posed.box))
+        except NoSolutionError as error:
+            certificate, notes = None, (*notes, str(error))
+        controller = msgspec.structs.replace(controller, verified=verified, certificate=certificate)
+    return Designed(controller, chosen.derived, trade, notes)
 
 
 def problem(model: Model, spec: Spec, design: Design) -> Problem:
