@@ -24,6 +24,7 @@ from frictool.plant.axis_model import load_law
 SLIDING_LOG, RAMP_LOG = "sliding", "ramp"
 NEVER_NEGATIVE = ("inertia", "viscous", "coulomb", "breakaway", "stribeck_velocity")
 LARGEST_FORCE_ERROR = 0.5  # above it the model leaves more than a quarter of the effort's mean square unexplained
+DOUBTFUL_FORCE_ERROR = 0.2  # above it the effort is noisy, or something in it is not in the model, of which no interval knows
 POSITION_HIDES_INERTIA = (
     "friction varies with the position, which goes with the acceleration along a stroke: what one does is taken for the other; "
     "the bench's value is kept. The weak form (auto, weak) gives friction over the position columns of its own where it shows in slip"
@@ -94,7 +95,7 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
         laws = _rising(onsets, bench, found, laws)
     kinds = {**{r.name: SLIDING_LOG for r in sliding}, **{r.name: RAMP_LOG for r in ramps}}
     ordered = {name: found[name] for name in (*PARAMETERS, *CURVE) if name in found}
-    warnings = (*odd, *_surprises(ordered, bench))
+    warnings = (*odd, *_surprises(ordered, bench), *_doubts(fit))
     result = Identification((fit and fit.method) or method, settings.confidence, kinds, ordered, refused, fit, onsets, warnings, laws)
     if not found:
         raise NothingIdentified(result)
@@ -112,6 +113,16 @@ def _surprises(found: Mapping[str, Interval], bench: Bench) -> list[str]:
             shown = f"[{interval.low:.4g}, {interval.high:.4g}] lies wholly outside the bench's [{known.low:.4g}, {known.high:.4g}]"
             out.append(f"{name}: {shown}; is this log of this rig?")
     return out
+
+
+def _doubts(fit: Fit | None) -> list[str]:
+    """A warning where the fit leaves so much of the effort that it may be that of another model."""
+    if fit is None or fit.force_error <= DOUBTFUL_FORCE_ERROR:
+        return []
+    return [
+        f"force error {100 * fit.force_error:.3g} %, above {100 * DOUBTFUL_FORCE_ERROR:g} %: unless so much of the effort is noise, it "
+        "holds something that the model has not, and the intervals do not hold that; look at frictool validate, or take --method auto"
+    ]
 
 
 def _slide(records: list[Record], bench: Bench, method: str, settings: methods.Settings) -> Fit:

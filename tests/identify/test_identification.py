@@ -125,6 +125,15 @@ def test_an_interval_outside_the_benchs_is_a_warning() -> None:
     assert "lies wholly outside the bench's [0.15, 0.25]" in warning
 
 
+def test_a_fit_that_leaves_much_of_the_effort_says_so() -> None:
+    """Differences on a coarse encoder (table 4.6): the intervals do not know what the encoder has done to the regressors."""
+    found = identify([record(sines(1))], [], clutch(), "ordinary", Settings(time_constant=1.5e-3))
+    assert found.fit is not None
+    assert 0.2 < found.fit.force_error < 0.5
+    (warning,) = found.warnings
+    assert warning.startswith(f"force error {100 * found.fit.force_error:.3g} %, above 20 %: ")
+
+
 def test_a_log_given_twice_is_refused() -> None:
     one, other = record(sines(1), name="a.csv"), record(sines(2), name="b.csv")
     again = replace(one, name="c.mcap", effort=one.effort * (1.0 + 1e-15))
