@@ -18,7 +18,7 @@ from sample_logs.make import sines
 from tests.accept.check_identify import FINE_STEP, RATE, experiment
 from tests.identify.benches import record
 
-SEEDS = 40
+SEEDS = 100
 CHANCE = 1e-3
 
 

@@ -3,10 +3,10 @@
     effort = inertia a + (viscous v + coulomb s) [advance >= width] + brush s [advance < width] + offset - delay d(effort)/dt
 
 in the weak form (`weak`), each column under its bell. Inside the backlash only the motor's own friction acts. The width is
-searched, its indicator blurred over a count, or the way of a sample, so that it may lie between two. The delay is linear, and found anew on
-the effort moved by it
-until nothing is left, so that the noise of the derivative does not attenuate it. Schwarz's criterion says whether there is a gap at all.
-Strokes are left out in turn for the intervals; the place of a reversal is known to a count.
+searched, its indicator blurred over a count, or the way of a sample, so that it may lie between two. The delay is linear, and found anew
+on the effort moved by it until nothing is left, so that the noise of the derivative does not attenuate it. It comes from rows past the
+backlash, of the bench or as it was found, whichever is wider: within it the brush's friction passes for a delay. Schwarz's criterion says
+whether there is a gap at all. Strokes are left out in turn for the intervals; the place of a reversal is known to a count.
 """
 
 from __future__ import annotations
@@ -72,11 +72,15 @@ def reversals(records: list[Record], bench: Bench, confidence: float) -> tuple[I
     window = weak_deviation(list(facts.strokes), facts.axis, facts.sensing)[1]
     windows = [window, 2 * (3 * window // 4) + 1]
     widest = WIDEST * float(np.median([stroke.distance for stroke in facts.strokes]))
-    late = _tried(lambda one: _delay(records, bench, one, confidence), windows)
-    moved = [_moved(record, late.value if isinstance(late, Interval) else 0.0) for record in records]
-    unsure = late.half_width if isinstance(late, Interval) else facts.sensing.period
-    ranges = [max(record.resolution for record in records), unsure * facts.speed]
-    width = _tried(lambda one: _backlash(moved, one, widest, ranges, confidence), windows)
+    gap, step = full_backlash(bench), max(record.resolution for record in records)
+    for _ in range(2):  # the second time past the backlash that was found, where the bench knew a narrower one
+        late = _tried(lambda one: _delay(records, gap, one, confidence), windows)  # noqa: B023  # used at once
+        moved = [_moved(record, late.value if isinstance(late, Interval) else 0.0) for record in records]
+        ranges = [step, facts.speed * (late.half_width if isinstance(late, Interval) else facts.sensing.period)]
+        width = _tried(lambda one: _backlash(moved, one, widest, ranges, confidence), windows)  # noqa: B023  # used at once
+        if not isinstance(width, Interval) or width.high <= gap:
+            break
+        gap = width.high
     if isinstance(width, Interval) and width.half_width >= width.value:
         width = NothingUsable(f"the backlash's width lies in [{width.low:.3g}, {width.high:.3g}], which tells next to nothing")
     return width, late
@@ -91,9 +95,9 @@ def _tried(estimate: Callable[[int], Interval], windows: list[int]) -> Interval 
     return Interval(found[0].value, min(one.low for one in found), max(one.high for one in found))
 
 
-def _delay(records: list[Record], bench: Bench, window: int, confidence: float) -> Interval:
-    """From the rows past the backlash. Raises NothingUsable where they do not tell it."""
-    gap, delay = full_backlash(bench), 0.0
+def _delay(records: list[Record], gap: float, window: int, confidence: float) -> Interval:
+    """From the rows past the backlash, a way of `gap` [rad | m]. Raises NothingUsable where they do not tell it."""
+    delay = 0.0
     for _ in range(ROUNDS):
         rows = [_rows(_moved(record, delay), window, gap + SEEN * record.resolution) for record in records]
         solution = _solved(rows, 0.0)
