@@ -11,15 +11,21 @@ from scipy.stats import binom
 from frictool.documents.presliding import Presliding
 from frictool.documents.quantity import Estimate
 from frictool.documents.registry import load
+from frictool.friction.preisach_cycles import masing_everett
 from frictool.identify.outcome import Interval
 from frictool.identify.presliding.document import presliding
+from frictool.identify.presliding.loops import find_loops
+from frictool.identify.presliding.preisach import preisach
+from tests.accept.check_identify import HIGHEST, LOWEST
 from tests.identify.benches import CLUTCH
 from tests.identify.presliding_bench import BREAKAWAY, INERTIA, MAXWELL, STIFFNESS, TRUTHS, Z_BA, Z_MAX, curve, slow_loops
+from tests.identify.test_presliding import centred_cycles
 
 SEEDS = 60
 COUNT = Z_MAX / 200.0
 RATE, CHANCE = 0.95, 1e-3
 UNSURE = 0.005  # of the breakaway, that is known to so much
+PREISACH_SEEDS, PREISACH_NOISE = 100, 0.01  # of the breakaway
 
 
 def _held(one: Estimate, truth: float) -> bool:
@@ -57,4 +63,28 @@ def coverage() -> dict[str, Any]:
     return {"passed": passed, "seeds": SEEDS, "least_accepted": least, **out}
 
 
-CHECKS: dict[str, Callable[[], dict[str, Any]]] = {"identify: presliding": coverage}
+def preisach_coverage() -> dict[str, Any]:
+    """Everett's table from centred cycles of a Masing hysteresis, 3 of each of 10 amplitudes: its entries, the saturation, the reach."""
+    truth = masing_everett().reshape(21, 21)
+    below, shares, told = np.tril(np.ones(truth.shape, dtype=np.bool_), -1), [], {"saturation": 0, "limit": 0}
+    for seed in range(PREISACH_SEEDS):
+        phase = float(np.random.default_rng([seed, 3]).random())
+        known = Interval(BREAKAWAY, (1.0 - UNSURE) * BREAKAWAY, (1.0 + UNSURE) * BREAKAWAY)
+        found = preisach(find_loops([centred_cycles(3, PREISACH_NOISE, seed, phase)], known), RATE)
+        if found.everett.shape != truth.shape:
+            continue
+        shares.append(float(np.mean((np.abs(found.everett - truth) <= found.half_width)[below])))
+        told["saturation"] += found.saturation.low <= BREAKAWAY <= found.saturation.high
+        told["limit"] += found.limit.low <= Z_MAX <= found.limit.high
+    covered, least = float(np.mean(shares)), int(binom.ppf(CHANCE, PREISACH_SEEDS, RATE))
+    return {
+        "passed": len(shares) == PREISACH_SEEDS and LOWEST <= covered <= HIGHEST and min(told.values()) >= least,
+        "seeds": PREISACH_SEEDS,
+        "all_amplitudes_told": len(shares),
+        "covered_entries": covered,
+        "least_accepted": least,
+        **{f"covered_{name}": count for name, count in told.items()},
+    }
+
+
+CHECKS: dict[str, Callable[[], dict[str, Any]]] = {"identify: presliding": coverage, "identify: presliding, Preisach": preisach_coverage}

@@ -6,6 +6,7 @@ makes one table; value and interval are the mean and Student's of the tables.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,10 +17,12 @@ from frictool.identify.outcome import Interval, NothingUsable
 from frictool.identify.presliding.loops import Loops
 from frictool.identify.record import Vector
 from frictool.identify.regression.regression import Matrix
+from frictool.identify.rows.strokes import turning_points
 
 MOST, FEWEST = 10, 2  # amplitudes
 SAME_SIZE = 0.1  # of a step between amplitudes: how far a centred cycle's ends may be off
 COUNTS = 10.0  # of a step between amplitudes
+TURN_COUNTS, TURN = 1.5, 0.02  # of the reach: smaller turns of the position are noise
 FEWEST_REPEATS = 2
 PLACES = 201
 
@@ -52,13 +55,13 @@ def preisach(loops: Loops, confidence: float) -> Table:
 
 
 def _branches(loops: Loops) -> list[Branch]:
-    """Each branch from where the one before ended."""
-    edges = np.flatnonzero(np.diff(loops.branch, prepend=-1))
-    out = []
-    for first, last in zip(edges, np.append(edges[1:], loops.branch.size), strict=True):
-        rows = slice(max(first - 1, 0), last)
-        out.append((loops.position[rows], loops.force[rows]))
-    return out
+    """Each branch, from a reversal of the position to the next: near z_max the effort is flat, and its noise turns before the axis does."""
+    points, edges = np.empty(loops.position.size, dtype=np.int64), []
+    threshold = max(TURN_COUNTS * loops.count, TURN * loops.reach)
+    for first, last in itertools.pairwise([*np.flatnonzero(loops.starts).tolist(), loops.position.size]):
+        turns = points[: turning_points(loops.position[first:last], threshold, points)] + first
+        edges += list(itertools.pairwise([first, *turns.tolist(), last - 1]))
+    return [(loops.position[start : end + 1], loops.force[start : end + 1]) for start, end in edges]
 
 
 def _near(falling: list[Branch], amplitude: float, step: float) -> list[Branch]:
