@@ -9,5 +9,6 @@ from frictool.synth.lft_lpv import lft_lpv
 from frictool.synth.lpv import lpv
 from frictool.synth.minimax import minimax
 from frictool.synth.problem import Candidate, Problem
+from frictool.synth.rst import rst
 
-METHODS: dict[str, Callable[[Problem], Candidate]] = {"lft": lft, "lft_lpv": lft_lpv, "lpv": lpv, "minimax": minimax}
+METHODS: dict[str, Callable[[Problem], Candidate]] = {"lft": lft, "lft_lpv": lft_lpv, "lpv": lpv, "minimax": minimax, "rst": rst}

@@ -28,13 +28,14 @@ Progress = Callable[[str], None]
 ORDER = {"position": 4, "speed": 3}  # where the design gives none
 DRAWN, STARTS, KEPT, PLACES = 300, 8, 2, 4  # starts drawn, descended from; controllers that grow, and at how many frequencies each
 ROUNDS, LAST_ROUNDS = 25, 60  # of each descent, and of the last one
+CLEAR = 1.001  # of the specified modulus margin, so that rounding the coefficients does not undo it
 
 
 def silently(_: str) -> None:
     """Progress that nobody reads."""
 
 
-def minimax(problem: Problem, seed: int = 0, progress: Progress = silently) -> Candidate:
+def minimax(problem: Problem, seed: int = 0) -> Candidate:
     """The best controller found; deterministic for a seed.
 
     Raises NoSolutionError where no start stabilises every vertex, where the order cannot hold what the structure asks, or where the
@@ -49,7 +50,7 @@ def minimax(problem: Problem, seed: int = 0, progress: Progress = silently) -> C
     typical = abs(OpenLoop.of(plants[0], np.array([around])).p22[0])
     # What nothing weighs costs nothing: without a weight on the command the structure bounds the gain at high frequencies.
     structure = StructuredController(order, design.integrator, not problem.weights.command, bound, around, 1.0 / typical, period)
-    best = search(structure, plants, problem.spec.modulus_margin or 0.0, seed, progress)
+    best = search(structure, plants, CLEAR * (problem.spec.modulus_margin or 0.0), seed, problem.progress)
     names = [point.name for point in problem.box.vertices]
     return _candidate(problem, structure, best, plants, names)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,8 +15,9 @@ from frictool.plant.generalised import Controlled, GeneralisedPlant, Uncertainty
 from frictool.plant.linear_axis import Rates
 from frictool.plant.lti import Lti, tustin
 from frictool.plant.polytope import Polytope
+from frictool.synth.reduction import reduced
 from frictool.synth.slow_pole import inside, with_integrator
-from frictool.verify.speed_loop import performance
+from frictool.verify.speed_loop import check_loop, performance
 
 CLAIM = 1.01  # a norm may exceed what is claimed by 1 %
 
@@ -36,6 +37,7 @@ class Problem:
     design: Design
     model: Model
     spec: Spec
+    progress: Callable[[str], None] = lambda _: None  # is told what a method that takes long is doing
 
     @property
     def controlled(self) -> Controlled:
@@ -85,8 +87,30 @@ class Problem:
             *notes,
             "the slowest pole of the controller was moved " + ("to an integrator (5.4.3.1)" if self.design.integrator else "inside"),
         ]
+        smaller = self._reduced(moved)
+        if smaller is not moved:
+            told = [
+                *(notes if moved is k else told),
+                f"the controller was reduced from order {moved.order} to {smaller.order}, each step verified",
+            ]
+            moved = smaller
         found, corners = (with_register(moved), [with_register(corner) for corner in scheduled]) if bare else (moved, scheduled)
         return Candidate(self.discretised(found), found, gamma, optimum, tuple(notes if moved is k else told), tuple(corners))
+
+    def _reduced(self, k: Lti) -> Lti:
+        """The controller with as many states as the design asks for, where it has more."""
+        order = self.design.order
+        return k if order is None or order >= k.order else reduced(k, order, self.check)[-1].controller
+
+    def check(self, k: Lti) -> None:
+        """Raises NoSolutionError naming the first vertex where the sampled loop of `k` (in either domain) misses the specified margin."""
+        running, required = self.discretised(k), self.spec.modulus_margin or 0.0
+        for point in self.box.vertices:
+            found = check_loop(running, point.rates, self.lag, self.delay)
+            if not found.stable or found.modulus_margin < required:
+                raise NoSolutionError(
+                    f"not verified: modulus margin {found.modulus_margin:.3f} at vertex {point.name}, specified {required:g}; raise order"
+                )
 
     def discretised(self, k: Lti) -> Lti:
         """A controller found in continuous time as it will run; one found at the period as it is."""
