@@ -8,7 +8,7 @@ import msgspec
 
 from frictool.documents.bench import Bench, Name, PositiveNumber, SamplePeriod
 from frictool.documents.certificate import Certificate
-from frictool.documents.design import Domain, Method, Structure
+from frictool.documents.design import Domain, Method, Scheduled, Structure
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Axis
 from frictool.errors import FrictoolError
@@ -103,21 +103,21 @@ class Vertex(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     checks: tuple[DelayCheck, ...]
 
 
-class Margins(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class Margins(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """The worst of each over the vertices, of the sampled loop with the bench's delay; None where nothing limits it.
 
     gain_increase, gain_decrease: factors on the loop gain that it stands. phase_deg [degrees], delay_s [s]: lag and delay that it stands
     beside its own. small_gain: annex (27), the norm from the friction in [-1, 1] to the speed [rad/s or m/s].
     """
 
-    gain_increase: float | None
-    gain_decrease: float | None
-    phase_deg: float | None
-    delay_s: float | None
     small_gain: float
+    gain_increase: float | None = None
+    gain_decrease: float | None = None
+    phase_deg: float | None = None
+    delay_s: float | None = None
 
 
-class Robustness(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class Robustness(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """The worst norm of the sampled loop over the whole box, seen and bounded; None where no bound was found.
 
     interior: the largest of `interior_points` plants inside and of a search uphill from the worst vertex; a lower bound. structured: for
@@ -127,9 +127,9 @@ class Robustness(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     interior_points: int
     interior: float
-    structured: float | None
-    parameter_dependent: float | None
-    common: float | None
+    structured: float | None = None
+    parameter_dependent: float | None = None
+    common: float | None = None
 
 
 class Rounded(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -156,6 +156,30 @@ class Verified(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     robustness: Robustness | None = None
 
 
+class Corner(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The controller at one corner of the scheduled parameters, the others being the centre's, in coordinates common to all corners."""
+
+    inertia: float
+    viscous: float
+    coulomb: float
+    constant: float
+    discrete: StateSpace
+
+
+class Schedule(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Where the parameters are known while it runs: the corners' matrices summed with the weights (5.46) of the plant (5.64).
+
+    parameters: those that are scheduled. gamma: worst norm of the sampled loop over the corners and `points` plants between them, each with
+    the controller of its own parameters; modulus_margin: the worst one there.
+    """
+
+    parameters: tuple[Scheduled, ...]
+    corners: tuple[Corner, ...]
+    gamma: float
+    modulus_margin: float
+    points: int
+
+
 class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """`controller.yaml`."""
 
@@ -177,6 +201,7 @@ class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     position_law: PositionLaw | None = None
     prefilter: Prefilter | None = None
     certificate: Certificate | None = None
+    schedule: Schedule | None = None
 
     def __post_init__(self) -> None:
         if (self.structure == "speed_cascade") != (self.position_law is not None):

@@ -65,6 +65,8 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     schedule: the parameters that span the polytope of an LPV method (lpv, lpv_grid, lft_lpv: without, all but regime; regime in lft_lpv);
     the others stay at their centre, or in the uncertainty channel of lft_lpv. vertices: exact, or linearised in the inertia as (5.49), or
     to first order as (5.50). frozen_at: the plant whose controller runs (5.3.4), the centre of the intervals or the identified values.
+    scheduled: the vertices' controllers are stored too, to be summed with the plant's weights (5.46), (5.64) where its parameters are
+    known while it runs.
     channel_effort: the unit d of the uncertainty channel [N m or N], without: the half-width of the Coulomb friction.
     order, pole_bound_rad_s, integrator: of the controller itself (minimax, rst), or what it is reduced to, its slow pole moved to 0
     (5.4.3.1).
@@ -83,6 +85,7 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     schedule: Annotated[tuple[Scheduled, ...], msgspec.Meta(min_length=1, max_length=5)] | None = None
     vertices: Literal["exact", "inertia", "first_order"] = "exact"
     frozen_at: Literal["centre", "identified"] = "centre"
+    scheduled: bool = False
     channel_effort: PositiveNumber | None = None
     poles: Poles | None = None
     order: Annotated[int, msgspec.Meta(ge=1, le=20)] | None = None
@@ -101,5 +104,7 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
             raise ValueError("prewarp_rad_s is for domain continuous: a discrete design is not discretised")
         if self.schedule is not None and len(set(self.schedule)) != len(self.schedule):
             raise ValueError("schedule names a parameter twice")
+        if self.scheduled and (self.method not in ("lpv", "lft_lpv") or self.order is not None or "regime" in (self.schedule or ())):
+            raise ValueError("scheduled is for methods lpv and lft_lpv, without order, over inertia, viscous, coulomb and constant")
         if self.structure == "speed_cascade" and self.integrator:
             raise ValueError("integrator is for structure position: a speed loop measures the integral of its error already")

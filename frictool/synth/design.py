@@ -24,6 +24,7 @@ from frictool.synth.problem import Problem
 from frictool.synth.realisation import stored_forms
 from frictool.synth.relax import Trade, relaxed_problem
 from frictool.synth.robustness import robustness
+from frictool.synth.schedule import verified_schedule
 from frictool.synth.weights import Chosen, Derived, choose_weights
 from frictool.verify.certificate_loop import Loop
 
@@ -72,6 +73,9 @@ def designed(
     linear = stored_forms(candidate.controller)
     verified = accept(posed, candidate, linear)
     controller, notes = _document(posed, linear, verified, provenance), candidate.notes
+    if design.scheduled:
+        progress("verification of the scheduled controller")
+        controller = msgspec.structs.replace(controller, schedule=verified_schedule(posed, candidate))
     if beyond:
         progress("bounds over the whole box")
         system = Lti.of(linear.discrete, posed.period)

@@ -21,4 +21,4 @@ def lft_lpv(problem: Problem) -> Candidate:
     lyapunov, (k, *scheduled) = solved(problem, plants)
     for one, plant, own in zip((centre, *corners), plants, (k, *scheduled), strict=True):
         claim(own, plant, lyapunov.gamma, f"{one.point.name} with its uncertainty channel")
-    return problem.candidate(k, lyapunov.gamma, lyapunov.optimum, scheduled=scheduled)
+    return problem.candidate(k, lyapunov.gamma, lyapunov.optimum, scheduled=scheduled, over=box)

@@ -22,7 +22,7 @@ def lpv(problem: Problem) -> Candidate:
     claim(k, plants[0], lyapunov.gamma, f"the {design.frozen_at} plant")
     for point, plant, corner in zip(box.vertices, plants[1:], corners, strict=True):
         claim(corner, plant, lyapunov.gamma, f"vertex {point.name} with the controller of that vertex")
-    return problem.candidate(k, lyapunov.gamma, lyapunov.optimum, scheduled=corners)
+    return problem.candidate(k, lyapunov.gamma, lyapunov.optimum, scheduled=corners, over=box)
 
 
 def identified(problem: Problem) -> PlantPoint:

@@ -33,6 +33,7 @@ def machine(result: Designed, disturbance: Disturbance) -> dict[str, Any]:
         "rounded": msgspec.to_builtins(verified.rounded),
         "robustness": msgspec.to_builtins(verified.robustness),
         "certificate": _certificate(controller),
+        "schedule": _schedule(controller),
         "vertices": [_vertex(vertex) for vertex in verified.vertices],
         "derived_weights": [asdict(weight) for weight in result.derived],
         "relaxed": _trade(result.trade),
@@ -48,6 +49,19 @@ def _certificate(controller: Controller) -> dict[str, Any] | None:
     return {
         "box": msgspec.to_builtins(found.box),
         "proved": [{"of": bound.of, "below": bound.below, "cells": len(bound.cells)} for bound in found.bounds],
+    }
+
+
+def _schedule(controller: Controller) -> dict[str, Any] | None:
+    found = controller.schedule
+    if found is None:
+        return None
+    return {
+        "parameters": list(found.parameters),
+        "corners": len(found.corners),
+        "gamma": found.gamma,
+        "modulus_margin": found.modulus_margin,
+        "points": found.points,
     }
 
 

@@ -79,7 +79,15 @@ class Problem:
             )
         return self
 
-    def candidate(self, k: Lti, gamma: float, optimum: float, notes: Sequence[str] = (), scheduled: Sequence[Lti] = ()) -> Candidate:
+    def candidate(
+        self,
+        k: Lti,
+        gamma: float,
+        optimum: float,
+        notes: Sequence[str] = (),
+        scheduled: Sequence[Lti] = (),
+        over: Polytope | None = None,
+    ) -> Candidate:
         """Of a controller found with `posed_with_constant_input`, its slowest pole moved to where it has to be."""
         bare = self.sampled and self.delay == 0
         moved = with_integrator(k, self.bandwidth) if self.design.integrator else inside(k, self.bandwidth, self.weights.error.pole)
@@ -95,7 +103,8 @@ class Problem:
             ]
             moved = smaller
         found, corners = (with_register(moved), [with_register(corner) for corner in scheduled]) if bare else (moved, scheduled)
-        return Candidate(self.discretised(found), found, gamma, optimum, tuple(notes if moved is k else told), tuple(corners))
+        sampled = tuple(self.discretised(corner) for corner in corners)
+        return Candidate(self.discretised(found), found, gamma, optimum, tuple(notes if moved is k else told), sampled, over)
 
     def _reduced(self, k: Lti) -> Lti:
         """The controller with as many states as the design asks for, where it has more."""
@@ -122,8 +131,8 @@ class Candidate:
     """A controller that is not verified yet.
 
     controller: at the bench's period. designed: as found, in the design's domain. gamma: the bound asked of the method's own plants, None
-    where the method has none; optimum: the smallest one found. notes: for people. scheduled: one controller a vertex in common
-    coordinates (5.64).
+    where the method has none; optimum: the smallest one found. notes: for people. scheduled: one controller at the bench's
+    period for each vertex of `over`, in common coordinates (5.64).
     """
 
     controller: Lti
@@ -132,6 +141,7 @@ class Candidate:
     optimum: float | None = None
     notes: tuple[str, ...] = ()
     scheduled: tuple[Lti, ...] = ()
+    over: Polytope | None = None
 
 
 def claim(k: Lti, plant: GeneralisedPlant, gamma: float, where: str) -> float:

@@ -19,6 +19,7 @@ def text(result: Designed, disturbance: Disturbance) -> str:
         *_vertices(controller),
         *_margins(controller),
         *_beyond(controller),
+        *_schedule(controller),
         *_disturbance(disturbance, si_unit("effort", controller.axis)),
     ]
     return "\n".join(lines)
@@ -103,6 +104,16 @@ def _beyond(controller: Controller) -> list[str]:
                 f"proved for every constant plant of the box: {what} < {bound.below:.4g} ({len(bound.cells)} cells, exact arithmetic)"
             )
     return lines
+
+
+def _schedule(controller: Controller) -> list[str]:
+    found = controller.schedule
+    if found is None:
+        return []
+    return [
+        f"scheduled over {', '.join(found.parameters)}: {len(found.corners)} controllers; with {found.points} plants between their corners "
+        f"the worst norm is {found.gamma:.4g}, the least modulus margin {found.modulus_margin:.3f}"
+    ]
 
 
 def _level(value: float | None) -> str:
