@@ -94,22 +94,26 @@ def _minimise(plants: Sequence[GeneralisedPlant], recentring: float, pole_region
     )
 
 
-def controller(plant: GeneralisedPlant, lyapunov: Lyapunov) -> Lti:
+def controller(plant: GeneralisedPlant, lyapunov: Lyapunov, ease: float = 1.0) -> Lti:
     """The central controller of one plant for the given (R, S): closed by it the plant's norm is at most `lyapunov.gamma`.
 
-    Raises NoSolutionError where (R, S) do not admit a controller to working precision.
+    With `ease` > 1 it is the central one at `ease` times that gamma, which is all that the inequalities then bound: calmer, and often of a
+    norm below the gamma asked for all that, which has to be verified. A controller that is frozen has to be verified in any case.
+    Raises NoSolutionError where (R, S) do not admit a controller to working precision, ValueError for an `ease` below 1.
     """
+    if not ease >= 1.0:
+        raise ValueError(f"ease is {ease:g}; it is a factor on gamma, 1 or more")
     framed = lyapunov.frame.plant(plant).transformed(lyapunov.t)
     try:
-        found = central(framed, lyapunov.r, lyapunov.s, lyapunov.gamma)
+        found = central(framed, lyapunov.r, lyapunov.s, ease * lyapunov.gamma)
     except np.linalg.LinAlgError as error:
         raise NoSolutionError(f"the controller's reconstruction broke down numerically ({error}); {RELAX}") from None
     return lyapunov.frame.back(found, plant.period)
 
 
-def scheduled(plants: Sequence[GeneralisedPlant], lyapunov: Lyapunov) -> tuple[Lti, ...]:
-    """A controller for each plant, in common coordinates: sums of them with the plants' own weights (5.46) keep gamma (5.64)."""
-    return tuple(controller(plant, lyapunov) for plant in plants)
+def scheduled(plants: Sequence[GeneralisedPlant], lyapunov: Lyapunov, ease: float = 1.0) -> tuple[Lti, ...]:
+    """A controller for each plant, in common coordinates: sums of them with the plants' weights (5.46) keep ease times gamma (5.64)."""
+    return tuple(controller(plant, lyapunov, ease) for plant in plants)
 
 
 def levelled(plant: GeneralisedPlant, level: float) -> GeneralisedPlant:

@@ -14,9 +14,12 @@ from frictool.lmi.hinf import controller, minimise, scheduled
 from frictool.plant.generalised import FirstOrder, GeneralisedPlant, Weights, generalised_plant, template
 from frictool.plant.linear_axis import Rates
 from frictool.plant.lti import Lti
+from frictool.plant.polytope import polytope
 from frictool.verify.norms import norm
-from tests.lmi.examples import between, clutch_speed, random_plant, random_polytope
+from frictool.verify.speed_loop import check_loop
+from tests.lmi.examples import LAG, between, clutch_speed, random_plant, random_polytope
 from tests.lmi.plain import plain
+from tests.synth.example import clutch_model
 from tests.synth.published import position
 
 ROUNDING = 1e-6
@@ -70,6 +73,21 @@ def test_each_vertex_controller_of_the_clutch_keeps_gamma_at_its_vertex(plants: 
     found = minimise(plants, 1.1)
     for plant in plants:
         assert reached(plant, controller(plant, found)) <= found.gamma * (1.0 + ROUNDING)
+
+
+def test_a_controller_at_ease_is_calmer_and_keeps_its_own_bound() -> None:
+    """The clutch's speed loop frozen at the centre, at 1 ms with one sample of delay: the worst vertex gains margin."""
+    plants, rates = clutch_speed(), [point.rates for point in polytope(clutch_model()).vertices]
+    found = minimise(plants, 1.1)
+    margins = []
+    for ease in (1.0, 2.0, 3.0):
+        k = controller(plants[0], found, ease)
+        assert reached(plants[0], k) <= ease * found.gamma * (1.0 + ROUNDING)
+        margins.append(min(check_loop(k, one, LAG, 1).modulus_margin for one in rates))
+    assert margins[0] < 0.6 < margins[1] < margins[2]
+    assert max(reached(plant, controller(plant, found, 2.0)) for plant in plants) <= found.gamma  # not promised, and so
+    with pytest.raises(ValueError, match="1 or more"):
+        controller(plants[0], found, 0.9)
 
 
 def test_time_in_other_units_and_other_states_are_the_same_problem() -> None:
