@@ -53,12 +53,14 @@ class Schedule:
 class Gridded:
     """X, Y by the terms of their bases, in the states x = t x_balanced of the frame's variable; gamma >= optimum, at which they hold.
 
-    points: of the grid in the end. checked: at how many points in all, the finer grid's among them, the inequalities were evaluated.
+    motions: corners of the rates (steps in discrete time), in the frame's unit of time. points: of the grid in the end. checked: at how
+    many points in all, the finer grid's among them, the inequalities were evaluated.
     """
 
     x: Matrix
     y: Matrix
     bases: tuple[Basis, Basis]
+    motions: tuple[Values, ...]
     t: Matrix
     frame: Frame
     optimum: float
@@ -118,7 +120,7 @@ class _Search:
             if not failing:
                 checked = len(dict.fromkeys([*self.grid, *self.finer]))
                 found = (optimum * self.level, gamma * self.level)
-                return Gridded(x, y, self.bases, self.t, self.frame, *found, tuple(self.grid), checked)
+                return Gridded(x, y, self.bases, tuple(self.motions), self.t, self.frame, *found, tuple(self.grid), checked)
             self.grid += failing[:JOINING]
         raise NoSolutionError(
             f"the inequalities hold on the grid and fail between its points after {ROUNDS} refinements (gamma {gamma * self.level:.4g}); "
