@@ -34,7 +34,7 @@ from frictool.verify.speed_loop import performance
 Matrix = NDArray[np.float64]
 Rectangle = tuple[Interval, Interval]
 SLACKS = (0.01, 0.03, 0.10)
-MOST_CELLS = 96
+MOST_CELLS = 64
 BITS_KEPT = 22
 SCANNED = 3  # values of each parameter that a scan looks at
 NEGLIGIBLE = 1e-9  # of the largest Hankel singular value: what is below is scaled as if it were this
@@ -180,8 +180,9 @@ class _Search:
 
     def _proved(self, rates: Rectangle) -> Cell | None:
         loops = enclosed(self.loop, self.box, rates, self.coordinates)
-        low_loops, high_loops = ([_numbers(loop) for loop in end] for end in (loops[:CONTROL_POINTS], loops[CONTROL_POINTS:]))
-        found = lyapunov_ends(low_loops, high_loops, len(self.loop.states), self.below)
+        # the ends of the cubics: what lies between them is nearly on their chord, and is left to the proof
+        low_ends, high_ends = ([_numbers(end[0]), _numbers(end[-1])] for end in (loops[:CONTROL_POINTS], loops[CONTROL_POINTS:]))
+        found = lyapunov_ends(low_ends, high_ends, len(self.loop.states), self.below)
         if found is None:
             return None
         low, high = (np.array([[round(value * 2**BITS_KEPT) for value in row] for row in p.tolist()], dtype=object) for p in found)

@@ -13,7 +13,6 @@ from fractions import Fraction
 from frictool.documents.certificate import Box, Cell
 
 Interval = tuple[Fraction, Fraction]
-UNBOUNDED = Fraction(2) ** 4096  # beyond any double
 
 
 def exact(interval: Sequence[float]) -> Interval:
@@ -56,15 +55,18 @@ def surroundings(box: Box) -> tuple[Interval, Interval]:
 
 
 def uncovered(box: Box, cells: Sequence[Cell]) -> tuple[Interval, Interval] | None:
-    """A rectangle of k and s with plants of the box that are in no cell; None where there is none."""
+    """A rectangle of k and s with plants of the box that are in no cell; None where there is none.
+
+    The cells have to reach a little beyond the box in s.
+    """
     (k_low, k_high), (s_low, s_high) = surroundings(box)
     rectangles = [(exact(cell.drive_rate), exact(cell.viscous_rate)) for cell in cells]
     marks = sorted({k_low, k_high, *(end for k, _ in rectangles for end in k if k_low < end < k_high)})
     strips = list(itertools.pairwise(marks)) or [(k_low, k_low)]
     for strip in strips:
-        reached = s_low
+        reached = s_low - 1  # from where no plant is to where none is, so that a box without width in s needs a cell too
         across = sorted(s for k, s in rectangles if k[0] <= strip[0] and strip[1] <= k[1])
-        for s in (*across, (s_high, UNBOUNDED)):
+        for s in (*across, (s_high + 1, s_high + 1)):
             gap = (reached, s[0])
             if s[0] > reached and inverse_inertia(box, strip, gap) is not None:
                 return strip, gap
