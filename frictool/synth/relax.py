@@ -19,7 +19,7 @@ import numpy as np
 
 from frictool.errors import NoSolutionError
 from frictool.plant.generalised import Weights
-from frictool.synth.problem import Candidate, Problem
+from frictool.synth.problem import Problem
 from frictool.synth.weights import Chosen
 
 COLUMNS = 6  # efforts tried before the best of them is refined
@@ -61,16 +61,15 @@ def relax(chosen: Chosen, level: Callable[[Weights], float], asked: float = 1.0)
     return _Search(chosen, level, asked).trade()
 
 
-def relaxed_problem(problem: Problem, chosen: Chosen, guide: Callable[[Problem], Candidate], asked: float = 1.0) -> tuple[Problem, Trade]:
-    """The problem with the weights of the trade. guide: the method whose bound (`Candidate.gamma`) is brought to `asked`.
+def relaxed_problem(problem: Problem, chosen: Chosen, guide: Callable[[Problem], float], asked: float = 1.0) -> tuple[Problem, Trade]:
+    """The problem with the weights of the trade. guide: the bound of a method, which is brought to `asked`.
 
     The bound of inequalities rises with W1, as the search needs it; the true norm of a frozen controller does not. Whether the controller
     that runs holds is for its verification to say; where it does not, a constant controller (minimax) with the same weights may.
     """
 
     def level(weights: Weights) -> float:
-        found = guide(replace(problem, weights=weights)).gamma
-        return math.inf if found is None else found
+        return guide(replace(problem, weights=weights))
 
     trade = relax(chosen, level, asked)
     return replace(problem, weights=trade.weights), trade

@@ -142,12 +142,12 @@ def test_a_problem_gets_the_weights_that_bring_the_guides_bound_to_one() -> None
     chosen = choose_weights(model, spec, design)
     posed = Problem(polytope(model), 3e-3, 1e-3, 1, chosen.weights, design, model, spec)
 
-    def guide(one: Problem) -> Candidate:
-        return Candidate(NOTHING, NOTHING, 100.0 * one.weights.disturbance * one.weights.drive)
+    def guide(one: Problem) -> float:
+        return 100.0 * one.weights.disturbance * one.weights.drive
 
     relaxed, trade = relaxed_problem(posed, chosen, guide)
     assert relaxed.weights == trade.weights
-    assert guide(relaxed).gamma == pytest.approx(trade.chosen.level)
+    assert guide(relaxed) == pytest.approx(trade.chosen.level)
     assert relaxed.weights.command * relaxed.weights.noise.gain == pytest.approx(chosen.weights.command * chosen.weights.noise.gain)
-    with pytest.raises(NoSolutionError, match="relax: auto"):  # a method without a bound guides nothing
-        relaxed_problem(posed, chosen, lambda _: Candidate(NOTHING, NOTHING))
+    with pytest.raises(NoSolutionError, match="relax: auto"):
+        relaxed_problem(posed, chosen, lambda _: math.inf)
