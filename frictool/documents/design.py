@@ -56,6 +56,15 @@ class Poles(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
             raise ValueError("poles: give decay_rad_s, or centre and radius of a disc")
 
 
+class Grid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Of method lpv_grid: the degree of X and Y in each parameter, the bound of its motion [widths of its interval per s] (0: constant),
+    and the points of the first grid along it."""
+
+    degree: Annotated[int, msgspec.Meta(ge=0, le=2)] = 1
+    speed_per_s: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+    points: Annotated[int, msgspec.Meta(ge=2, le=9)] = 3
+
+
 class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """`design.yaml`.
 
@@ -86,6 +95,7 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     vertices: Literal["exact", "inertia", "first_order"] = "exact"
     frozen_at: Literal["centre", "identified"] = "centre"
     scheduled: bool = False
+    grid: Grid | None = None
     channel_effort: PositiveNumber | None = None
     poles: Poles | None = None
     order: Annotated[int, msgspec.Meta(ge=1, le=20)] | None = None
@@ -104,6 +114,8 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
             raise ValueError("prewarp_rad_s is for domain continuous: a discrete design is not discretised")
         if self.schedule is not None and len(set(self.schedule)) != len(self.schedule):
             raise ValueError("schedule names a parameter twice")
+        if self.grid is not None and self.method != "lpv_grid":
+            raise ValueError("grid is for method lpv_grid")
         if self.scheduled and (self.method not in ("lpv", "lft_lpv") or self.order is not None or "regime" in (self.schedule or ())):
             raise ValueError("scheduled is for methods lpv and lft_lpv, without order, over inertia, viscous, coulomb and constant")
         if self.structure == "speed_cascade" and self.integrator:

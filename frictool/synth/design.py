@@ -18,6 +18,7 @@ from frictool.plant.polytope import polytope
 from frictool.synth.acceptance import accept
 from frictool.synth.certificate import around, certified_weights, certify
 from frictool.synth.disturbance import disturbance
+from frictool.synth.lpv import bound
 from frictool.synth.methods import METHODS
 from frictool.synth.position_law import position_law
 from frictool.synth.problem import Problem
@@ -29,7 +30,6 @@ from frictool.synth.weights import Chosen, Derived, choose_weights
 from frictool.verify.certificate_loop import Loop
 
 MEASURED = {"position": "position reference", "speed_cascade": "integral(speed reference)"}
-GUIDE = "lpv"  # the method whose gamma `relax: auto` brings to 1
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ def designed(
     trade = None
     if design.relax == "auto":
         progress("the trade between disturbance rejection and effort")
-        posed, trade = relaxed_problem(posed, chosen, METHODS[GUIDE])
+        posed, trade = relaxed_problem(posed, chosen, bound)
     progress(f"synthesis by {design.method}")
     candidate = METHODS[design.method](posed)
     progress("verification at the vertices")

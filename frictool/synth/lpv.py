@@ -6,10 +6,25 @@ stored coefficients, was verified there.
 
 from __future__ import annotations
 
+import numpy as np
+
+from frictool.errors import NoSolutionError
+from frictool.lmi.hinf import minimise
 from frictool.plant.linearised import rates_of
 from frictool.plant.polytope import PARAMETERS, PlantPoint, polytope
-from frictool.synth.inequalities import solved
+from frictool.synth.inequalities import pole_region, solved
 from frictool.synth.problem import Candidate, Problem, claim
+
+
+def bound(problem: Problem) -> float:
+    """The least gamma of the inequalities over the vertices and the centre, without a controller; infinite where there is none."""
+    posed, design = problem.posed_with_constant_input(), problem.design
+    box = polytope(problem.model, design.schedule or PARAMETERS)
+    plants = [posed.plant(rates_of(point, box.centre, design.vertices)) for point in (box.centre, *box.vertices)]
+    try:
+        return minimise(plants, design.recentring, pole_region(design.poles)).optimum
+    except (NoSolutionError, np.linalg.LinAlgError):
+        return np.inf
 
 
 def lpv(problem: Problem) -> Candidate:

@@ -7,35 +7,27 @@ value stands for all. The controller is frozen at one plant (5.3.4), and accepte
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from frictool.documents.design import Grid
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.lmi.grid_inequalities import Values
-from frictool.lmi.gridded import Gridded, Schedule, minimise
+from frictool.lmi.grid_scheduled import proved, scheduled
+from frictool.lmi.gridded import Family, Gridded, Schedule, minimise
 from frictool.plant.box import DYNAMIC, Box, enclosing, largest_coulomb
 from frictool.plant.generalised import GeneralisedPlant
+from frictool.plant.lti import Lti
 from frictool.plant.polytope import PARAMETERS, PlantPoint
 from frictool.synth.lpv import identified
 from frictool.synth.problem import Candidate, Problem, claim
 
 
-@dataclass(frozen=True)
-class GridOptions:
-    """degree: of X and Y in each parameter, 0 to 2. speed: bound of each parameter's motion [widths of its interval per s], 0 for constant
-    ones. points: of the first grid along each parameter."""
-
-    degree: int = 1
-    speed: float = 0.0
-    points: int = 3
-
-
-def lpv_grid(problem: Problem, options: GridOptions | None = None) -> Candidate:
+def lpv_grid(problem: Problem) -> Candidate:
     """Raises NoSolutionError where the inequalities have no solution or the solution does not hold what they claim, FrictoolError for what
     this method does not do (regimes, pole regions, linearised vertices)."""
-    options, design = options or GridOptions(), problem.design
-    _refuse(problem)
+    design = problem.design
+    options = design.grid or Grid()
+    _refuse(problem, options)
     posed, box = problem.posed_with_constant_input(), enclosing(problem.box.vertices)
     wanted = design.schedule or PARAMETERS
     names = tuple(name for name in DYNAMIC if name in wanted and box[name][1] > box[name][0])
@@ -48,19 +40,41 @@ def lpv_grid(problem: Problem, options: GridOptions | None = None) -> Candidate:
     def family(values: Values) -> list[GeneralisedPlant]:
         return [plant(_at(box, centre, names, values))]
 
-    speed = 2.0 * options.speed * (problem.period if problem.sampled else 1.0)
-    schedule = Schedule((speed,) * len(names), (options.degree, options.degree), options.points)
+    speed = 2.0 * options.speed_per_s * (problem.period if problem.sampled else 1.0)
+    schedule = Schedule((speed,) * len(names), (0 if options.scheduled else options.degree, options.degree), options.points)
     found = minimise(family, schedule, design.recentring)
     frozen = centre if design.frozen_at == "centre" else identified(problem)
     values = _values(box, frozen, names)
     held = plant(_at(box, frozen, names, values))
-    k = found.frozen(held, values)
+    notes = [_note(found, names, options)]
+    if options.scheduled:
+        ends = list(product((-1.0, 1.0), repeat=len(names)))
+        k, *corners = scheduled(found, [values, *ends], [held, *(family(end)[0] for end in ends)])
+        notes.append(_sums(found, family, corners, ends))
+    else:
+        k, corners = found.frozen(held, values), []
     claim(k, held, found.gamma, f"the {design.frozen_at} plant")
-    return problem.candidate(k, found.gamma, found.optimum, [_note(found, names, options)])
+    return problem.candidate(k, found.gamma, found.optimum, notes, corners)
 
 
-def _refuse(problem: Problem) -> None:
+def _sums(found: Gridded, family: Family, corners: Sequence[Lti], ends: Sequence[Values]) -> str:
+    """What the barycentric sums (5.46), (5.64) of the corners' controllers prove at the grid's points."""
+    worst = 0.0
+    for values in found.points:
+        shares = [np.prod([0.5 * (1.0 + e * v) for e, v in zip(end, values, strict=True)]) for end in ends]
+        parts = (sum(share * getattr(k, part) for share, k in zip(shares, corners, strict=True)) for part in "abcd")
+        worst = max(worst, proved(found, values, family(values)[0], Lti(*parts, 0.0)))
+    if np.isinf(worst):
+        return "sums (5.64) of the corners' controllers prove nothing at some points of the grid: take the controller of each point, not their sums"
+    return f"sums (5.64) of the corners' controllers keep gamma {worst:.4g} at the grid's points, while the parameters move"
+
+
+def _refuse(problem: Problem, options: GridOptions) -> None:
     design = problem.design
+    if options.scheduled and problem.sampled:
+        raise FrictoolError(
+            "method lpv_grid: found scheduled controllers with domain discrete; allowed: domain continuous, or a frozen one"
+        )
     if design.schedule is not None and "regime" in design.schedule:
         raise FrictoolError(
             "method lpv_grid: found schedule regime; allowed: inertia, viscous, coulomb, constant; take lpv or lft_lpv for regimes"
@@ -90,8 +104,8 @@ def _values(box: Box, point: PlantPoint, names: tuple[str, ...]) -> Values:
     return found
 
 
-def _note(found: Gridded, names: tuple[str, ...], options: GridOptions) -> str:
-    moving = f"up to {options.speed:g} of their widths per s" if options.speed else "constant"
+def _note(found: Gridded, names: tuple[str, ...], options: Grid) -> str:
+    moving = f"up to {options.speed_per_s:g} of their widths per s" if options.speed_per_s else "constant"
     return (
         f"gridded over {', '.join(names) or 'nothing'} ({moving}), X and Y of degree {options.degree}: {len(found.points)} points in the "
         f"end, inequalities evaluated at {found.checked}; between them nothing is proved"

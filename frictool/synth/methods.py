@@ -7,8 +7,16 @@ from collections.abc import Callable
 from frictool.synth.lft import lft
 from frictool.synth.lft_lpv import lft_lpv
 from frictool.synth.lpv import lpv
+from frictool.synth.lpv_grid import lpv_grid
 from frictool.synth.minimax import minimax
 from frictool.synth.problem import Candidate, Problem
 from frictool.synth.rst import rst
 
-METHODS: dict[str, Callable[[Problem], Candidate]] = {"lft": lft, "lft_lpv": lft_lpv, "lpv": lpv, "minimax": minimax, "rst": rst}
+METHODS: dict[str, Callable[[Problem], Candidate]] = {
+    "lft": lft,
+    "lft_lpv": lft_lpv,
+    "lpv": lpv,
+    "lpv_grid": lpv_grid,
+    "minimax": minimax,
+    "rst": rst,
+}

@@ -6,14 +6,14 @@ import msgspec
 import numpy as np
 import pytest
 
-from frictool.documents.design import Design, Poles
+from frictool.documents.design import Design, Grid, Poles
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError
 from frictool.plant.polytope import PlantPoint
 from frictool.synth.design import problem
 from frictool.synth.lpv import lpv
-from frictool.synth.lpv_grid import GridOptions, lpv_grid
+from frictool.synth.lpv_grid import lpv_grid
 from frictool.synth.problem import Problem
 from frictool.verify.norms import norm
 from tests.synth.example import ROOT, clutch_model
@@ -28,8 +28,8 @@ def _problem(**changes: object) -> Problem:
 
 @pytest.mark.parametrize("domain", ["discrete", "continuous"])
 def test_it_asks_no_more_than_the_polytope_and_keeps_what_it_claims(domain: str) -> None:
-    posed = _problem(schedule=("viscous", "coulomb"), domain=domain)
-    found, polytopic = lpv_grid(posed, GridOptions(speed=1.0)), lpv(posed)
+    posed = _problem(schedule=("viscous", "coulomb"), domain=domain, grid=Grid(speed_per_s=1.0))
+    found, polytopic = lpv_grid(posed), lpv(posed)
     assert found.gamma is not None
     assert found.optimum is not None
     assert polytopic.optimum is not None
@@ -49,6 +49,19 @@ def test_the_frozen_controller_of_the_identified_plant_is_another_one() -> None:
     design = msgspec.structs.replace(posed.design, frozen_at="identified")
     identified = lpv_grid(problem(model, posed.spec, design))
     assert not np.allclose(identified.controller.response([30.0]), centre.controller.response([30.0]), rtol=1e-3)
+
+
+def test_scheduled_controllers_keep_gamma_at_their_corners() -> None:
+    posed = _problem(schedule=("constant", "coulomb"), domain="continuous")
+    found = lpv_grid(posed, GridOptions(speed=0.5, scheduled=True))
+    assert found.gamma is not None
+    centre = posed.box.centre
+    for k, constant in zip(found.scheduled, (12.8e-3, 14.0e-3), strict=True):
+        plant = posed.plant(PlantPoint("corner", centre.inertia, centre.viscous, 0.18, constant).rates)
+        assert norm(plant.closed(k))[0] <= found.gamma * (1.0 + 1e-6)
+    assert "sums (5.64)" in found.notes[1]
+    with pytest.raises(FrictoolError, match="domain continuous"):
+        lpv_grid(_problem(schedule=("constant",)), GridOptions(scheduled=True))
 
 
 @pytest.mark.parametrize(

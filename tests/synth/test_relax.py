@@ -17,16 +17,14 @@ from frictool.documents.spec import Spec
 from frictool.documents.weights import Weights as Document
 from frictool.errors import NoSolutionError
 from frictool.plant.generalised import Weights, template
-from frictool.plant.lti import gain
 from frictool.plant.polytope import polytope
-from frictool.synth.problem import Candidate, Problem
+from frictool.synth.problem import Problem
 from frictool.synth.relax import BUDGET, DEEPEST, TOLERANCE, Trade, relax, relaxed_problem
 from frictool.synth.relax_picture import picture
 from frictool.synth.weights import Chosen, choose_weights
 from tests.synth.example import ROOT, clutch_model
 
 START = Chosen(Weights(template(20.0, 0.5, 2 / 63), 1.0, 1.26), (), least_effort=0.01)
-NOTHING = gain(0.0, 1e-3)
 Level = Callable[[Weights], float]
 
 
