@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from frictool.documents.design import Design
+from frictool.documents.provenance import Provenance
+from frictool.documents.registry import load
+from frictool.documents.spec import Spec
 from frictool.errors import NoSolutionError
 from frictool.plant.lti import Lti, beside, tustin
 from frictool.synth.balancing import balanced_form
+from frictool.synth.design import design_controller
 from frictool.synth.realisation import first_order
 from frictool.synth.reduction import reduced, residualised, truncated
 from frictool.verify.norms import norm
+from tests.synth.example import ROOT, clutch_model
 
 PERIOD = 1e-3
 seeds, periods = st.integers(0, 100_000), st.sampled_from([0.0, PERIOD])
@@ -96,3 +103,14 @@ def test_truncation_and_residualisation_of_a_system_known_by_hand() -> None:
     balanced, _ = balanced_form(k)
     assert residualised(balanced, 1).response(0.0)[0, 0, 0] == pytest.approx(1.001, rel=1e-9)
     assert truncated(balanced, 1).response(0.0)[0, 0, 0] != pytest.approx(1.001, rel=1e-5)
+
+
+def test_a_design_s_order_is_what_its_controller_is_reduced_to() -> None:
+    """The LPV speed loop of the clutch has order 5; with 3 states it holds the margin, with 1 it is refused by name."""
+    rig = ROOT / "configs/clutch"
+    design, spec = load(rig / "designs/speed.yaml", Design), load(rig / "spec.yaml", Spec)
+    small = design_controller(clutch_model(), spec, msgspec.structs.replace(design, order=3), Provenance("a test", "0"))
+    assert len(small.linear.discrete.a) == 3
+    assert all(vertex.modulus_margin >= 0.5 for vertex in small.verified.vertices)
+    with pytest.raises(NoSolutionError, match=r"reduced to order 1: not verified: modulus margin 0\.\d+ at vertex v\d+"):
+        design_controller(clutch_model(), spec, msgspec.structs.replace(design, order=1), Provenance("a test", "0"))
