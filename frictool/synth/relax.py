@@ -53,15 +53,24 @@ class Trade:
     asked: float
 
 
-def relax(chosen: Chosen, level: Callable[[Weights], float], asked: float = 1.0) -> Trade:
+def relax(
+    chosen: Chosen, level: Callable[[Weights], float], asked: float = 1.0, *, progress: Callable[[str], None] = lambda _: None
+) -> Trade:
     """The trade for weights that are the strictest wanted; `level` maps weights to gamma, and may raise NoSolutionError for none.
 
-    At most BUDGET evaluations. Raises NoSolutionError where no trade reaches `asked`.
+    At most BUDGET evaluations; `progress` is told what is achievable at each effort. Raises NoSolutionError where no trade reaches `asked`.
     """
-    return _Search(chosen, level, asked).trade()
+    return _Search(chosen, level, asked, progress).trade()
 
 
-def relaxed_problem(problem: Problem, chosen: Chosen, guide: Callable[[Problem], float], asked: float = 1.0) -> tuple[Problem, Trade]:
+def relaxed_problem(
+    problem: Problem,
+    chosen: Chosen,
+    guide: Callable[[Problem], float],
+    asked: float = 1.0,
+    *,
+    progress: Callable[[str], None] = lambda _: None,
+) -> tuple[Problem, Trade]:
     """The problem with the weights of the trade. guide: the bound of a method, which is brought to `asked`.
 
     The bound of inequalities rises with W1, as the search needs it; the true norm of a frozen controller does not. Whether the controller
@@ -71,15 +80,15 @@ def relaxed_problem(problem: Problem, chosen: Chosen, guide: Callable[[Problem],
     def level(weights: Weights) -> float:
         return guide(replace(problem, weights=weights))
 
-    trade = relax(chosen, level, asked)
+    trade = relax(chosen, level, asked, progress=progress)
     return replace(problem, weights=trade.weights), trade
 
 
 class _Search:
     """What was evaluated so far; disturbance and effort are shares of the start's, in logarithms."""
 
-    def __init__(self, chosen: Chosen, level: Callable[[Weights], float], asked: float) -> None:
-        self.chosen, self.level, self.asked = chosen, level, asked
+    def __init__(self, chosen: Chosen, level: Callable[[Weights], float], asked: float, progress: Callable[[str], None]) -> None:
+        self.chosen, self.level, self.asked, self.progress = chosen, level, asked, progress
         self.points: list[TradePoint] = []
         self.curve: dict[float, tuple[float, TradePoint]] = {}  # log effort -> log disturbance there
         self.tried: set[float] = set()  # log efforts, those at which nothing is achievable too
@@ -134,8 +143,12 @@ class _Search:
         while bracket.open and len(self.points) < BUDGET:
             bracket.put(trial, self._at(trial, effort))
             trial = bracket.next()
-        if bracket.kept is not None:
+        drive = math.exp(effort) * self.chosen.weights.drive
+        if bracket.kept is None:
+            self.progress(f"W3 {drive:.3g}: gamma stays above {self.asked:g}")
+        else:
             self.curve[effort] = bracket.low, bracket.kept
+            self.progress(f"W3 {drive:.3g}: gamma {self.asked:g} with W1 up to {bracket.kept.disturbance:.3g}")
 
     def _guess(self, effort: float) -> float:
         """From the nearest columns that are known."""
