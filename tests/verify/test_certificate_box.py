@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from fractions import Fraction
 
 import numpy as np
@@ -22,7 +23,7 @@ def _plants(box: Box, seed: int, count: int) -> np.ndarray:
 
 def _tiles(low: float, high: float, count: int) -> list[Interval]:
     marks = [Fraction(float(value)) for value in np.linspace(low, high, count + 1)]
-    return list(zip(marks[:-1], marks[1:], strict=True))
+    return list(itertools.pairwise(marks))
 
 
 def _covering(box: Box, across: int, along: int) -> list[Cell]:

@@ -1,4 +1,4 @@
-"""Integers that enclose numbers: what they say of products, of exponential series and of the sampled axis against fractions and matrices."""
+"""Integers that enclose numbers: products, exponential series and the sampled axis against fractions and floating-point matrices."""
 
 from __future__ import annotations
 
