@@ -116,7 +116,11 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
             raise ValueError("schedule names a parameter twice")
         if self.grid is not None and self.method != "lpv_grid":
             raise ValueError("grid is for method lpv_grid")
-        if self.scheduled and (self.method not in ("lpv", "lft_lpv") or self.order is not None or "regime" in (self.schedule or ())):
-            raise ValueError("scheduled is for methods lpv and lft_lpv, without order, over inertia, viscous, coulomb and constant")
+        if self.scheduled and (
+            self.method not in ("lpv", "lft_lpv", "lpv_grid") or self.order is not None or "regime" in (self.schedule or ())
+        ):
+            raise ValueError(
+                "scheduled is for methods lpv, lft_lpv and lpv_grid, without order, over inertia, viscous, coulomb and constant"
+            )
         if self.structure == "speed_cascade" and self.integrator:
             raise ValueError("integrator is for structure position: a speed loop measures the integral of its error already")
