@@ -1,0 +1,108 @@
+"""`frictool verify`: the clutch's speed loop is proved from its file; a changed file is not."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from frictool.documents.controller import Controller
+from frictool.documents.registry import load
+from frictool.documents.writing import to_yaml
+from frictool.synth.certificate import around, certify
+from frictool.verify.certificate_document import certified_loop
+from tests.cli.run import refused, run
+from tests.synth.example import clutch_model
+from tests.synth.test_design import clutch_controller
+from tests.verify.test_certificate import WEIGHTS
+from tests.verify.truthful import truthful
+
+
+@cache
+def _certified() -> Controller:
+    from frictool.plant.polytope import polytope
+
+    controller = clutch_controller()
+    return msgspec.structs.replace(controller, certificate=certify(certified_loop(controller, WEIGHTS), around(polytope(clutch_model()))))
+
+
+def _written(folder: Path, controller: Controller) -> Path:
+    path = folder / "controller.yaml"
+    path.write_text(to_yaml(controller))
+    return path
+
+
+def _with_gain(controller: Controller, factor: float) -> Controller:
+    linear, k = controller.linear, controller.linear.discrete
+    rows = {name: tuple(tuple(factor * value for value in row) for row in getattr(k, name)) for name in ("c", "d")}
+    return msgspec.structs.replace(controller, linear=msgspec.structs.replace(linear, discrete=msgspec.structs.replace(k, **rows)))
+
+
+def test_what_was_written_is_read_and_proved(tmp_path: Path) -> None:
+    path = _written(tmp_path, _certified())
+    assert path.stat().st_size < 200_000
+    assert load(path, Controller).certificate == _certified().certificate
+    text = run("verify", path)
+    assert text.code == 0, text.stderr
+    for words in ("proved for every constant", "0.0128 to 0.014 N m/A", "norm from the weighted", "modulus margin is above 0.6"):
+        assert words in text.stdout
+    found = json.loads(run("verify", path, "--json").stdout)
+    assert [one["of"] for one in found["certificate"]] == ["norm", "sensitivity"]
+    assert found["not_proved"] == {}
+    assert found["box"]["viscous"] == [0.0, 7.62e-4]
+    controller = clutch_controller()
+    worst = min(vertex.modulus_margin for vertex in controller.verified.vertices)
+    assert 0.95 * worst < found["certificate"][1]["modulus_margin_above"] < worst
+
+
+def test_the_last_digits_take_no_part(tmp_path: Path) -> None:
+    assert run("verify", _written(tmp_path, _with_gain(_certified(), 1.0 + 1e-12))).code == 0
+
+
+def test_a_gain_changed_by_a_fifth_is_exit_4(tmp_path: Path) -> None:
+    changed = _with_gain(_certified(), 1.2)
+    refused(run("verify", _written(tmp_path, changed)), 4, "not verified", "modulus margin")
+    # and with margins that are true of the changed coefficients it is the proof that fails
+    refused(run("verify", _written(tmp_path, truthful(changed))), 4, "speed: not proved: norm <", "bounded-real inequality", "K/J")
+
+
+def test_a_vertex_outside_of_the_box_is_exit_4(tmp_path: Path) -> None:
+    certificate = _certified().certificate
+    assert certificate is not None
+    box = msgspec.structs.replace(certificate.box, coulomb=(0.018, 0.17))
+    smaller = msgspec.structs.replace(_certified(), certificate=msgspec.structs.replace(certificate, box=box))
+    refused(run("verify", _written(tmp_path, smaller)), 4, "vertex v0", "has coulomb 0.18, the certificate's box 0.018 to 0.17")
+
+
+def test_without_a_certificate_the_answer_is_no(tmp_path: Path) -> None:
+    path = _written(tmp_path, clutch_controller())
+    assert clutch_controller().certificate is None
+    for option in ((), ("--json",)):
+        result = run("verify", path, *option)
+        assert (result.code, result.stderr) == (1, "")
+    assert json.loads(result.stdout)["certificate"] is None
+
+
+@pytest.mark.parametrize(
+    ("found", "told"), [("version: 1", "version: 2"), ("bits: 22", "bits: many"), ("below: ", "below: -"), ("factor:", "factors:")]
+)
+def test_a_bad_document_is_exit_3(tmp_path: Path, found: str, told: str) -> None:
+    path = _written(tmp_path, _certified())
+    path.write_text(path.read_text().replace(found, told, 1))
+    refused(run("verify", path), 3, "controller.yaml:", "certificate")
+
+
+def test_no_solver_is_loaded(tmp_path: Path) -> None:
+    path = _written(tmp_path, _certified())
+    script = (
+        "import sys; from frictool.cli.main import main; sys.argv = ['frictool', 'verify', sys.argv[1]]\n"
+        "try: main()\nexcept SystemExit as stop: assert not stop.code, stop.code\n"
+        "assert not {'clarabel', 'cvxpy', 'scs'} & set(sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", script, str(path)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
