@@ -7,6 +7,10 @@ value stands for all. The controller is frozen at one plant (5.3.4), and accepte
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import product
+
 import numpy as np
 
 from frictool.documents.design import Grid
@@ -17,7 +21,7 @@ from frictool.lmi.gridded import Family, Gridded, Schedule, minimise
 from frictool.plant.box import DYNAMIC, Box, enclosing, largest_coulomb
 from frictool.plant.generalised import GeneralisedPlant
 from frictool.plant.lti import Lti
-from frictool.plant.polytope import PARAMETERS, PlantPoint
+from frictool.plant.polytope import PARAMETERS, Parameter, PlantPoint, Polytope
 from frictool.synth.lpv import identified
 from frictool.synth.problem import Candidate, Problem, claim
 
@@ -27,10 +31,10 @@ def lpv_grid(problem: Problem) -> Candidate:
     this method does not do (regimes, pole regions, linearised vertices)."""
     design = problem.design
     options = design.grid or Grid()
-    _refuse(problem, options)
+    _refuse(problem)
     posed, box = problem.posed_with_constant_input(), enclosing(problem.box.vertices)
     wanted = design.schedule or PARAMETERS
-    names = tuple(name for name in DYNAMIC if name in wanted and box[name][1] > box[name][0])
+    names: tuple[Parameter, ...] = tuple(name for name in DYNAMIC if name in wanted and box[name][1] > box[name][0])
     centre = problem.box.centre
     coulomb = largest_coulomb(box) if "coulomb" in wanted else centre.coulomb
 
@@ -41,20 +45,22 @@ def lpv_grid(problem: Problem) -> Candidate:
         return [plant(_at(box, centre, names, values))]
 
     speed = 2.0 * options.speed_per_s * (problem.period if problem.sampled else 1.0)
-    schedule = Schedule((speed,) * len(names), (0 if options.scheduled else options.degree, options.degree), options.points)
+    schedule = Schedule((speed,) * len(names), (0 if design.scheduled else options.degree, options.degree), options.points)
     found = minimise(family, schedule, design.recentring)
     frozen = centre if design.frozen_at == "centre" else identified(problem)
     values = _values(box, frozen, names)
     held = plant(_at(box, frozen, names, values))
-    notes = [_note(found, names, options)]
-    if options.scheduled:
-        ends = list(product((-1.0, 1.0), repeat=len(names)))
-        k, *corners = scheduled(found, [values, *ends], [held, *(family(end)[0] for end in ends)])
-        notes.append(_sums(found, family, corners, ends))
-    else:
-        k, corners = found.frozen(held, values), []
-    claim(k, held, found.gamma, f"the {design.frozen_at} plant")
-    return problem.candidate(k, found.gamma, found.optimum, notes, corners)
+    note, where = _note(found, names, options), f"the {design.frozen_at} plant"
+    if not design.scheduled:
+        k = found.frozen(held, values)
+        claim(k, held, found.gamma, where)
+        return problem.candidate(k, found.gamma, found.optimum, [note])
+    ends = list(product((-1.0, 1.0), repeat=len(names)))
+    k, *corners = scheduled(found, [values, *ends], [held, *(family(end)[0] for end in ends)])
+    claim(k, held, found.gamma, where)
+    points = [replace(_at(box, centre, names, end), name=f"v{index}", coulomb=coulomb) for index, end in enumerate(ends, start=1)]
+    over = Polytope(centre, tuple(points), names)
+    return problem.candidate(k, found.gamma, found.optimum, [note, _sums(found, family, corners, ends)], corners, over)
 
 
 def _sums(found: Gridded, family: Family, corners: Sequence[Lti], ends: Sequence[Values]) -> str:
@@ -62,16 +68,18 @@ def _sums(found: Gridded, family: Family, corners: Sequence[Lti], ends: Sequence
     worst = 0.0
     for values in found.points:
         shares = [np.prod([0.5 * (1.0 + e * v) for e, v in zip(end, values, strict=True)]) for end in ends]
-        parts = (sum(share * getattr(k, part) for share, k in zip(shares, corners, strict=True)) for part in "abcd")
-        worst = max(worst, proved(found, values, family(values)[0], Lti(*parts, 0.0)))
+        a, b, c, d = (np.tensordot(shares, [getattr(k, part) for k in corners], 1) for part in "abcd")
+        worst = max(worst, proved(found, values, family(values)[0], Lti(a, b, c, d, 0.0)))
     if np.isinf(worst):
-        return "sums (5.64) of the corners' controllers prove nothing at some points of the grid: take the controller of each point, not their sums"
+        return (
+            "sums (5.64) of the corners' controllers prove nothing at some of the grid's points; they are verified for constant plants only"
+        )
     return f"sums (5.64) of the corners' controllers keep gamma {worst:.4g} at the grid's points, while the parameters move"
 
 
-def _refuse(problem: Problem, options: GridOptions) -> None:
+def _refuse(problem: Problem) -> None:
     design = problem.design
-    if options.scheduled and problem.sampled:
+    if design.scheduled and problem.sampled:
         raise FrictoolError(
             "method lpv_grid: found scheduled controllers with domain discrete; allowed: domain continuous, or a frozen one"
         )

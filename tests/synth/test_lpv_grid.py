@@ -16,6 +16,7 @@ from frictool.synth.lpv import lpv
 from frictool.synth.lpv_grid import lpv_grid
 from frictool.synth.problem import Problem
 from frictool.verify.norms import norm
+from frictool.verify.speed_loop import check_loop
 from tests.synth.example import ROOT, clutch_model
 
 RIG = ROOT / "configs/clutch"
@@ -52,16 +53,16 @@ def test_the_frozen_controller_of_the_identified_plant_is_another_one() -> None:
 
 
 def test_scheduled_controllers_keep_gamma_at_their_corners() -> None:
-    posed = _problem(schedule=("constant", "coulomb"), domain="continuous")
-    found = lpv_grid(posed, GridOptions(speed=0.5, scheduled=True))
+    posed = _problem(schedule=("constant", "coulomb"), domain="continuous", scheduled=True, grid=Grid(speed_per_s=0.5))
+    found = lpv_grid(posed)
     assert found.gamma is not None
-    centre = posed.box.centre
-    for k, constant in zip(found.scheduled, (12.8e-3, 14.0e-3), strict=True):
-        plant = posed.plant(PlantPoint("corner", centre.inertia, centre.viscous, 0.18, constant).rates)
-        assert norm(plant.closed(k))[0] <= found.gamma * (1.0 + 1e-6)
+    assert found.over is not None
+    assert [corner.constant for corner in found.over.vertices] == pytest.approx([12.8e-3, 14.0e-3])
+    for k, corner in zip(found.scheduled, found.over.vertices, strict=True):
+        assert check_loop(k, corner.rates, 0.003, 1).stable
     assert "sums (5.64)" in found.notes[1]
     with pytest.raises(FrictoolError, match="domain continuous"):
-        lpv_grid(_problem(schedule=("constant",)), GridOptions(scheduled=True))
+        lpv_grid(_problem(schedule=("constant",), scheduled=True))
 
 
 @pytest.mark.parametrize(
