@@ -1,7 +1,7 @@
 """What is true of a loop for every constant value of its real parameters: the worst norm, and how far the box may grow.
 
     worst_gain       smallest g found with |z| < g |w| for every Delta, |Delta| <= 1: an upper bound of the worst norm over the box
-    singular_value   smallest m found with the loop stable for every Delta, |Delta| <= 1/m: an upper bound of the real mu of the box
+    singular_value   smallest m found with the loop stable for every Delta, |Delta| < 1/m: an upper bound of the real mu of the box
 
 Upper bounds by D-G scalings (Fan, Tits and Doyle, 1991; Young, 1993), which are not a grid of frequencies: on each arc of the unit circle
 one D, G is sought with the inequality strict at the arc's ends and middle, and is accepted where a Hamiltonian matrix shows that it holds
@@ -58,7 +58,11 @@ def worst_gain(loop: Lti, blocks: Sequence[Uncertain], start: float = 0.0, toler
 
 
 def singular_value(loop: Lti, blocks: Sequence[Uncertain], start: float = 0.0, tolerance: float = TOLERANCE) -> Level:
-    """Upper bound of the structured singular value of M_Delta; the loop is stable for every |Delta| < 1/value. Ports as in `worst_gain`."""
+    """Upper bound of the structured singular value of M_Delta; the loop is stable for every |Delta| < 1/value. Ports as in `worst_gain`.
+
+    A sampled axis's rest (plant/uncertain_axis.py) encloses the box itself: a value below 1 says that all of it is stable, and 1/value is
+    how far the box may grow in continuous time only.
+    """
     z, w = sum(b.entering for b in blocks), sum(b.size for b in blocks)
     alone = replace(loop, b=loop.b[:, :w], c=loop.c[:z], d=loop.d[:z, :w])
     return _covered(alone, blocks, start, tolerance, scaled=True)
