@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.output import FiniteRange, existing, json_option, print_json, save_text, say
+from frictool.cli.output import FiniteRange, existing, json_option, note, print_json, save_text, say
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
@@ -72,8 +72,12 @@ def command(
     from frictool.documents.bench import Bench
     from frictool.documents.registry import load
     from frictool.identify.assess.assessment import assess, refused
+    from frictool.identify.excite.limits import unsaid_load
 
     document = load(bench, Bench)
+    unsaid = unsaid_load(document)
+    if unsaid is not None:
+        note(f"warning: {unsaid}")
     named = {name: part for name, part in wanted if name is not None}
     everywhere = [part for name, part in wanted if name is None]
     asked = {**(dict.fromkeys(PARAMETERS, everywhere[-1]) if everywhere else {}), **named}

@@ -13,6 +13,7 @@ from frictool.cli.output import (
     command_line,
     existing,
     json_option,
+    note,
     output_option,
     print_json,
     replacing,
@@ -73,8 +74,13 @@ def command(bench: Path, kind: str, plot: Path | None, output: Path, as_json: bo
     from frictool.documents.bench import Bench
     from frictool.documents.registry import load
     from frictool.identify.excite.kinds import Settings, excite
+    from frictool.identify.excite.limits import unsaid_load
 
-    sequence = excite(kind, load(bench, Bench), Settings(**given))
+    document = load(bench, Bench)
+    unsaid = unsaid_load(document)
+    if unsaid is not None:
+        note(f"warning: {unsaid}")
+    sequence = excite(kind, document, Settings(**given))
     words = {"--bench": bench, "--kind": kind, **{f"--{name.replace('_', '-')}": value for name, value in given.items()}}
     _save(sequence, output, command_line("excite", words), [bench])
     if plot is not None:

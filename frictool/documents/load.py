@@ -6,8 +6,9 @@ from typing import Annotated, Literal
 
 import msgspec
 
-from frictool.documents.quantity import PositiveLength
+from frictool.documents.quantity import NonNegativeEffort, PositiveLength
 
+OVER_POSITION = ("spring", "gravity", "ripple")
 Term = Literal["offset", "spring", "gravity", "ripple", "viscous_by_direction", "coulomb_by_direction"]
 
 
@@ -19,16 +20,24 @@ class Ripple(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class LoadTerms(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """An offset that is not among the terms is none. ripple: how it repeats."""
+    """An offset that is not among the terms is none. ripple: how it repeats.
+
+    most: the largest effort that spring, gravity and ripple take together anywhere on the travel, for tests that are planned with it.
+    """
 
     terms: tuple[Term, ...]
     ripple: Ripple | None = None
+    most: NonNegativeEffort | None = None
 
     def __post_init__(self) -> None:
         if len(set(self.terms)) < len(self.terms):
             raise ValueError("terms: found a term twice; allowed: each once")
         if "offset" in self.terms and "coulomb_by_direction" in self.terms:
             raise ValueError("terms: in slip an offset and a Coulomb friction by direction are one number; give one of them")
+        if self.most is not None and not set(OVER_POSITION) & set(self.terms):
+            raise ValueError(
+                f"most is the effort of {', '.join(OVER_POSITION)}, none of which is among the terms; leave it out, or name one"
+            )
         if ("ripple" in self.terms) != (self.ripple is not None):
             raise ValueError(
                 "ripple: the term ripple needs its cycles, ripple: {cycles: 7, per: {value: 1, unit: turn}}, and they need the term"

@@ -114,6 +114,8 @@ def _inertia(facts: Facts, wanted: float) -> Verdict:
     if found is not None:
         return found
     precision, refusal = statistical(facts)["inertia"], refusal_of_differentiation("inertia", facts)
+    if not facts.axis.beside.plain:
+        return Verdict(False, None, None, precision, raw_bound("inertia", facts), f"{refusal}; the weak form does not know load.terms")
     if precision <= wanted:
         why = f"by differentiation it is refused: {refusal}; the weak form over {best_window(facts)} samples averages the counts' errors"
         return Verdict(True, "weak", SINES, precision, raw_bound("inertia", facts), why)
@@ -129,6 +131,12 @@ def _friction(parameter: str, facts: Facts, wanted: float) -> Verdict:
         return Verdict(True, "least-squares", SINES, precision, bound, found.why, found.filter)
     bound = raw_bound("viscous", facts) if parameter == "viscous" else None
     refusal = refusal_of_differentiation("viscous", facts) if found is None else f"least squares reaches {percent(precision)}"
+    if not facts.axis.beside.plain:
+        fine, why = (
+            precision <= wanted,
+            f"{refusal}; sines do not know load.terms: least squares over windows, which averages the counts' errors",
+        )
+        return Verdict(fine, "least-squares" if fine else None, SINES, precision, bound, why)
     way, need = facts.strokes[0].distance, facts.axis.backlash + SINES_COUNTS * facts.sensing.step
     if way < need:
         return Verdict(False, None, None, None, bound, f"{refusal}; sines need strokes of {need:.3g}, the travel has {way:.3g}")

@@ -12,10 +12,12 @@ short a window shows there. The result is above the Cramér-Rao bound by what eq
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 from scipy.signal import fftconvolve
 
-from frictool.identify.excite.information import Friction, Sensing, Stroke, Vector, both_ways, regressors
+from frictool.identify.excite.information import Friction, Sensing, Stroke, Vector, of_sliding, regressors
 from frictool.identify.rows.bell import bell
 from frictool.identify.rows.smoothing import SHORTEST
 
@@ -45,29 +47,28 @@ def _deviation(strokes: list[Stroke], axis: Friction, sensing: Sensing, window: 
     c = np.convolve(g, [1.0, -2.0, 1.0]) / sensing.period**2
     slope = np.convolve(g, np.array([1.0, 0.0, -1.0]) / (2.0 * sensing.period))
     by_position = axis.inertia * c + axis.viscous * slope[::-1]
-    normal, covariance = np.zeros((4, 4)), np.zeros((4, 4))
-    samples, accelerations = 0.0, 0.0  # how many, and the sum of their squares
-    for stroke in strokes:
-        rows = regressors(stroke, axis, sensing)
+    columns = regressors(strokes[0], axis, sensing).shape[1]
+    normal, covariance = np.zeros((columns, columns)), np.zeros((columns, columns))
+    samples = 0.0
+    for stroke, side in itertools.product(strokes, (1.0, -1.0)):
+        rows = regressors(stroke, axis, sensing, side)
         rows = rows[window // 2 : rows.shape[0] - window // 2]
         if rows.shape[0] < 2:
             continue
         samples += stroke.times * rows.shape[0]
-        accelerations += stroke.times * float(rows[:, 0] @ rows[:, 0])
-        spread = sensing.noise**2 * _gram(rows, g) + sensing.step**2 / 12.0 * _gram(rows, by_position)
-        for total, one in ((normal, rows.T @ rows), (covariance, spread)):
-            total += stroke.times * both_ways(one)
+        normal += stroke.times * (rows.T @ rows)
+        covariance += stroke.times * (sensing.noise**2 * _gram(rows, g) + sensing.step**2 / 12.0 * _gram(rows, by_position))
     scale = np.sqrt(np.diag(normal))
     if not np.all(scale > 0.0) or np.linalg.cond(normal / np.outer(scale, scale)) > 1e12:
         return np.full(4, np.inf)
     inverse = np.linalg.inv(normal / np.outer(scale, scale)) / np.outer(scale, scale)
     found = np.sqrt(np.diag(inverse @ covariance @ inverse))
-    pulled = axis.inertia * sensing.step**2 / 12.0 * float(c @ c) * samples / accelerations
+    pulled = axis.inertia * sensing.step**2 / 12.0 * float(c @ c) * samples * inverse[0, 0]  # over the power that is the acceleration's own
     found[0] = np.hypot(found[0] / np.sqrt(own), pulled / own)
-    return np.asarray(found)
+    return of_sliding(found, axis)
 
 
 def _gram(rows: Vector, kernel: Vector) -> Vector:
-    """Covariance (4, 4) of rows' n for n = kernel * (white noise of variance 1)."""
+    """Covariance (p, p) of rows' n for n = kernel * (white noise of variance 1)."""
     columns = fftconvolve(rows, kernel[:, None], axes=0)
     return np.asarray(columns.T @ columns)

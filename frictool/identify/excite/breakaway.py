@@ -6,7 +6,8 @@ A ramp is a segment of the sequence: a pause at zero, then the rise to the most 
     the first segment of the other direction as soon as the position passes a turn
 
 Played without these rules it drives the axis at the top of every ramp, which hardly any bench stands; `open_loop` says to try. Either
-way it is simulated first, on the nominal axis, on the lightest with the least friction, and on the heaviest with the most.
+way it is simulated first, on the nominal axis, on the lightest with the least friction, and on the heaviest with the most, all without
+their load, of which no shape is known: the ramps only rise by `load.most` further.
 
 The rate. After a breakaway under a ramp of R [N m/s | N/s] the axis takes t = (6 inertia step/R)^(1/3) at most to show a count, in which
 the effort grows by R t. Kept at 5 % of the breakaway (`identify` corrects for it): R = (0.05 F)^(3/2)/sqrt(6 inertia step).
@@ -80,7 +81,7 @@ def effort_rate(bench: Bench) -> float:
 def breakaway_ramps(bench: Bench, limits: Limits, top: float | None, rate: float | None, repetitions: int, open_loop: bool) -> Sequence:
     """The sequence. top [A | V] and rate [A/s | V/s] where they are not to be found. Raises NoSolutionError naming what forbids it."""
     constant, most = bench.actuator.constant, breakaway_range(bench)[2]
-    needed = (most + limits.offset) / constant.interval[0]
+    needed = (most + limits.offset + limits.load) / constant.interval[0]
     top = top or min(HEADROOM * needed, limits.drive_limit)
     unit = "A" if limits.drive == "current" else "V"
     if not needed <= top <= limits.drive_limit:

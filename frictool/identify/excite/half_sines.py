@@ -30,11 +30,12 @@ def joined(parts: list[Motion], end: float) -> Motion:
 
 def spare_effort(limits: Limits) -> float:
     """What TOP_SHARE of the effort leaves beside dry friction, N m | N. Raises NoSolutionError where it leaves nothing."""
-    left = TOP_SHARE * limits.effort - limits.coulomb - limits.offset
+    left = TOP_SHARE * limits.effort - limits.steady
     if left <= 0.0:
+        taking = "friction and load take" if limits.load else "friction takes"
         raise NoSolutionError(
-            f"effort: {100 * TOP_SHARE:g} % of what the drive's limit gives is {TOP_SHARE * limits.effort:.3g}, friction takes up to "
-            f"{limits.coulomb + limits.offset:.3g} of it: no test of sliding fits; raise actuator.limit or narrow mechanics.coulomb"
+            f"effort: {100 * TOP_SHARE:g} % of what the drive's limit gives is {TOP_SHARE * limits.effort:.3g}, {taking} up to "
+            f"{limits.steady:.3g} of it: no test of sliding fits; raise actuator.limit or narrow mechanics.coulomb"
         )
     return left
 
@@ -43,7 +44,9 @@ def reachable_speed(limits: Limits, distance: float) -> float:
     """The top speed of a half sine over `distance` that TOP_SHARE of speed and effort allow, rad/s | m/s.
 
     Of a sine of the speed, inertia a and viscous v are in quadrature; their sum is largest between the turn and the top speed:
-    sqrt((inertia V w)^2 + (viscous V)^2) + coulomb + |offset| <= effort, w = 2 V/distance. Raises NoSolutionError where friction takes all.
+    sqrt((inertia V w)^2 + (viscous V)^2) + coulomb + |offset| + load <= effort, w = 2 V/distance.
+
+    Raises NoSolutionError where friction and load take all.
     """
     left = spare_effort(limits)
     fourth, second = (2.0 * limits.inertia / distance) ** 2, limits.viscous**2

@@ -9,8 +9,10 @@ samples either way: over a stroke its covariance V has five diagonals. With regr
 
     M = G' V^-1 G
 
-and strokes add up: the variance of no unbiased estimator is below the diagonal of M^-1. Where the axis passes less than a count a sample
-e_x is a sawtooth and not white; it then disturbs low frequencies less than it is charged with here.
+and strokes add up. Where the bench names a load (`load.terms`), G has a column more for each of its parameters, at the positions of strokes
+about the middle of the travel, and none for an offset that is said to be none. The variance of no unbiased estimator is below the diagonal
+of M^-1. Where the axis passes less than a count a sample e_x is a sawtooth and not white; it then disturbs low frequencies less than it is
+charged with here.
 """
 
 from __future__ import annotations
@@ -38,13 +40,30 @@ class Sensing:
 
 
 @dataclass(frozen=True)
+class Beside:
+    """What acts beside friction: an `offset`, and `terms` of rows/load_terms.py, each with its wave number, 1/rad | 1/m.
+
+    plain: nothing but an offset, which every method knows.
+    """
+
+    offset: bool = True
+    terms: tuple[tuple[str, float], ...] = ()
+    plain: bool = True
+
+
+@dataclass(frozen=True)
 class Friction:
-    """The a-priori axis in SI that a test is judged with; `backlash` is the full width that a stroke passes before it counts."""
+    """The a-priori axis in SI that a test is judged with; `backlash` is the full width that a stroke passes before it counts.
+
+    middle: of the travel, rad | m, about which strokes go.
+    """
 
     inertia: float
     viscous: float
     coulomb: float
     backlash: float = 0.0
+    beside: Beside = Beside()
+    middle: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -67,22 +86,21 @@ class Stroke:
 
 
 def information(strokes: list[Stroke], axis: Friction, sensing: Sensing) -> Vector:
-    """M (4, 4) of all strokes, each as often in one direction as in the other."""
-    total = np.zeros((4, 4))
+    """M (p, p) of all strokes, each as often in one direction as in the other; p columns as of `regressors`."""
+    total: Vector | None = None
     for stroke in strokes:
-        rows = regressors(stroke, axis, sensing)
-        if rows.shape[0] < 2:
-            continue
-        whitened = solveh_banded(_covariance(rows.shape[0], axis, sensing), rows, lower=True, check_finite=False)
-        one_way = rows.T @ whitened
-        total += stroke.times * both_ways(one_way)
-    return total
+        for side in (1.0, -1.0):
+            rows = regressors(stroke, axis, sensing, side)
+            total = np.zeros((rows.shape[1], rows.shape[1])) if total is None else total
+            if rows.shape[0] >= 2:
+                whitened = solveh_banded(_covariance(rows.shape[0], axis, sensing), rows, lower=True, check_finite=False)
+                total += stroke.times * (rows.T @ whitened)
+    return np.zeros((4, 4)) if total is None else total
 
 
-def both_ways(one_way: Vector) -> Vector:
-    """(4, 4) of a forward stroke and of the same one backward: there a, v and sign(v) change their signs and the offset does not."""
-    mirror = np.array([1.0, 1.0, 1.0, -1.0])
-    return np.asarray(one_way + mirror[:, None] * one_way * mirror)
+def of_sliding(values: Vector, axis: Friction) -> Vector:
+    """Of values (p,) of all columns those (4,) of SLIDING; 0 of an offset that is none."""
+    return np.asarray([*values[:3], values[3] if axis.beside.offset else 0.0])
 
 
 def cramer_rao(strokes: list[Stroke], axis: Friction, sensing: Sensing) -> Vector:
@@ -94,18 +112,32 @@ def cramer_rao(strokes: list[Stroke], axis: Friction, sensing: Sensing) -> Vecto
     unit = matrix / np.outer(scale, scale)
     if np.linalg.cond(unit) > 1e12:
         return np.full(4, math.inf)
-    return np.asarray(np.sqrt(np.diag(np.linalg.inv(unit))) / scale)
+    return of_sliding(np.sqrt(np.diag(np.linalg.inv(unit))) / scale, axis)
 
 
-def regressors(stroke: Stroke, axis: Friction, sensing: Sensing) -> Vector:
-    """G (n, 4) of the samples of a forward stroke that slip for certain, past the backlash."""
+def regressors(stroke: Stroke, axis: Friction, sensing: Sensing, side: float = 1.0) -> Vector:
+    """G (n, p) of the samples of a stroke forward, or backward (side -1), that slip for certain, past the backlash.
+
+    Columns: SLIDING, without an offset that is none, then what acts beside.
+    """
     rate = math.pi / stroke.duration
     angle = rate * sensing.period * (np.arange(max(0, math.floor(stroke.duration / sensing.period))) + 0.5)
     advance, velocity = 0.5 * stroke.distance * (1.0 - np.cos(angle)), stroke.speed * np.sin(angle)
     free = axis.backlash + NOISE_COUNTS * sensing.step if axis.backlash > 0.0 else 0.0
     kept = (advance > free) & (velocity > SLOWEST * stroke.speed)
-    ones = np.ones(int(np.count_nonzero(kept)))
-    return np.column_stack((stroke.speed * rate * np.cos(angle)[kept], velocity[kept], ones, ones))
+    ones, speed = np.ones(int(np.count_nonzero(kept))), side * velocity[kept]
+    columns = [side * stroke.speed * rate * np.cos(angle)[kept], speed, side * ones, *([ones] if axis.beside.offset else [])]
+    position = axis.middle + side * (advance[kept] - 0.5 * stroke.distance)
+    for term, wave in axis.beside.terms:
+        columns += _of_term(term, wave, position, speed)
+    return np.column_stack(columns)
+
+
+def _of_term(term: str, wave: float, position: Vector, velocity: Vector) -> list[Vector]:
+    """The columns (n,) of a term of rows/load_terms.py."""
+    if wave > 0.0:
+        return [np.sin(wave * position), np.cos(wave * position)]
+    return [position if term == "spring" else np.minimum(velocity, 0.0)]
 
 
 def _covariance(n: int, axis: Friction, sensing: Sensing) -> Vector:

@@ -3,7 +3,7 @@
 The effort is that of the weakest actuator on the heaviest axis, so that a reference within these limits can be followed on every
 axis that the bench may be (4.2.3):
 
-    inertia_high |a| + viscous_high |v| + coulomb_high + |offset| <= constant_low limit
+    inertia_high |a| + viscous_high |v| + coulomb_high + |offset| + load.most <= constant_low limit
 """
 
 from __future__ import annotations
@@ -14,9 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from frictool.documents.bench import Bench
+from frictool.documents.load import OVER_POSITION
 from frictool.documents.quantity import si_unit
 from frictool.errors import NoSolutionError
-from frictool.identify.excite.information import Friction, Sensing, Vector
+from frictool.identify.excite.information import Beside, Friction, Sensing, Vector
+from frictool.identify.rows.load_terms import HARMONICS, asked, wave_number
 
 MARGIN = 0.05  # of the travel, kept at either end
 ROUNDING = 1e-9
@@ -27,7 +29,8 @@ NOISE_SHARE = 0.002  # of the drive's limit: standard deviation of its measureme
 class Limits:
     """SI. low, high: of the travel less its margins, infinite where the bench names none. speed: the top speed.
 
-    effort: least that the limit of the drive gives. inertia, viscous, coulomb, offset: the largest a priori.
+    effort: least that the limit of the drive gives. inertia, viscous, coulomb, offset: the largest a priori; load: of what acts beside
+    friction, wherever on the travel.
     """
 
     axis: str
@@ -41,6 +44,12 @@ class Limits:
     offset: float
     drive: str
     drive_limit: float
+    load: float = 0.0
+
+    @property
+    def steady(self) -> float:
+        """What an axis takes at any speed, N m | N: Coulomb friction, offset and load."""
+        return self.coulomb + self.offset + self.load
 
     @property
     def travel(self) -> float:
@@ -53,7 +62,7 @@ class Limits:
 
     def acceleration(self, speed: float) -> float:
         """What is left for acceleration at a speed, rad/s^2 | m/s^2; 0 or less where friction takes it all."""
-        return (self.effort - self.viscous * speed - self.coulomb - self.offset) / self.inertia
+        return (self.effort - self.viscous * speed - self.steady) / self.inertia
 
 
 def limits_of(bench: Bench) -> Limits:
@@ -62,11 +71,13 @@ def limits_of(bench: Bench) -> Limits:
     effort = actuator.constant.interval[0] * actuator.limit.value
     coulomb, viscous = known.coulomb.interval[1], known.viscous.interval[1]
     offset = max(map(abs, known.offset.interval)) if known.offset else 0.0
-    left = effort - coulomb - offset
+    load = known_load(bench)
+    left = effort - coulomb - offset - load
     if left <= 0.0:
+        beside = " and the load take" if load else " takes"
         raise NoSolutionError(
-            f"{bench.name}: the drive's limit gives {effort:.3g} {si_unit('effort', bench.axis)} at least, friction takes up to "
-            f"{coulomb + offset:.3g}: nothing moves for certain; raise actuator.limit or narrow mechanics.coulomb"
+            f"{bench.name}: the drive's limit gives {effort:.3g} {si_unit('effort', bench.axis)} at least, friction{beside} up to "
+            f"{coulomb + offset + load:.3g}: nothing moves for certain; raise actuator.limit or narrow mechanics.coulomb"
         )
     if known.top_speed is None and viscous <= 0.0:
         raise NoSolutionError(f"{bench.name}: nothing limits the speed; give mechanics.top_speed")
@@ -75,8 +86,33 @@ def limits_of(bench: Bench) -> Limits:
     margin = MARGIN * (high - low) if known.travel else 0.0
     inertia = known.inertia.interval[1]
     return Limits(
-        bench.axis, low + margin, high - margin, speed, effort, inertia, viscous, coulomb, offset, actuator.drive, actuator.limit.value
+        bench.axis,
+        low + margin,
+        high - margin,
+        speed,
+        effort,
+        inertia,
+        viscous,
+        coulomb,
+        offset,
+        actuator.drive,
+        actuator.limit.value,
+        load,
     )
+
+
+def known_load(bench: Bench) -> float:
+    """The largest effort of spring, gravity and ripple that the bench names, N m | N; 0 where it does not say."""
+    return max(bench.load.most.interval) if bench.load is not None and bench.load.most is not None else 0.0
+
+
+def unsaid_load(bench: Bench) -> str | None:
+    """A warning where the bench names a load over the position and not how large it is."""
+    named = [term for term in OVER_POSITION if bench.load is not None and term in bench.load.terms]
+    if not named or (bench.load is not None and bench.load.most is not None):
+        return None
+    names = ", ".join(named)
+    return f"load.terms names {names}, and load.most does not say how much effort that takes: none of the drive's limit is left for it"
 
 
 def axis_known(bench: Bench) -> Friction:
@@ -84,7 +120,17 @@ def axis_known(bench: Bench) -> Friction:
     known = bench.mechanics
     backlash = max(known.backlash.interval) if known.backlash else 0.0
     viscous, coulomb = (one.value or one.interval[1] for one in (known.viscous, known.coulomb))
-    return Friction(known.inertia.value, viscous, coulomb, backlash)
+    middle = 0.5 * (known.travel.low + known.travel.high) if known.travel else 0.0
+    return Friction(known.inertia.value, viscous, coulomb, backlash, beside_of(bench), middle)
+
+
+def beside_of(bench: Bench) -> Beside:
+    """What `load` of the bench says there is beside friction; an offset where it says nothing."""
+    if bench.load is None:
+        return Beside()
+    terms = bench.load.terms
+    waves = tuple((term, wave_number(term, bench) if term in HARMONICS else 0.0) for term in asked(bench))
+    return Beside("offset" in terms or "coulomb_by_direction" in terms, waves, terms == ("offset",))
 
 
 def sensing_of(bench: Bench, noise: float | None = None) -> Sensing:
@@ -110,7 +156,7 @@ def check_reference(limits: Limits, position: Vector, velocity: Vector, accelera
             "lower the speed, the amplitude or the frequency"
         )
     inertial = limits.inertia * acceleration + limits.viscous * velocity
-    needed = float(np.abs(inertial + np.sign(velocity) * (limits.coulomb + limits.offset)).max())
+    needed = float(np.abs(inertial + np.sign(velocity) * limits.steady).max())
     if needed > limits.effort * (1.0 + ROUNDING):
         hardest = float(np.abs(acceleration).max())
         raise NoSolutionError(
