@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import msgspec
 
@@ -68,7 +68,7 @@ def designed(
         progress("the trade between disturbance rejection and effort")
         posed, trade = relaxed_problem(posed, chosen, bound)
     progress(f"synthesis by {design.method}")
-    candidate = METHODS[design.method](posed)
+    candidate = METHODS[design.method](replace(posed, progress=progress))
     progress("verification at the vertices")
     linear = stored_forms(candidate.controller)
     verified = accept(posed, candidate, linear)
