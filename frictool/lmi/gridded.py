@@ -33,7 +33,8 @@ Family = Callable[[Values], Sequence[GeneralisedPlant]]  # scheduled values -> t
 PASSES = 6  # of balancing, at most
 ROUNDS = 12  # of points that join the grid
 JOINING = 4  # of them at once, the worst
-FINER = 3  # intervals of the finer grid to one of the first
+FINER = (1, 16, 8, 4)  # intervals of the finer grid to one of the first, for 0, 1, 2, 3 and more parameters
+INSIDE = 0.75  # of the recentring (its power): the gamma at which the finer grid is judged, so that something is left between its points
 
 
 @dataclass(frozen=True)
@@ -99,7 +100,7 @@ class _Search:
     def __init__(self, family: Family, schedule: Schedule, recentring: float) -> None:
         self.family, self.recentring, parameters = family, recentring, len(schedule.rates)
         self.grid: list[Values] = list(product(*[np.linspace(-1.0, 1.0, schedule.points).tolist()] * parameters))
-        count = FINER * (schedule.points - 1)
+        count = FINER[min(parameters, 3)] * (schedule.points - 1)
         offset = [-1.0, *(-1.0 + (2.0 * np.arange(count) + 1.0) / count).tolist(), 1.0] if count else [0.0]
         self.finer: list[Values] = list(product(*[offset] * parameters))
         everywhere = [plant for values in self.grid for plant in family(values)]
@@ -110,13 +111,16 @@ class _Search:
         speeds = [rate if self.frame.disc else rate * self.frame.scale for rate in schedule.rates]  # time in the frame's unit
         on = tuple(j for j, speed in enumerate(speeds) if np.isfinite(speed))
         self.bases = (Basis(schedule.degrees[0], on), Basis(schedule.degrees[1], on))
-        self.motions: list[Values] = list(product(*((-s, s) if np.isfinite(s) and s > 0.0 else (0.0,) for s in speeds)))
+        rest = (
+            (0.0,) if self.frame.disc and max(schedule.degrees) == 2 else ()
+        )  # a step in a square is not linear: standing still is no mean
+        self.motions: list[Values] = list(product(*((-s, *rest, s) if np.isfinite(s) and s > 0.0 else (0.0,) for s in speeds)))
 
     def found(self) -> Gridded:
         for _ in range(ROUNDS):
             x, y, optimum = self.solved()
             gamma = self.recentring * optimum
-            failing = self.failing(x, y, gamma, self.finer)
+            failing = self.failing(x, y, self.recentring**INSIDE * optimum, self.finer)
             if not failing:
                 checked = len(dict.fromkeys([*self.grid, *self.finer]))
                 found = (optimum * self.level, gamma * self.level)
