@@ -18,8 +18,10 @@ from frictool.lmi.sdp import Affine, solve, symmetric
 Matrix = NDArray[np.float64]
 
 
-def lyapunov_ends(low: Sequence[Matrix], high: Sequence[Matrix], n: int, below: float) -> tuple[Matrix, Matrix] | None:
-    """P (n, n) at both ends, as far inside the inequalities at the bound `below` as they go by their smallest eigenvalue; None: none exist.
+def lyapunov_ends(low: Sequence[Matrix], high: Sequence[Matrix], n: int, below: float) -> tuple[float, Matrix, Matrix]:
+    """P (n, n) at both ends, as far inside the inequalities at the bound `below` as they go, and their smallest eigenvalue there.
+
+    It is negative where the inequalities have no solution, and -inf where the solver gives no finite point.
 
     low, high: [A B; C D] (n + outputs, n + inputs) at the control points, at either end.
     """
@@ -28,9 +30,8 @@ def lyapunov_ends(low: Sequence[Matrix], high: Sequence[Matrix], n: int, below: 
     objective = np.zeros(2 * half + 1)
     objective[-1] = -1.0
     found = solve(objective, constraints)
-    if not np.all(np.isfinite(found.x)) or found.x[-1] <= 0.0:
-        return None
-    return symmetric(found.x[:half], n), symmetric(found.x[half : 2 * half], n)
+    least = float(found.x[-1]) if np.all(np.isfinite(found.x)) else -np.inf
+    return least, symmetric(found.x[:half], n), symmetric(found.x[half : 2 * half], n)
 
 
 def _coefficient(low: Matrix, high: Matrix, n: int, below: float, index: int) -> Affine:

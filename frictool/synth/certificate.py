@@ -11,6 +11,7 @@ are near it, so that few bits are enough.
 from __future__ import annotations
 
 import itertools
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal
 
@@ -127,10 +128,10 @@ def _factor(loop: Loop, box: Box, below: float) -> Matrix:
     whole = _numbers(enclosed(loop, box, (drive, viscous), unscaled)[0])
     t = _balancing(whole[:n, :n], whole[:n, n:], whole[n:, :n])
     inside = linalg.block_diag(np.linalg.inv(t), np.eye(len(whole) - n)) @ whole @ linalg.block_diag(t, np.eye(whole.shape[1] - n))
-    found = lyapunov_ends([inside], [inside], n, below)
-    if found is None:
+    least, low, high = lyapunov_ends([inside], [inside], n, below)
+    if least <= 0.0:
         raise NoSolutionError(f"no matrix is found for the plant in the middle of the intervals, at {below:.4g}")
-    root = linalg.cholesky(0.5 * (found[0] + found[1])) @ np.linalg.inv(t)
+    root = linalg.cholesky(0.5 * (low + high)) @ np.linalg.inv(t)
     return np.asarray(linalg.qr(root, mode="r")[0])
 
 
@@ -153,6 +154,16 @@ def _root(gramian: Matrix) -> Matrix:
     return np.asarray(vectors * np.sqrt(np.maximum(values, 1e-14 * values[-1])))
 
 
+@dataclass(frozen=True)
+class _Tried:
+    """A rectangle, how far inside the inequalities its matrices are, and the cell where they are proved; `empty` where no plant is."""
+
+    rates: Rectangle
+    least: float
+    cell: Cell | None = None
+    empty: bool = False
+
+
 class _Search:
     """The cells of one bound, by halving rectangles for which no matrices are found."""
 
@@ -163,40 +174,42 @@ class _Search:
 
     def cells(self) -> tuple[Cell, ...] | None:
         """None where more than MOST_CELLS are needed."""
-        waiting = [self.whole]
+        waiting = [self._tried(self.whole)]
         found: list[Cell] = []
         while waiting:
-            rates = waiting.pop()
-            if inverse_inertia(self.box, *rates) is None:
-                continue
-            if len(found) + len(waiting) >= MOST_CELLS:
-                return None
-            cell = self._proved(rates)
-            if cell is None:
-                waiting += self._halves(rates)
-            else:
-                found.append(cell)
+            tried = waiting.pop()
+            if tried.cell is not None:
+                found.append(tried.cell)
+            elif not tried.empty:
+                if len(found) + len(waiting) >= MOST_CELLS:
+                    return None
+                waiting += self._halves(tried.rates)
         return tuple(found)
 
-    def _proved(self, rates: Rectangle) -> Cell | None:
+    def _tried(self, rates: Rectangle) -> _Tried:
+        if inverse_inertia(self.box, *rates) is None:
+            return _Tried(rates, np.inf, empty=True)
         loops = enclosed(self.loop, self.box, rates, self.coordinates)
         # the ends of the cubics: what lies between them is nearly on their chord, and is left to the proof
         low_ends, high_ends = ([_numbers(end[0]), _numbers(end[-1])] for end in (loops[:CONTROL_POINTS], loops[CONTROL_POINTS:]))
-        found = lyapunov_ends(low_ends, high_ends, len(self.loop.states), self.below)
-        if found is None:
-            return None
+        least, *found = lyapunov_ends(low_ends, high_ends, len(self.loop.states), self.below)
+        if least <= 0.0:
+            return _Tried(rates, least)
         low, high = (np.array([[round(value * 2**BITS_KEPT) for value in row] for row in p.tolist()], dtype=object) for p in found)
         if failing_inequality(loops, self.coordinates, (low, high), BITS_KEPT, self.below) is not None:
-            return None
+            return _Tried(rates, 0.0)
         drive, viscous = ((float(ends[0]), float(ends[1])) for ends in rates)
-        return Cell(drive, viscous, packed(low), packed(high))
+        return _Tried(rates, least, Cell(drive, viscous, packed(low), packed(high)))
 
-    def _halves(self, rates: Rectangle) -> list[Rectangle]:
-        """The upper and the lower half, across the direction in which the rectangle is longer, as a part of the whole."""
-        (drive, viscous), (all_drive, all_viscous) = rates, self.whole
-        if (drive[1] - drive[0]) / (all_drive[1] - all_drive[0]) >= (viscous[1] - viscous[0]) / (all_viscous[1] - all_viscous[0]):
-            return [(half, viscous) for half in _halved(drive)]
-        return [(drive, half) for half in _halved(viscous)]
+    def _halves(self, rates: Rectangle) -> list[_Tried]:
+        """Both halves, across the direction in which a half comes further inside the inequalities."""
+        drive, viscous = rates
+        across_drive = [(half, viscous) for half in _halved(drive)]
+        across_viscous = [(drive, half) for half in _halved(viscous)]
+        first, other = self._tried(across_drive[0]), self._tried(across_viscous[0])
+        if first.least > other.least:
+            return [first, self._tried(across_drive[1])]
+        return [other, self._tried(across_viscous[1])]
 
 
 def _halved(interval: Interval) -> tuple[Interval, Interval]:
