@@ -121,11 +121,10 @@ def relaxes_the_position_loop_as_it_runs() -> dict[str, Any]:
 
     trade = _trade(design, plants)
     asked = msgspec.structs.replace(design, method="minimax", order=4)
-    posed = Problem(BOX, LAG, PERIOD, 1, trade.weights, asked, model, SPEC)
+    posed, full = (Problem(BOX, LAG, PERIOD, 1, trade.weights, one, model, SPEC) for one in (asked, design))
     told: dict[str, Any] = {"W1": trade.chosen.disturbance, "W3": trade.chosen.drive, "gamma": trade.chosen.level}
     norms, margins = {}, {}
-    for name, method in (("minimax", minimax), ("frozen", lpv)):
-        k = method(posed).controller
+    for name, k in (("minimax", minimax(posed).controller), ("frozen", lpv(full).controller)):
         norms[name] = told[f"worst norm, {name}"] = max(performance(k, posed.running(point.rates)) for point in BOX.vertices)
         margins[name] = told[f"modulus margin, {name}"] = min(check_loop(k, point.rates, LAG, 1).modulus_margin for point in BOX.vertices)
     passed = trade.chosen.level <= 1.0 and norms["minimax"] <= 1.0 < norms["frozen"] and margins["minimax"] >= 0.5 > margins["frozen"]
