@@ -79,6 +79,8 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     channel_effort: the unit d of the uncertainty channel [N m or N], without: the half-width of the Coulomb friction.
     order, pole_bound_rad_s, integrator: of the controller itself (minimax, rst), or what it is reduced to, its slow pole moved to 0
     (5.4.3.1).
+    recentring: the inequalities are solved at this times the least gamma, where X and Y are small. ease: how much further above it the
+    controller itself is taken (lpv, lft, lft_lpv); it is softer there, and has more margin.
     relax: `auto` finds the strictest trade between disturbance rejection and effort that reaches gamma = 1.
     """
 
@@ -104,6 +106,7 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     relax: Literal["no", "auto"] = "no"
     prefilter: Prefilter | None = None
     recentring: Annotated[float, msgspec.Meta(gt=1, le=2)] = 1.1
+    ease: Annotated[float, msgspec.Meta(ge=1, le=5)] = 1.0
 
     def __post_init__(self) -> None:
         if self.structure == "speed_cascade" and self.position_law is None:

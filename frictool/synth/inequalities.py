@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,14 +17,14 @@ from frictool.synth.problem import Problem
 
 
 def solved(problem: Problem, plants: Sequence[GeneralisedPlant]) -> tuple[Lyapunov, tuple[Lti, ...]]:
-    """The Lyapunov matrices over all plants, and the controller of each in common coordinates.
+    """The Lyapunov matrices over all plants, with the gamma that is claimed, and the controller of each in common coordinates.
 
     Raises NoSolutionError where there is none, or the arithmetic breaks down; FrictoolError where the pole region cannot be.
     """
     try:
         region = pole_region(problem.design.poles)
-        lyapunov = minimise(plants, problem.design.recentring, region)
-        return lyapunov, scheduled(plants, lyapunov)
+        lyapunov, ease = minimise(plants, problem.design.recentring, region), problem.design.ease
+        return replace(lyapunov, gamma=ease * lyapunov.gamma), scheduled(plants, lyapunov, ease)
     except np.linalg.LinAlgError as error:
         raise NoSolutionError(f"the synthesis broke down numerically ({error}); bring the weights nearer to each other") from None
     except ValueError as error:

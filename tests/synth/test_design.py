@@ -52,8 +52,19 @@ def test_margin_and_stability_at_all_sixteen_vertices_with_either_delay() -> Non
 
 
 def test_gamma_is_near_the_optimum_of_the_recipe() -> None:
-    # numbers of the recipe: optimum 2.27, recentred at 1.1 times it
-    assert clutch_controller().verified.gamma_asked / 1.1 == pytest.approx(2.27, rel=0.01)
+    # the trial of this recipe: optimum 2.27, recentred at 1.1 times it
+    weights = msgspec.structs.replace(_design().weights, bandwidth_rad_s=40.0, modulus_margin=0.5, disturbance=0.03, command=0.5)
+    found = design_controller(clutch_model(), _spec(), msgspec.structs.replace(_design(), weights=weights, recentring=1.1), HERE)
+    assert found.verified.gamma_asked == pytest.approx(1.1 * 2.27, rel=0.01)
+
+
+def test_a_controller_at_ease_has_more_margin_and_claims_less() -> None:
+    weights = msgspec.structs.replace(_design().weights, bandwidth_rad_s=40.0, modulus_margin=0.5, disturbance=0.03, command=0.5)
+    design = msgspec.structs.replace(_design(), weights=weights, recentring=1.1)
+    tight, easy = (design_controller(clutch_model(), _spec(), msgspec.structs.replace(design, ease=ease), HERE) for ease in (1.0, 2.0))
+    margins = [min(vertex.modulus_margin for vertex in found.verified.vertices) for found in (tight, easy)]
+    assert margins[1] > 0.6 > margins[0]
+    assert easy.verified.gamma_asked == pytest.approx(2.0 * tight.verified.gamma_asked)
 
 
 def test_every_stored_form_is_the_same_controller() -> None:
@@ -119,6 +130,7 @@ def test_absurd_weights_are_refused_and_not_a_traceback(factor: float) -> None:
 
 def test_a_specification_without_margin_is_a_fault_of_the_documents() -> None:
     spec = msgspec.structs.replace(_spec(), modulus_margin=None)
+    weights = msgspec.structs.replace(_design().weights, modulus_margin=None)
     with pytest.raises(FrictoolError, match="modulus_margin: missing") as caught:
-        design_controller(clutch_model(), spec, _design(), HERE)
+        design_controller(clutch_model(), spec, msgspec.structs.replace(_design(), weights=weights), HERE)
     assert caught.value.exit_code == 3
