@@ -10,7 +10,8 @@ Friction that varies with the position, or bends over the speed, has columns of 
 
 The window, and whether the inertia can be had, are those of `assess`: its prediction (assess/weak.py) on the strokes of the records. The
 encoder's noise in the regressor of the inertia takes a share off it: that of white noise at most, none where the errors of counts are as
-even as a sawtooth's. Half of it is put back, and half either way is a range within the interval (`unknowns`).
+even as a sawtooth's. Half of it is put back, and half either way is a range within the interval (`unknowns`). Strokes that repeat each
+other repeat their counts' errors, which then push as well as pull: nothing is put back, and all of it is a range.
 """
 
 from __future__ import annotations
@@ -40,6 +41,7 @@ from frictool.identify.rows.smoothing import smoothed_by
 from frictool.identify.rows.strokes import find_strokes
 
 OVERLAP = 6  # windows begin at each sixth of their length
+REPEATED = 0.5  # clusters over strokes: below it, most strokes repeat each other
 
 
 def weak(records: list[Record], bench: Bench, settings: Settings) -> Fit:
@@ -75,8 +77,10 @@ def _widened(found: Fit, samples: Samples, sensing: Sensing, window: int, confid
     if not np.isfinite(inertia.half_width):
         return inertia
     second = np.convolve(bell(window), [1.0, -2.0, 1.0]) / sensing.period**2
-    put_back = 0.5 * inertia.value * sensing.step**2 / 12.0 * float(second @ second) / _own_power(samples)
-    half = half_width(confidence, inertia.half_width / float(ndtri(0.5 + 0.5 * confidence)), [put_back])
+    share = abs(inertia.value) * sensing.step**2 / 12.0 * float(second @ second) / _own_power(samples)
+    repeated = found.details["clusters"] < REPEATED * found.details["strokes"]
+    put_back, unsure = (0.0, share) if repeated else (0.5 * share, 0.5 * share)
+    half = half_width(confidence, inertia.half_width / float(ndtri(0.5 + 0.5 * confidence)), [unsure])
     value = inertia.value + put_back
     return Interval(value, value - half, value + half)
 
