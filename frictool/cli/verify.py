@@ -37,8 +37,8 @@ def command(ctx: click.Context, controller: Path, as_json: bool) -> None:
     from frictool.verify.controller import recheck
 
     document = load(controller, Controller)
-    recheck(document)
     if document.certificate is None or not document.certificate.bounds:
+        recheck(document)
         reasons = {} if document.certificate is None else document.certificate.not_proved
         if as_json:
             print_json({"name": document.name, "certificate": None, "not_proved": reasons})
@@ -49,6 +49,7 @@ def command(ctx: click.Context, controller: Path, as_json: bool) -> None:
     from frictool.verify.certificate_document import prove_document
 
     proved = prove_document(document, document.certificate)
+    recheck(document)
     if as_json:
         print_json(machine_view(document, proved))
     else:
