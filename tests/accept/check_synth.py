@@ -93,7 +93,7 @@ def never_accepts_what_fails() -> dict[str, Any]:
 
 
 def every_design_of_the_rig() -> dict[str, Any]:
-    """Each design synthesises with its margin; those of the speed loop, at least 0.6, 0.55 and 0.6, meet the specification at all vertices."""
+    """Each design synthesises with its margin; those of the speed loop, at least 0.6, 0.55 and 0.6, meet 5.4.1 at all vertices."""
     model, spec, steps = clutch_model(), load(RIG / "spec.yaml", Spec), load(RIG / "scenarios/steps.yaml", Scenario)
     least = {"speed": 0.6, "annex": 0.55, "minimax": 0.6}
     told: dict[str, Any] = {}
