@@ -15,9 +15,13 @@ SMALLEST = 1e-12  # eigenvalue of R and S that balancing believes, of their larg
 
 
 def evened(plants: Sequence[GeneralisedPlant], sweeps: int = 20) -> Matrix:
-    """Diagonal t that evens out what flows into and out of each state (Osborne's balancing with inputs and outputs)."""
-    n = len(plants[0].a)
-    whole = np.max([np.abs(_whole(p)) for p in plants], axis=0)
+    """Diagonal t that evens out what flows into and out of each state of all plants."""
+    return osborne([_whole(p) for p in plants], len(plants[0].a), sweeps)
+
+
+def osborne(systems: Sequence[Matrix], n: int, sweeps: int = 20) -> Matrix:
+    """Diagonal t (n, n) for matrices [A B; C D], whose first n rows and columns are states: Osborne's balancing with inputs and outputs."""
+    whole = np.max(np.abs(systems), axis=0)
     scale = np.ones(n)
     for _ in range(sweeps):
         for k in range(n):

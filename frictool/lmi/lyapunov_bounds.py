@@ -31,6 +31,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cholesky
 
+from frictool.lmi.coordinates import osborne
 from frictool.lmi.sdp import Affine, solve, symmetric
 from frictool.plant.lti import Lti
 
@@ -104,7 +105,7 @@ def _bound(loops: Sequence[Lti], count: int, coefficients: Sequence[Pairs], moti
         return best
     unit = 1.0 if loops[0].period else 1.0 / float(np.median([np.max(np.abs(np.linalg.eigvals(loop.a))) for loop in loops]))
     posed = [_timed(loop, unit) for loop in loops]
-    t = _evened(posed)
+    t = osborne([np.block([[loop.a, loop.b], [loop.c, loop.d]]) for loop in posed], posed[0].order)
     for _ in range(PASSES):
         problem = _Problem([loop.transformed(t) for loop in posed], count, coefficients, unit * motions)
         gamma, p = problem.solved()
@@ -119,22 +120,6 @@ def _bound(loops: Sequence[Lti], count: int, coefficients: Sequence[Pairs], moti
 def _timed(loop: Lti, unit: float) -> Lti:
     """A continuous loop with time in `unit` s, in which P is the same."""
     return loop if loop.period else replace(loop, a=unit * loop.a, b=np.sqrt(unit) * loop.b, c=np.sqrt(unit) * loop.c)
-
-
-def _evened(loops: Sequence[Lti], sweeps: int = 20) -> Matrix:
-    """Diagonal coordinates that even out what enters and leaves each state, over all loops."""
-    n = loops[0].order
-    whole = np.max([np.abs(np.block([[loop.a, loop.b], [loop.c, loop.d]])) for loop in loops], axis=0)
-    scale = np.ones(n)
-    for _ in range(sweeps):
-        for k in range(n):
-            into, out_of = float(np.linalg.norm(np.delete(whole[k], k))), float(np.linalg.norm(np.delete(whole[:, k], k)))
-            if into > 0.0 and out_of > 0.0:
-                factor = np.sqrt(into / out_of)
-                whole[k] /= factor
-                whole[:, k] *= factor
-                scale[k] *= factor
-    return np.diag(scale)
 
 
 class _Problem:
