@@ -66,7 +66,7 @@ def designed(
     trade = None
     if design.relax == "auto":
         progress("the trade between disturbance rejection and effort")
-        posed, trade = relaxed_problem(posed, chosen, bound)
+        posed, trade = relaxed_problem(posed, chosen, bound, progress=progress)
     progress(f"synthesis by {design.method}")
     candidate = METHODS[design.method](replace(posed, progress=progress))
     progress("verification at the vertices")

@@ -67,11 +67,6 @@ def choose_weights(model: Model, spec: Spec, design: Design) -> Chosen:
     return _Choice(model, spec, design).chosen()
 
 
-def speed_weights(model: Model, spec: Spec, design: Design) -> Weights:
-    """The weights alone."""
-    return choose_weights(model, spec, design).weights
-
-
 class _Choice:
     """The rules, one a method; `derived` grows as they are used."""
 
