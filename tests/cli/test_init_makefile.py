@@ -27,7 +27,7 @@ def test_the_makefile_chains_the_commands(tmp_path: Path) -> None:
     assert run("init", rig, "--from", LOG, "--axis", "rotary").code == 0
     plan = subprocess.run(["make", "-n", "demo"], cwd=rig, env=ENVIRONMENT, check=True, capture_output=True, text=True).stdout
     commands = [line.split()[1] for line in plan.splitlines() if line.startswith("frictool ")]
-    assert commands == ["ingest", "identify", "synth", "export", "simulate", "report", "report"]
+    assert commands == ["ingest", "identify", "synth", "export", "simulate", "report", "verify", "report"]
     subprocess.run(["make", "build/logs/sines.mcap"], cwd=rig, env=ENVIRONMENT, check=True, capture_output=True)
     assert (rig / "build/logs/sines.mcap").stat().st_size > 0
     again = subprocess.run(["make", "-n", "demo"], cwd=rig, env=ENVIRONMENT, check=True, capture_output=True, text=True).stdout
