@@ -52,6 +52,9 @@ class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def __post_init__(self) -> None:
         if len(self.anti_windup) != len(self.discrete.a):
             raise ValueError(f"anti_windup has {len(self.anti_windup)} gains; allowed: {len(self.discrete.a)}, one for each state")
+        for index, row in enumerate(self.sos):
+            if len(row) != 6 or row[3] != 1.0:
+                raise ValueError(f"sos[{index}]: found {list(row)}; allowed: b0, b1, b2, a0, a1, a2 with a0 = 1")
 
 
 class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from frictool.documents.controller import Controller, DelayCheck
 from frictool.errors import NoSolutionError
 from frictool.plant.lti import Lti
 from frictool.plant.polytope import PlantPoint
 from frictool.verify.speed_loop import check_loop
+from frictool.verify.stored_forms import check_forms
 
 AGREEMENT = 1e-6  # relative, between a stored margin and the one found again
 
@@ -18,7 +21,30 @@ def loop_checks(system: Lti, point: PlantPoint, lag: float, delays: tuple[int, .
 
 
 def recheck(controller: Controller) -> None:
-    """Raises NoSolutionError where the coefficients do not give what `verified` says of them, at some vertex and delay."""
+    """Raises NoSolutionError where the coefficients do not give what `verified` says of them, at some vertex and delay; where the stored
+    forms are not of one controller; or where the document is not of its own bench."""
+    _of_its_bench(controller)
+    try:
+        _vertices(controller)
+        check_forms(controller)
+    except (ValueError, np.linalg.LinAlgError, FloatingPointError) as error:  # coefficients near the end of the range of numbers
+        raise NoSolutionError(f"{controller.name}: not verified: the loop cannot be evaluated ({error}); synthesise it anew") from None
+
+
+def _of_its_bench(controller: Controller) -> None:
+    bench = controller.bench
+    pairs = {
+        "axis": (controller.axis, bench.axis),
+        "drive": (controller.drive, bench.actuator.drive),
+        "sample_period_s": (controller.sample_period_s, bench.sample_period_s),
+        "delay_samples": (controller.delay_samples, bench.delay_samples),
+    }
+    for key, (found, has) in pairs.items():
+        if found != has:
+            raise NoSolutionError(f"{controller.name}: not verified: {key}: found {found}, but its bench has {has}; synthesise it anew")
+
+
+def _vertices(controller: Controller) -> None:
     lag = controller.bench.actuator.loop_time_constant_s
     system = Lti.of(controller.linear.discrete, controller.sample_period_s)
     if not controller.verified.vertices:
@@ -35,6 +61,11 @@ def recheck(controller: Controller) -> None:
             if stored.delay_samples == controller.delay_samples:
                 stated.append(vertex.modulus_margin)
             _compare(f"{controller.name}: not verified: at vertex {vertex.name}", stated, found)
+        if vertex.modulus_margin < controller.verified.modulus_margin_specified:
+            raise NoSolutionError(
+                f"{controller.name}: not verified: at vertex {vertex.name} the modulus margin is {vertex.modulus_margin:.6g}, specified "
+                f"{controller.verified.modulus_margin_specified:g}; synthesise it anew"
+            )
 
 
 def _compare(where: str, stated: list[float], found: DelayCheck) -> None:

@@ -49,6 +49,26 @@ def test_a_controller_without_vertices_is_refused() -> None:
         recheck(empty)
 
 
+@pytest.mark.parametrize(
+    ("key", "value"), [("axis", "linear"), ("drive", "voltage"), ("sample_period_s", 0.0011), ("delay_samples", 0), ("delay_samples", 2)]
+)
+def test_a_document_that_is_not_of_its_bench_is_refused(key: str, value: object) -> None:
+    with pytest.raises(NoSolutionError, match=f"{key}: found {value}, but its bench has"):
+        recheck(msgspec.structs.replace(clutch_controller(), **{key: value}))  # type: ignore[arg-type]  # one of its fields
+
+
+def test_a_specified_margin_that_it_does_not_hold_is_refused() -> None:
+    controller = clutch_controller()
+    claiming = msgspec.structs.replace(controller.verified, modulus_margin_specified=0.99)
+    with pytest.raises(NoSolutionError, match=r"the modulus margin is 0\.\d+, specified 0.99"):
+        recheck(msgspec.structs.replace(controller, verified=claiming))
+
+
+def test_coefficients_at_the_end_of_the_range_are_refused() -> None:
+    with pytest.raises(NoSolutionError, match="cannot be evaluated"):
+        recheck(_with_coefficient(clutch_controller(), 1e300))
+
+
 def test_export_refuses_it_and_writes_nothing(tmp_path: Path) -> None:
     path = tmp_path / "controller.yaml"
     path.write_text(to_yaml(_with_coefficient(clutch_controller(), 1.2)))

@@ -1,0 +1,51 @@
+"""The forms in which a controller document holds one controller, against each other: what is flashed may be any of them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.controller import Controller, Row
+from frictool.errors import NoSolutionError
+from frictool.plant.lti import Lti, tustin
+from frictool.verify.norms import spectral_radius
+
+AGREEMENT = 2e-6  # of the peak of (z - 1) K(z), or of K(z) without an integrator; sections are stored where they agree to half of it
+AT_ONE = 1e-9  # a pole nearer to z = 1 is meant to be an integrator
+ANGLES = np.geomspace(1e-3, np.pi * (1.0 - 1e-9), 200)  # a form with a delay has a pole at z = -1 of its inverse Tustin image
+
+
+def check_forms(controller: Controller) -> None:
+    """Raises NoSolutionError where the sections or the continuous form are not the discrete one, or the anti-windup is unstable."""
+    linear, period = controller.linear, controller.sample_period_s
+    system = Lti.of(linear.discrete, period)
+    direct = system.response(ANGLES / period)[:, 0, 0]
+    poles = np.linalg.eigvals(system.a) if system.order else np.empty(0)
+    weight = np.abs(np.exp(1j * ANGLES) - 1.0) if np.any(np.abs(poles - 1.0) < AT_ONE) else np.ones(len(ANGLES))
+    others = {
+        "sos": sections_response(linear.sos, ANGLES),
+        "continuous": tustin(Lti.of(linear.continuous, 0.0), period).response(ANGLES / period)[:, 0, 0],
+    }
+    for name, other in others.items():
+        apart = float(np.max(weight * np.abs(other - direct)) / np.max(weight * np.abs(direct)))
+        if not apart <= AGREEMENT:
+            raise NoSolutionError(
+                f"{controller.name}: not verified: linear.{name} is not linear.discrete, which was verified (apart by {apart:.3g} of the "
+                "peak of their frequency responses); synthesise it anew"
+            )
+    radius = spectral_radius(system.a - np.outer(linear.anti_windup, system.c))
+    if radius >= 1.0:
+        raise NoSolutionError(
+            f"{controller.name}: not verified: with linear.anti_windup the controller is unstable while the drive is limited (spectral "
+            f"radius {radius:.6g} of a - l c); synthesise it anew"
+        )
+
+
+def sections_response(sections: tuple[Row, ...], angles: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """Of the product of second-order sections at the angles on the unit circle."""
+    delayed = np.exp(-1j * angles)
+    powers = np.stack([np.ones(len(angles)), delayed, delayed**2])
+    response = np.ones(len(angles), dtype=np.complex128)
+    for section in sections:
+        response *= (np.array(section[:3]) @ powers) / (np.array(section[3:]) @ powers)
+    return response
