@@ -15,6 +15,21 @@ Method = Literal["lpv", "lft", "lft_lpv", "lpv_grid", "minimax", "rst"]
 Domain = Literal["continuous", "discrete"]
 Scheduled = Literal["inertia", "viscous", "coulomb", "constant", "regime"]
 
+BY_INEQUALITIES: tuple[Method, ...] = ("lpv", "lft", "lft_lpv", "lpv_grid")
+READ_BY: dict[str, tuple[Method, ...]] = {  # what only some methods read; elsewhere it would be asked for and not done
+    "schedule": ("lpv", "lft_lpv", "lpv_grid"),
+    "vertices": ("lpv", "lpv_grid"),
+    "frozen_at": ("lpv", "lpv_grid"),
+    "scheduled": ("lpv", "lft_lpv", "lpv_grid"),
+    "grid": ("lpv_grid",),
+    "channel_effort": ("lft", "lft_lpv"),
+    "poles": BY_INEQUALITIES,  # lpv_grid says itself what to take instead
+    "pole_bound_rad_s": ("minimax",),
+    "recentring": BY_INEQUALITIES,
+    "ease": ("lpv", "lft", "lft_lpv"),
+}
+READ_BY_TRADE = ("schedule", "vertices", "recentring")  # relax: auto finds the trade with the inequalities of lpv, whatever the method
+
 
 class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """The square-root law (5.19), annex (5), and what happens inside its band.
@@ -117,13 +132,17 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
             raise ValueError("prewarp_rad_s is for domain continuous: a discrete design is not discretised")
         if self.schedule is not None and len(set(self.schedule)) != len(self.schedule):
             raise ValueError("schedule names a parameter twice")
-        if self.grid is not None and self.method != "lpv_grid":
-            raise ValueError("grid is for method lpv_grid")
-        if self.scheduled and (
-            self.method not in ("lpv", "lft_lpv", "lpv_grid") or self.order is not None or "regime" in (self.schedule or ())
-        ):
-            raise ValueError(
-                "scheduled is for methods lpv, lft_lpv and lpv_grid, without order, over inertia, viscous, coulomb and constant"
-            )
+        self._unread()
+        if self.scheduled and (self.order is not None or "regime" in (self.schedule or ())):
+            raise ValueError("scheduled is without order, over inertia, viscous, coulomb and constant")
         if self.structure == "speed_cascade" and self.integrator:
             raise ValueError("integrator is for structure position: a speed loop measures the integral of its error already")
+
+    def _unread(self) -> None:
+        """Raises ValueError where a key is given that the method does not read."""
+        for field in msgspec.structs.fields(self):
+            methods = READ_BY.get(field.name, (self.method,))
+            asked = getattr(self, field.name) != field.default
+            if asked and self.method not in methods and not (self.relax == "auto" and field.name in READ_BY_TRADE):
+                several = "methods" if len(methods) > 1 else "method"
+                raise ValueError(f"{field.name} is for {several} {', '.join(methods)}, and method is {self.method}; leave it out")

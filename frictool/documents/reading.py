@@ -92,7 +92,7 @@ class Reader:
         if isinstance(kind, type) and issubclass(kind, msgspec.Struct):
             return self._struct(node, kind, key)
         if origin is tuple:
-            return self._sequence(node, get_args(kind)[0], key)
+            return self._sequence(node, get_args(kind)[0], meta, key)
         if origin is dict:
             names, values = get_args(kind)
             return self._mapping(node, names, values, key)
@@ -164,9 +164,14 @@ class Reader:
             self._known(pairs, list(get_args(names)), key)
         return {name: self.read(value, kind, _join(key, name)) for name, (_, value) in pairs.items()}
 
-    def _sequence(self, node: yaml.Node, kind: Any, key: str) -> tuple[Any, ...]:
+    def _sequence(self, node: yaml.Node, kind: Any, meta: list[msgspec.Meta], key: str) -> tuple[Any, ...]:
         if not isinstance(node, yaml.SequenceNode):
             self.fail(node, key, f"found {_shown(node)}; allowed: a list")
+        for item in meta:
+            least, most, found = item.min_length or 0, item.max_length, len(node.value)
+            if found < least or (most is not None and found > most):
+                allowed = f"at least {least}" if most is None else f"{least} to {most}"
+                self.fail(node, key, f"found a list of {found}; allowed: {allowed}")
         return tuple(self.read(item, kind, f"{key}[{index}]") for index, item in enumerate(node.value))
 
     def _quantity(self, node: yaml.Node, kind: type[Quantity | Span], meta: list[msgspec.Meta], key: str) -> Any:
