@@ -83,7 +83,9 @@ def parameter_dependent_bound(loops: Sequence[Lti], rates: ArrayLike | None = No
     speeds = np.zeros(count) if rates is None else np.asarray(rates, dtype=np.float64)
     if loops[0].period:
         speeds = np.minimum(speeds, 1.0)
-    motions = np.array(list(product(*((-speed, speed) if speed > 0.0 else (0.0,) for speed in speeds)))).reshape(-1, count)
+    motions = np.array(
+        list(product(*((-speed, speed) if speed > 0.0 else (0.0,) for speed in speeds))), dtype=np.float64
+    )  # (k, r); (1, 0) of one plant
     corners = list(product((0, 1), repeat=count))
     meeting: dict[tuple[int, ...], list[tuple[int, int]]] = {}
     for i, first in enumerate(corners):

@@ -156,7 +156,8 @@ def _sampled(box: Box, lag: float, period: float, levels: int) -> _Rows:
         moments[j] = _sum((1.0, change), (period**j / math.factorial(j), {"v": 1.0}))
     table["v+"] = moments[0]
     table["e+"] = _sum((1.0, {"e": 1.0, "speed_reference": period}), (-1.0, moments[1]))
-    blocks: tuple[Uncertain, ...] = (*(Real(name, levels) for name in DYNAMIC), Full("rest", 1, len(signals)))
+    rest = [Full("rest", 1, len(signals))] if any(high[name] != low[name] for name in signals) else []  # a box of one plant has none
+    blocks: tuple[Uncertain, ...] = (*(Real(name, levels) for name in DYNAMIC), *rest)
     return _Rows(("i", "v", "e") if lag > 0.0 else ("v", "e"), table, blocks)
 
 

@@ -28,6 +28,7 @@ def test_of_one_loop_it_is_the_norm(seed: int, period: float) -> None:
     loop = _corners(seed)[0]
     loop = tustin(loop, period) if period else loop
     assert common_bound([loop]).gamma == pytest.approx(norm(loop)[0], rel=1e-4)
+    assert parameter_dependent_bound([loop]).gamma == pytest.approx(norm(loop)[0], rel=1e-4)
 
 
 @pytest.mark.parametrize("period", [0.0, 0.2])

@@ -42,6 +42,12 @@ def test_worst_gain_of_a_first_order_lag() -> None:
     assert 2.0 <= worst_gain(loop, (Real("pole", 1),)).value <= 2.01  # 1/(1 + 0.5 d) at d = -1
 
 
+def test_without_uncertainty_it_is_the_norm() -> None:
+    loop = Lti(np.array([[0.5, 0.2], [0.0, 0.9]]), np.eye(2), np.eye(2), np.zeros((2, 2)), 1e-3)
+    true = norm(loop)[0]
+    assert true <= worst_gain(loop, ()).value <= 1.003 * true
+
+
 def test_an_unstable_plant_in_the_box_has_no_bound() -> None:
     assert worst_gain(_second_order(3.2, 0.1), TWO).value == np.inf
     unstable = Lti(np.array([[1.0]]), np.ones((1, 2)), np.ones((2, 1)), np.zeros((2, 2)), 0.0)

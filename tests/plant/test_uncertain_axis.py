@@ -78,6 +78,18 @@ def test_a_parameter_without_width_is_not_pulled_out() -> None:
     assert [block.name for block in axis.blocks] == ["inertia", "viscous"]
 
 
+def test_a_box_of_one_plant_is_that_plant() -> None:
+    """The rest of a sampled axis would be a channel of zero width, in which no scaling is the right one."""
+    one = {name: (high, high) for name, (_, high) in BOX.items()}
+    axis = uncertain_axis(one, 0.003, 1e-3)
+    j = one["inertia"][1]
+    rates = Rates(one["constant"][1] / j, one["viscous"][1] / j, one["coulomb"][1] / j, 1.0 / j)
+    assert axis.blocks == ()
+    system = axis.block.system
+    whole = np.block([[system.a, system.b], [system.c, system.d]])
+    np.testing.assert_allclose(whole, _exact(rates, 0.003, 1e-3), rtol=1e-12, atol=1e-13)
+
+
 def test_uncertain_plant_has_the_uncertainty_first_and_is_the_plant_at_the_middle() -> None:
     weights = Weights(template(40.0, 0.5, 2 / 63), 0.03, 0.5, 0.5, FirstOrder(0.01))
     plant, blocks = uncertain_plant("speed", BOX, 0.003, weights)
