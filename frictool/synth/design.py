@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -12,7 +13,7 @@ from frictool.documents.design import Design
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.spec import Spec
-from frictool.errors import NoSolutionError
+from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.lti import Lti
 from frictool.plant.polytope import polytope
 from frictool.synth.acceptance import accept
@@ -98,6 +99,11 @@ def problem(model: Model, spec: Spec, design: Design) -> Problem:
 def _posed(model: Model, spec: Spec, design: Design) -> tuple[Problem, Chosen]:
     bench, chosen = model.bench, choose_weights(model, spec, design)
     lag = bench.actuator.loop_time_constant_s
+    if design.prewarp_rad_s is not None and design.prewarp_rad_s * bench.sample_period_s >= math.pi:
+        raise FrictoolError(
+            f"prewarp_rad_s: found {design.prewarp_rad_s:g}; allowed: below half the sampling frequency of the bench, "
+            f"{math.pi / bench.sample_period_s:.6g} rad/s; take weights.bandwidth_rad_s, or leave it out"
+        )
     posed = Problem(polytope(model), lag, bench.sample_period_s, bench.delay_samples, chosen.weights, design, model, spec)
     return posed, chosen
 

@@ -54,7 +54,8 @@ def disturbance(model: Model) -> Disturbance:
     if found.total + friction >= available:
         raise NoSolutionError(
             f"the load of up to {found.total:.4g} and a Coulomb friction of up to {friction:.4g} {today.offset.unit} are more than the "
-            f"{available:.4g} that the actuator gives at its limit"
+            f"{available:.4g} {today.offset.unit} that the actuator gives at its limit; narrow the intervals of coulomb and of "
+            "actuator.constant, or take a drive with a higher actuator.limit"
         )
     return found
 

@@ -11,13 +11,14 @@ from scipy import signal
 
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design
+from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.lti import Lti
 from frictool.plant.polytope import PlantPoint
-from frictool.synth.design import design_controller
+from frictool.synth.design import design_controller, designed
 from frictool.verify.speed_loop import check_loop
 from tests.synth.example import ROOT, clutch_model
 
@@ -134,3 +135,31 @@ def test_a_specification_without_margin_is_a_fault_of_the_documents() -> None:
     with pytest.raises(FrictoolError, match="modulus_margin: missing") as caught:
         design_controller(clutch_model(), spec, msgspec.structs.replace(_design(), weights=weights), HERE)
     assert caught.value.exit_code == 3
+
+
+@pytest.mark.parametrize("frequency", [3141.6, 1e5])
+def test_a_prewarping_frequency_that_sampling_does_not_reach_is_refused(frequency: float) -> None:
+    design = msgspec.structs.replace(_design(), domain="continuous", prewarp_rad_s=frequency)
+    with pytest.raises(FrictoolError, match=r"prewarp_rad_s: found .* allowed: below half the sampling frequency .* 3141.59 rad/s"):
+        design_controller(clutch_model(), _spec(), design, HERE)
+
+
+def test_a_plant_known_exactly_is_bounded_and_proved_as_any_other() -> None:
+    certain = pinned(clutch_model(constant=(13.4e-3,) * 3))
+    found = designed(certain, _spec(), _design(), HERE).controller
+    assert len(found.verified.vertices) == 1
+    robustness, norm = found.verified.robustness, found.verified.gamma_verified
+    assert robustness is not None
+    assert [robustness.structured, robustness.parameter_dependent, robustness.common] == pytest.approx([norm] * 3, rel=5e-3)
+    assert found.certificate is not None
+    assert {bound.of for bound in found.certificate.bounds} == {"norm", "sensitivity"}
+
+
+def pinned(model: Model) -> Model:
+    """With the intervals of inertia and friction at their values, in the log's result and in the bench."""
+    replace, mechanics = msgspec.structs.replace, model.bench.mechanics
+    at = {name: getattr(model.parameters, name) for name in ("inertia", "viscous", "coulomb")}
+    today = replace(model.parameters, **{name: replace(found, low=found.value, high=found.value) for name, found in at.items()})
+    beside = {name: getattr(mechanics, name) for name in at}
+    exact = replace(mechanics, **{name: replace(found, low=found.value, high=found.value) for name, found in beside.items()})
+    return replace(model, parameters=today, bench=replace(model.bench, mechanics=exact))
