@@ -36,8 +36,8 @@ def check_forms(controller: Controller) -> None:
     radius = spectral_radius(system.a - np.outer(linear.anti_windup, system.c))
     if radius >= 1.0:
         raise NoSolutionError(
-            f"{controller.name}: not verified: with linear.anti_windup the controller is unstable while the drive is limited (spectral "
-            f"radius {radius:.6g} of a - l c); synthesise it anew"
+            f"{controller.name}: not verified: the anti-windup gains (linear.anti_windup) leave the controller unstable while the drive "
+            f"is limited (spectral radius {radius:.6g} of a - l c); synthesise it anew"
         )
 
 
