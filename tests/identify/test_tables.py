@@ -57,12 +57,12 @@ def test_conditioning_of_table_4_4(fast: Record, tmp_path: Path) -> None:
 
 
 def test_qr_gives_coulomb_friction_with_and_without_conditioning(tmp_path: Path) -> None:
-    """The published 278 % and 6.58 % are rounding of the recursion; QR has some 0.3 % either way (the bound of the noise is 0.30 %)."""
+    """The published 278 % and 6.58 % are rounding of the recursion; least squares by QR has 0.26 %. Weighted by velocity it is more."""
     bench, errors = mass_bench(tmp_path), []
     for seed in range(8):
         log = mass_sine(seed, 1e4)
         found = [run(method, [log], bench, Settings()).parameters["coulomb"].value for method in ("least-squares", "conditioned")]
         errors.append(np.array(found) / MASS.coulomb - 1.0)
     rms = np.sqrt(np.mean(np.square(errors), axis=0))
-    assert rms[0] < 0.005
+    assert rms[0] < 0.003
     assert rms[1] < 0.008
