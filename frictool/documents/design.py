@@ -92,8 +92,8 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     scheduled: the vertices' controllers are stored too, to be summed with the plant's weights (5.46), (5.64) where its parameters are
     known while it runs.
     channel_effort: the unit d of the uncertainty channel [N m or N], without: the half-width of the Coulomb friction.
-    order, pole_bound_rad_s, integrator: of the controller itself (minimax, rst), or what it is reduced to, its slow pole moved to 0
-    (5.4.3.1).
+    order, integrator: of the controller itself (minimax, rst), or what it is reduced to, its slow pole moved to 0 (5.4.3.1).
+    pole_bound_rad_s: of the controller's poles (minimax).
     recentring: the inequalities are solved at this times the least gamma, where X and Y are small. ease: how much further above it the
     controller itself is taken (lpv, lft, lft_lpv); it is softer there, and has more margin.
     relax: `auto` finds the strictest trade between disturbance rejection and effort that reaches gamma = 1.
