@@ -5,10 +5,12 @@ from __future__ import annotations
 import re
 from html.parser import HTMLParser
 
+import msgspec
 import numpy as np
 import pytest
 
-from frictool.documents.controller import Controller
+from frictool.documents.certificate import Bound, Box, Certificate, CertifiedWeights, Filter
+from frictool.documents.controller import Controller, Margins
 from frictool.documents.provenance import Input, Provenance
 from frictool.logs.log import Log, Stream
 from frictool.report.page import page
@@ -150,3 +152,14 @@ def test_broken_samples_do_not_break_the_page(value: float) -> None:
     for signal in ("position", "current", "reference"):
         broken.signals[signal][1000:1010] = value
     assert "<h2>Curves</h2>" in made(Log((broken,), {}, "broken.mcap"))
+
+
+def test_what_one_count_asks_for_and_what_the_certificate_states_are_shown() -> None:
+    box = Box(inertia=(1e-5, 2e-5), viscous=(0.0, 1e-3), coulomb=(0.1, 0.1), constant=(0.01, 0.02))
+    bounds = tuple(Bound(of, below, 20, ((1.0,),), ()) for of, below in (("norm", 1.98), ("sensitivity", 1.6)))
+    certificate = Certificate(1, box, CertifiedWeights(Filter(1.0), 0.0, 0.0), bounds)
+    verified = msgspec.structs.replace(controller().verified, count_drive=17.5, margins=Margins(small_gain=100.0, phase_deg=50.0))
+    html = made(clutch_log(), controlled=msgspec.structs.replace(controller(), verified=verified, certificate=certificate))
+    assert "one count asks for 17.5 A, 35 % of the limit" in html
+    assert "gain × 0 to any, phase 50°" in html
+    assert "states norm &lt; 1.98, modulus margin &gt; 0.625, for every constant plant" in html
