@@ -63,3 +63,14 @@ def test_a_design_that_is_not_verified_is_exit_4_and_no_file(folder: Path) -> No
 def test_documents_of_another_rig_are_refused(folder: Path) -> None:
     shutil.copy(ROOT / "configs/emps/spec.yaml", folder / "spec.yaml")
     refused(run(*_arguments(folder)), 3, "axis: found linear")
+
+
+def test_a_picture_over_another_file_of_the_command_is_refused_at_once(folder: Path) -> None:
+    design = (folder / "design.yaml").read_text()
+    (folder / "design.yaml").write_text(f"{design}\nrelax: auto\n")
+    controller = folder / "controller.yaml"
+    same = run(*_arguments(folder), "-o", controller, "--plot", controller)
+    assert same.code == 2
+    assert "--plot and --output are the same file" in same.stderr
+    refused(run(*_arguments(folder), "-o", controller, "--plot", folder / "spec.yaml"), 3, "is an input")
+    assert not controller.exists()
