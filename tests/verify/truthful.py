@@ -1,17 +1,18 @@
-"""A made-up controller document whose `verified` is made true: the margins that its coefficients really give."""
+"""A made-up controller document that is made true: margins and other forms are those that its coefficients give."""
 
 from __future__ import annotations
 
 import msgspec
+from scipy import signal
 
 from frictool.documents.controller import Controller
-from frictool.plant.lti import Lti
+from frictool.plant.lti import Lti, inverse_tustin
 from frictool.plant.polytope import PlantPoint
 from frictool.verify.controller import loop_checks
 
 
 def truthful(controller: Controller) -> Controller:
-    """The same controller with every vertex's checks found again at no delay and at the bench's."""
+    """The same controller with every vertex's checks found again at no delay and at the bench's, sections and continuous form too."""
     lag = controller.bench.actuator.loop_time_constant_s
     system = Lti.of(controller.linear.discrete, controller.sample_period_s)
     vertices = []
@@ -19,4 +20,11 @@ def truthful(controller: Controller) -> Controller:
         point = PlantPoint(vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant)
         checks = loop_checks(system, point, lag, (0, controller.delay_samples))
         vertices.append(msgspec.structs.replace(vertex, modulus_margin=checks[-1].modulus_margin, checks=checks))
-    return msgspec.structs.replace(controller, verified=msgspec.structs.replace(controller.verified, vertices=tuple(vertices)))
+    sections = signal.zpk2sos(*signal.ss2zpk(system.a, system.b, system.c, system.d))
+    linear = msgspec.structs.replace(
+        controller.linear,
+        continuous=inverse_tustin(system).document(),
+        sos=tuple(tuple(float(value) for value in row) for row in sections),
+    )
+    verified = msgspec.structs.replace(controller.verified, vertices=tuple(vertices))
+    return msgspec.structs.replace(controller, linear=linear, verified=verified)
