@@ -135,6 +135,8 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
         self._unread()
         if self.scheduled and (self.order is not None or "regime" in (self.schedule or ())):
             raise ValueError("scheduled is without order, over inertia, viscous, coulomb and constant")
+        if self.method == "rst" and self.structure != "position":
+            raise ValueError("method rst is for structure position")
         if self.structure == "speed_cascade" and self.integrator:
             raise ValueError("integrator is for structure position: a speed loop measures the integral of its error already")
 

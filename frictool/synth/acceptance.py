@@ -42,7 +42,7 @@ def accept(problem: Problem, candidate: Candidate, linear: stored.LinearControll
     weakest = min(vertices, key=lambda vertex: vertex.modulus_margin)
     if weakest.modulus_margin < required:
         raise NoSolutionError(
-            f"not verified: modulus margin {weakest.modulus_margin:.3f} < {required:g} at vertex {_where(weakest)} "
+            f"not verified: modulus margin {weakest.modulus_margin:.4f} < {required:g} at vertex {_where(weakest)} "
             f"with {problem.delay} samples of delay; {RELAX}"
         )
     worst_norm = max(vertex.sampled_norm for vertex in vertices)

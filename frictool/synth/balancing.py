@@ -27,7 +27,9 @@ def balanced_form(k: Lti, negligible: float = 0.0) -> tuple[Lti, NDArray[np.floa
 
 
 def _gramian(a: Matrix, b: Matrix, period: float) -> Matrix:
-    return np.asarray(linalg.solve_discrete_lyapunov(a, b @ b.T) if period else linalg.solve_continuous_lyapunov(a, -b @ b.T))
+    return np.asarray(
+        linalg.solve_discrete_lyapunov(a, b @ b.T, method="bilinear") if period else linalg.solve_continuous_lyapunov(a, -b @ b.T)
+    )
 
 
 def _root(gramian: Matrix) -> Matrix:

@@ -91,7 +91,7 @@ def search(
         if not points:
             raise NoSolutionError(
                 f"minimax: no controller of order {now.order} with poles below {now.bound:.4g} rad/s was found that stabilises every "
-                "vertex; raise order or pole_bound_rad_s, or narrow the model's intervals"
+                "vertex; raise order, change pole_bound_rad_s, or narrow the model's intervals"
             )
         progress(f"minimax: order {now.order}, worst norm {points[0].worst:.4f}")
         if now.order == structure.order:
@@ -107,7 +107,7 @@ def search(
     if best.missed > 1e-4:
         raise NoSolutionError(
             f"minimax: the best controller of order {structure.order} keeps a modulus margin of {margin / (1.0 + best.missed):.3f} < "
-            f"{margin:g} at the worst vertex; raise order or pole_bound_rad_s, or lower weights.bandwidth_rad_s"
+            f"{margin:g} at the worst vertex; raise order, change pole_bound_rad_s, or lower weights.bandwidth_rad_s"
         )
     return best
 

@@ -67,10 +67,8 @@ class Trial:
 def rst(problem: Problem) -> Candidate:
     """The best-tuned RST controller; verified afterwards, and free to hold less than what is specified.
 
-    Raises NoSolutionError for structure speed_cascade, for an order below the plant's, and where no tuning is stable at every vertex.
+    Raises NoSolutionError for an order below the plant's, and where no tuning is stable at every vertex.
     """
-    if problem.controlled != "position":
-        raise NoSolutionError("method rst places the poles of a position loop; take structure: position, or another method")
     tuning = _Tuning(problem)
     best = tuning.best()
     rule = best.rule

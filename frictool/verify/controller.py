@@ -36,6 +36,7 @@ def _of_its_bench(controller: Controller) -> None:
     pairs = {
         "axis": (controller.axis, bench.axis),
         "drive": (controller.drive, bench.actuator.drive),
+        "drive_limit": (controller.drive_limit, bench.actuator.limit.value),
         "sample_period_s": (controller.sample_period_s, bench.sample_period_s),
         "delay_samples": (controller.delay_samples, bench.delay_samples),
     }

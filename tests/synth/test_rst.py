@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 
 import msgspec
@@ -24,8 +23,8 @@ from tests.synth.example import ROOT, clutch_model
 
 
 def _problem(domain: Domain = "discrete", delay: int = 1, **changes: object) -> Problem:
-    design = load(ROOT / "configs/clutch/designs/speed.yaml", Design)
-    design = msgspec.structs.replace(design, **{"structure": "position", "method": "rst", "position_law": None, "domain": domain} | changes)
+    design = load(ROOT / "configs/clutch/designs/rst.yaml", Design)
+    design = msgspec.structs.replace(design, **{"domain": domain} | changes)
     model = clutch_model()
     weights = Weights(template(20.0, 0.5, 2.0 / 63.0), 0.1, 0.05)
     return Problem(polytope(model), 3e-3, 1e-3, delay, weights, design, model, load(ROOT / "configs/clutch/spec.yaml", Spec))
@@ -102,5 +101,6 @@ def test_the_step_response_is_the_loop_s() -> None:
 def test_what_it_cannot_do_is_refused() -> None:
     with pytest.raises(NoSolutionError, match="order 3 is below the plant's 4"):
         rst(_problem(order=3))
-    with pytest.raises(NoSolutionError, match="structure: position"):
-        rst(replace(_problem(), design=load(ROOT / "configs/clutch/designs/speed.yaml", Design)))
+    speed = load(ROOT / "configs/clutch/designs/speed.yaml", Design)
+    with pytest.raises(ValueError, match="rst is for structure position"):
+        msgspec.structs.replace(speed, method="rst", recentring=1.1)
