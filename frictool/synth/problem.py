@@ -89,22 +89,20 @@ class Problem:
         over: Polytope | None = None,
     ) -> Candidate:
         """Of a controller found with `posed_with_constant_input`, its slowest pole moved to where it has to be."""
-        bare = self.sampled and self.delay == 0
+        told = list(notes)
         moved = with_integrator(k, self.bandwidth) if self.design.integrator else inside(k, self.bandwidth, self.weights.error.pole)
-        told = [
-            *notes,
-            "the slowest pole of the controller was moved " + ("to an integrator (5.4.3.1)" if self.design.integrator else "inside"),
-        ]
-        smaller = self._reduced(moved)
-        if smaller is not moved:
-            told = [
-                *(notes if moved is k else told),
-                f"the controller was reduced from order {moved.order} to {smaller.order}, each step verified",
-            ]
-            moved = smaller
-        found, corners = (with_register(moved), [with_register(corner) for corner in scheduled]) if bare else (moved, scheduled)
+        if moved is not k:
+            told.append(
+                "the slowest pole of the controller was moved " + ("to an integrator (5.4.3.1)" if self.design.integrator else "inside")
+            )
+        kept = self._reduced(moved)
+        if kept is not moved:
+            told.append(f"the controller was reduced from order {moved.order} to {kept.order}, each step verified")
+        corners = tuple(scheduled)
+        if self.sampled and self.delay == 0:
+            kept, corners = with_register(kept), tuple(with_register(corner) for corner in corners)
         sampled = tuple(self.discretised(corner) for corner in corners)
-        return Candidate(self.discretised(found), found, gamma, optimum, tuple(notes if moved is k else told), sampled, over)
+        return Candidate(self.discretised(kept), kept, gamma, optimum, tuple(told), sampled, over)
 
     def _reduced(self, k: Lti) -> Lti:
         """The controller with as many states as the design asks for, where it has more."""
