@@ -26,8 +26,8 @@ Vector = NDArray[np.float64]
 Progress = Callable[[str], None]
 
 ORDER = {"position": 4, "speed": 3}  # where the design gives none
-DRAWN, STARTS, KEPT, PLACES = 300, 5, 2, 3  # starts drawn, descended from; controllers that grow, and at how many frequencies each
-ROUNDS, LAST_ROUNDS = 12, 60  # of each descent, and of the last one
+DRAWN, STARTS, KEPT, PLACES = 300, 8, 2, 4  # starts drawn, descended from; controllers that grow, and at how many frequencies each
+ROUNDS, LAST_ROUNDS = 25, 60  # of each descent, and of the last one
 CLEAR = 1.001  # of the specified modulus margin, so that rounding the coefficients does not undo it
 
 
