@@ -11,7 +11,7 @@ from frictool.lmi.structured import worst_gain
 from frictool.plant.box import corners, enclosing
 from frictool.plant.lti import Lti
 from frictool.plant.uncertain_axis import uncertain_plant
-from frictool.synth.problem import Problem
+from frictool.synth.problem import CLAIM, Problem
 from frictool.verify.interior import interior_points, searched, worst_norm
 
 POINTS = 300  # inside the box
@@ -19,7 +19,7 @@ SEED = 1
 
 
 def robustness(problem: Problem, system: Lti) -> stored.Robustness:
-    """Of the sampled loop that `system` closes. Raises NoSolutionError where it is unstable at a plant inside the box."""
+    """Of the sampled loop that `system` closes. Raises NoSolutionError where a plant inside is unstable, or 1 % above the vertices."""
     box = enclosing(problem.box.vertices)
     vertices = worst_norm(system, problem.running, problem.box.vertices)
     inside = worst_norm(system, problem.running, interior_points(box, POINTS, SEED))
@@ -29,6 +29,12 @@ def robustness(problem: Problem, system: Lti) -> stored.Robustness:
         raise NoSolutionError(
             f"not verified: the sampled loop is unstable inside the box, at inertia {at.inertia:.4g}, viscous {at.viscous:.4g}, coulomb "
             f"{at.coulomb:.4g}, constant {at.constant:.4g}; narrow the intervals, or relax the weights"
+        )
+    if worst.norm > CLAIM * vertices.norm:
+        at = worst.point
+        raise NoSolutionError(
+            f"not verified: the norm is {worst.norm:.4g} inside the box, at inertia {at.inertia:.4g}, viscous {at.viscous:.4g}, coulomb "
+            f"{at.coulomb:.4g}, constant {at.constant:.4g}, where {vertices.norm:.4g} is claimed; narrow the intervals or relax the weights"
         )
     plant, blocks = uncertain_plant(problem.controlled, box, problem.lag, problem.weights, problem.period, problem.delay)
     loops = [problem.running(point.rates).closed(system) for point in corners(box)]

@@ -1,0 +1,33 @@
+"""What is claimed of the vertices has to hold inside the box: a plant there that is worse ends the synthesis."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from frictool.documents.design import Design
+from frictool.documents.registry import load
+from frictool.documents.spec import Spec
+from frictool.errors import NoSolutionError
+from frictool.synth import robustness as beyond
+from frictool.synth.design import problem
+from frictool.synth.lpv import lpv
+from frictool.verify.interior import Worst, searched
+from tests.synth.example import ROOT, clutch_model
+
+RIG = ROOT / "configs/clutch"
+
+
+@pytest.mark.parametrize(("factor", "told"), [(1.02, "where .* is claimed"), (float("inf"), "unstable inside the box")])
+def test_a_worse_plant_inside_is_refused(factor: float, told: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    posed = problem(clutch_model(), load(RIG / "spec.yaml", Spec), load(RIG / "designs/speed.yaml", Design))
+
+    def worse(*given: object) -> Worst:
+        found = searched(*given)  # type: ignore[arg-type]  # passed on as they are
+        return replace(found, norm=factor * found.norm)
+
+    monkeypatch.setattr(beyond, "searched", worse)
+    monkeypatch.setattr(beyond, "POINTS", 4)
+    with pytest.raises(NoSolutionError, match=told):
+        beyond.robustness(posed, lpv(posed).controller)
