@@ -12,7 +12,7 @@ from frictool.documents.controller import Controller
 
 def pack(controller: Controller) -> NDArray[np.float64]:
     """The parameters of `cascade.control_step` (m,), in SI, laid out as that file's constants say."""
-    law, speed, period = controller.cascade_law, controller.linear, controller.sample_period_s
+    law, speed, period = controller.position_law, controller.linear, controller.sample_period_s
     prefilter = (0.0, 0.0, 0.0)
     if controller.prefilter is not None:
         prefilter = prefilter_coefficients(controller.prefilter.natural_frequency_rad_s, controller.prefilter.damping, period)
@@ -29,7 +29,7 @@ def pack(controller: Controller) -> NDArray[np.float64]:
         law.rest_speed,
         controller.prefilter is not None,
         *prefilter,
-        *speed_filter_coefficients(law.speed_filter_rad_s, period),
+        *speed_filter_coefficients(controller.velocity.bandwidth_rad_s, period),
         1.0 / period,
     ]
     rows = [value for matrix in (matrices.a, matrices.b, matrices.c, matrices.d) for row in matrix for value in row]

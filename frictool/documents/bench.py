@@ -61,6 +61,13 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
         return 2.0 * math.pi / self.counts_per_revolution
 
 
+class Winding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """What limits a current beside its own limit: |resistance i + constant v| <= voltage, the constant being the back-EMF's too (SI)."""
+
+    resistance_ohm: PositiveNumber
+    voltage_v: PositiveNumber
+
+
 class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """What drives the axis: a current or a voltage, the effort that one unit of it gives, its limit and its lag."""
 
@@ -68,6 +75,11 @@ class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     constant: DriveConstant
     limit: DriveLimit
     loop_time_constant_s: Annotated[float, msgspec.Meta(ge=0, le=10)] = 0.0
+    winding: Winding | None = None
+
+    def __post_init__(self) -> None:
+        if self.winding is not None and self.drive != "current":
+            raise ValueError("winding is for drive: current; a voltage is limited by `limit`")
 
 
 class Mechanics(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

@@ -36,18 +36,27 @@ class StateSpace(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             raise ValueError(f"matrices do not fit together; allowed: a {n}x{n}, b {n}x1, c 1x{n}, d 1x1")
 
 
-class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """From eta = integral(speed reference) - position [rad or m] to the drive [A or V].
 
     discrete: x[k+1] = a x[k] + b eta[k], drive[k] = c x[k] + d eta[k], at the sample period. continuous: its inverse Tustin image.
     sos: the same as second-order sections b0 b1 b2 a0 a1 a2, a0 = 1, H = (b0 + b1/z + b2/z^2)/(1 + a1/z + a2/z^2).
     anti_windup: l in x[k+1] = a x + b eta + l (limited drive - drive).
+    input: what enters it in place of eta; speed_error is speed reference - speed (a PI of the speed). In structure position it is the
+    filtered reference less the position, whatever is said here.
+    form: which of both runs on the target. Sections run in the transposed direct form II, their states' anti-windup gains are sos_anti_windup.
+    conditional: the states that are integrators (their row of `a` is that of the identity) are held while the drive is limited and what
+    enters would move them further.
     """
 
     discrete: StateSpace
     continuous: StateSpace
     sos: tuple[Row, ...]
     anti_windup: tuple[float, ...]
+    input: Literal["eta", "speed_error"] = "eta"
+    form: Literal["state_space", "sos"] = "state_space"
+    sos_anti_windup: tuple[float, ...] = ()
+    conditional: bool = False
 
     def __post_init__(self) -> None:
         if len(self.anti_windup) != len(self.discrete.a):
@@ -55,22 +64,88 @@ class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         for index, row in enumerate(self.sos):
             if len(row) != 6 or row[3] != 1.0:
                 raise ValueError(f"sos[{index}]: found {list(row)}; allowed: b0, b1, b2, a0, a1, a2 with a0 = 1")
+        if self.form == "sos" and len(self.sos_anti_windup) != 2 * len(self.sos):
+            raise ValueError(f"sos_anti_windup has {len(self.sos_anti_windup)} gains; allowed: {2 * len(self.sos)}, two for each section")
 
 
 class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """speed reference = gain sqrt(|e|) sign(e) outside the band, 0 inside (5.19). Units: position^(1/2)/s, positions, speeds."""
+    """The speed reference from the position error e, and what happens inside the band |e| <= band.
+
+    kind: square_root, gain sqrt(|e|) sign(e) (5.19), or proportional, gain e. Units of gain: position^(1/2)/s, or 1/s.
+    action: cut opens the loop inside the band, brake does so below rest_speed, none never does. settled_speed: of the prefilter, for which
+    both wait. formula: of a square-root law's gain.
+    """
 
     gain: PositiveNumber
-    formula: Literal["sqrt(2F/J)", "sqrt(F/J)"]
-    band: PositiveNumber
-    action: Literal["cut", "brake"]
-    settled_speed: PositiveNumber
+    kind: Literal["square_root", "proportional"] = "square_root"
+    formula: Literal["sqrt(2F/J)", "sqrt(F/J)"] | None = None
+    band: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+    action: Literal["cut", "brake", "none"] = "none"
+    settled_speed: PositiveNumber | None = None
     rest_speed: Annotated[float, msgspec.Meta(ge=0)] = 0.0
-    speed_filter_rad_s: Annotated[float, msgspec.Meta(ge=0)] = 0.0
 
     def __post_init__(self) -> None:
         if self.action == "brake" and self.rest_speed == 0.0:
             raise ValueError("action brake needs rest_speed > 0: no measured speed is below 0, the drive would never be cut")
+        if self.band == 0.0 and (self.kind == "square_root" or self.action != "none"):
+            raise ValueError("a square-root law, cut and brake need band > 0: below it the root is continued by a straight line")
+
+
+class Velocity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """The speed that the blocks see: `measured` by a sensor of its own, or the encoder's difference through a low-pass sampled by Tustin.
+
+    order 1: bandwidth/(s + bandwidth). order 2: (5.70). bandwidth_rad_s 0: the difference itself.
+    """
+
+    source: Literal["position", "measured"] = "position"
+    order: Literal[1, 2] = 1
+    bandwidth_rad_s: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+
+
+class Limiter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Of structure position: where the drive is released (5.2.2). The integrator is frozen meanwhile.
+
+    condition: energy, ||e| - inertia v^2/(2 (coulomb + virtual_coulomb))| < band (5.7), (5.40); error, |e| < band, the usual cut-off that
+    5.2.1 argues against. virtual_coulomb: the effort -virtual_coulomb tanh(v/virtual_speed) acts there (5.41), in N m | N and rad/s | m/s.
+    settled_speed: of the prefilter, for which the release waits.
+    """
+
+    condition: Literal["energy", "error"]
+    band: PositiveNumber
+    inertia: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+    coulomb: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+    virtual_coulomb: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+    virtual_speed: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+    settled_speed: PositiveNumber | None = None
+
+    def __post_init__(self) -> None:
+        if self.condition == "energy" and (self.inertia == 0.0 or self.coulomb + self.virtual_coulomb == 0.0):
+            raise ValueError("condition energy needs inertia and coulomb (5.7)")
+        if self.virtual_coulomb > 0.0 and self.virtual_speed == 0.0:
+            raise ValueError("virtual_coulomb needs virtual_speed (5.41)")
+
+
+class FrictionCompensation(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """The baseline that 5.1 argues against: friction's effort [N m | N], modelled or observed, added to the drive.
+
+    source model: coulomb tanh(v/smoothing_speed) + viscous v, v the filtered reference's speed or the measured one. source observer: the
+    disturbance that an observer of bandwidth observer_rad_s finds from drive, measured speed and inertia. gain: the part that is added.
+    """
+
+    source: Literal["model", "observer"]
+    velocity: Literal["reference", "measured"] = "measured"
+    coulomb: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+    viscous: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+    smoothing_speed: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+    observer_rad_s: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+    inertia: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+    gain: Annotated[float, msgspec.Meta(gt=0, le=1.5)] = 1.0
+
+    def __post_init__(self) -> None:
+        if self.source == "model" and self.smoothing_speed == 0.0:
+            raise ValueError("source model needs smoothing_speed: the speed below which the modelled friction fades")
+        if self.source == "observer" and (self.observer_rad_s == 0.0 or self.inertia == 0.0):
+            raise ValueError("source observer needs observer_rad_s and inertia")
 
 
 class Prefilter(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -203,18 +278,15 @@ class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     provenance: Provenance
     position_law: PositionLaw | None = None
     prefilter: Prefilter | None = None
+    velocity: Velocity = Velocity()
+    limiter: Limiter | None = None
+    friction_compensation: FrictionCompensation | None = None
     certificate: Certificate | None = None
     schedule: Schedule | None = None
 
     def __post_init__(self) -> None:
-        if (self.structure == "speed_cascade") != (self.position_law is not None):
+        cascade = self.structure == "speed_cascade"
+        if cascade != (self.position_law is not None):
             raise ValueError("structure speed_cascade has a position_law, structure position has none")
-
-    @property
-    def cascade_law(self) -> PositionLaw:
-        """The position law of a cascade. Raises FrictoolError for structure position, which has no cascade to play or to export."""
-        if self.position_law is None:
-            raise FrictoolError(
-                f"{self.name}: structure {self.structure}: synthesised and verified, but only speed_cascade is simulated and exported"
-            )
-        return self.position_law
+        if cascade and self.limiter is not None:
+            raise ValueError("limiter is for structure position: in a cascade position_law.action does its work")

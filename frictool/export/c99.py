@@ -46,7 +46,7 @@ def _context(controller: Controller) -> dict[str, Any]:
     """What the templates know: the packed parameters by their places (`p`, `number`, `numbers`), which blocks there are, the units."""
     parameters = pack(controller)
     name = c_identifier(controller.name)
-    brakes = controller.cascade_law.action == "brake"
+    brakes = controller.position_law.action == "brake"
     prefilters = controller.prefilter is not None
     blocks = [
         "prefilter" if prefilters else None,
@@ -68,7 +68,7 @@ def _context(controller: Controller) -> dict[str, Any]:
         "order": int(parameters[cascade.ORDER]),
         "brakes": brakes,
         "prefilters": prefilters,
-        "formula": controller.cascade_law.formula,
+        "formula": controller.position_law.formula,
         "blocks": [f"{block}.c.jinja" for block in blocks if block],
         "drive": controller.drive,
         "drive_unit": si_unit(controller.drive, controller.axis),

@@ -46,7 +46,7 @@ class _Bench:
 
     def __init__(self, controller: Controller) -> None:
         travel = controller.bench.mechanics.travel
-        law = controller.cascade_law
+        law = controller.position_law
         self.low, self.high = (travel.low, travel.high) if travel else (0.0, BANDS * law.band)
         self.band, self.settled = law.band, 0.1 * law.settled_speed
         self.slow = 0.1 * law.rest_speed if law.action == "brake" else math.inf

@@ -125,6 +125,7 @@ def _document(posed: Problem, linear: stored.LinearController, verified: stored.
         sign_convention=sign_convention(design),
         linear=linear,
         position_law=None if law is None else position_law(posed.model, law),
+        velocity=stored.Velocity(bandwidth_rad_s=law.speed_filter_rad_s or 0.0) if law is not None else stored.Velocity(),
         prefilter=None if prefilter is None else stored.Prefilter(prefilter.natural_frequency_rad_s, prefilter.damping),
         verified=verified,
         bench=bench,

@@ -24,5 +24,4 @@ def position_law(model: Model, law: PositionLaw) -> stored.PositionLaw:
         action=law.action,
         settled_speed=law.settled_speed.value,
         rest_speed=0.0 if law.rest_speed is None else law.rest_speed.value,
-        speed_filter_rad_s=law.speed_filter_rad_s or 0.0,
     )

@@ -7,7 +7,7 @@ from pathlib import Path
 from scipy import signal
 
 from frictool.documents.bench import Bench
-from frictool.documents.controller import Controller, DelayCheck, LinearController, PositionLaw, Prefilter, Verified, Vertex
+from frictool.documents.controller import Controller, DelayCheck, LinearController, PositionLaw, Prefilter, Velocity, Verified, Vertex
 from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
 from frictool.plant.lti import Lti
@@ -19,7 +19,7 @@ CONSTANT = 13.4e-3
 GAIN, ZERO, POLES = 1.6e-3, 1 / 0.047, (1793.0, 3000.0)
 CUT_LAW = PositionLaw(gain=81.1, formula="sqrt(F/J)", band=2.0, action="cut", settled_speed=5.0)
 BRAKE_LAW = PositionLaw(
-    gain=160.0, formula="sqrt(2F/J)", band=1.1, action="brake", settled_speed=5.0, rest_speed=40.0, speed_filter_rad_s=150.0
+    gain=160.0, formula="sqrt(2F/J)", band=1.1, action="brake", settled_speed=5.0, rest_speed=40.0
 )
 
 
@@ -52,5 +52,6 @@ def clutch_controller(
         verified=Verified(1.0, 1.0, 0.5, (vertex,)),
         bench=load(ROOT / "configs/clutch/bench.yaml", Bench),
         provenance=Provenance("frictool synth model.yaml", "0"),
+        velocity=Velocity(bandwidth_rad_s=150.0) if law.action == "brake" else Velocity(),
         prefilter=Prefilter(natural_frequency_rad_s=30.0, damping=0.8) if prefilter else None,
     )

@@ -63,7 +63,7 @@ class PlainController:
         self.r_speed, self.r_last = speed, reference
 
     def measure(self, motion: float) -> None:
-        bandwidth, period = self.document.position_law.speed_filter_rad_s, self.document.sample_period_s
+        bandwidth, period = self.document.velocity.bandwidth_rad_s, self.document.sample_period_s
         difference = motion * (1.0 / period)
         if bandwidth == 0.0:
             self.speed = difference

@@ -99,7 +99,7 @@ def controller(margins: tuple[float, ...] = (0.73, 0.62, 0.68), unstable: int | 
         drive_limit=50.0,
         sign_convention="drive = H (integral of the speed reference - position)",
         linear=LinearController(space, space, ((0.1, 0.0, 0.0, 1.0, -0.5, 0.0),), (0.0,)),
-        position_law=PositionLaw(81.1, "sqrt(F/J)", 2.0, "cut", 5.0),
+        position_law=PositionLaw(gain=81.1, formula="sqrt(F/J)", band=2.0, action="cut", settled_speed=5.0),
         verified=Verified(1.1, 1.05, 0.5, vertices),
         bench=bench,
         provenance=Provenance("frictool synth", "0.1.0"),
