@@ -17,6 +17,7 @@ from benchmarks.timing import pair
 from frictool.control.cascade import initial_state
 from frictool.control.packing import pack
 from frictool.engine.closed_loop import COMMAND, RECORD_SIZE, TRUE_POSITION, measure, run
+from frictool.engine.conditions import NO_CONDITIONS
 from frictool.plant.axis import AxisParameters, rest
 from frictool.plant.load import Load
 from tests.control.example import clutch_controller
@@ -35,7 +36,7 @@ def closed_loop(controller: NDArray[np.float64]) -> NDArray[np.float64]:
     """The record (n, 7) of one step under a packed controller."""
     record = np.zeros((SAMPLES, RECORD_SIZE))
     own = initial_state(controller, measure(START, CLUTCH.encoder_step))
-    run(CLUTCH.as_array(), rest(START), controller, own, np.full(SAMPLES, TARGET), PERIOD, 1, record, Load().as_array())
+    run(CLUTCH.as_array(), rest(START), controller, own, np.full(SAMPLES, TARGET), PERIOD, 1, record, Load().as_array(), NO_CONDITIONS)
     return record
 
 

@@ -48,10 +48,12 @@ from frictool.plant.axis import (
     MODE,
     OFFSET,
     POSITION,
+    RESISTANCE,
     RESTED,
     SLIPPING,
     STATE_SIZE,
     STUCK,
+    SUPPLY,
     VELOCITY,
 )
 from frictool.plant.axis_laws import MAP_HIGH, MAP_LOW, PLAIN_SIZE, RESTITUTION, RISE_TIME, STOP_PAIR
@@ -222,18 +224,30 @@ def _advance(state: Vector, command: float, p: Vector, laws: Laws, duration: flo
 
 
 @kernel
+def drive_range(p: Vector, velocity: float) -> tuple[float, float]:
+    """The lowest and the highest drive [A | V] that can flow at this speed: the drive's limit, and what the winding leaves."""
+    low, high = -p[DRIVE_LIMIT], p[DRIVE_LIMIT]
+    if p[RESISTANCE] > 0.0:
+        back = p[CONSTANT] * velocity
+        low, high = max(low, (-p[SUPPLY] - back) / p[RESISTANCE]), min(high, (p[SUPPLY] - back) / p[RESISTANCE])
+    return low, high
+
+
+@kernel
 def advance(state: Vector, command: float, parameters: Vector, duration: float) -> int:
     """Advances `state` (7,), in place, by `duration` [s] under a held `command` [A or V]. Returns engine/status.py.
 
-    `parameters`: (12,), or (EXTENDED_SIZE,) with laws.
+    `parameters`: (14,), or (EXTENDED_SIZE,) with laws. The winding's bound is that of the speed at the beginning.
     """
     total = command * 0.0 + duration
     for index in range(STATE_SIZE):
         total += state[index]
     if not math.isfinite(total) or duration < 0.0:
         return NOT_FINITE
-    limit = parameters[DRIVE_LIMIT]
-    command = min(max(command, -limit), limit)
+    low, high = drive_range(parameters, state[VELOCITY])
+    command = min(max(command, low), high)
+    if parameters[RESISTANCE] > 0.0:
+        state[DRIVE] = min(max(state[DRIVE], low), high)
     if parameters[LAG] == 0.0:
         state[DRIVE] = command
     if parameters.shape[0] > PLAIN_SIZE:

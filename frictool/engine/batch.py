@@ -43,12 +43,13 @@ def closed_loops(
     records: Vector,
     statuses: NDArray[np.int64],
     load: Vector,
+    conditions: Vector,
 ) -> None:
     """Many closed loops: engine/closed_loop.py `run` for each row of axes (m, a), states (m, 7), controllers (m, c), their states
-    (m, s), references (m, n), all under one load; fills records (m, n, 7) and statuses (m,)."""
+    (m, s), references (m, n), all under one load and the same conditions (n, 8) or (0, 8); fills records (m, n, 7) and statuses (m,)."""
     for i in prange(axes.shape[0]):
         own = controller_states[i]
-        statuses[i] = run_loop(axes[i], states[i], controllers[i], own, references[i], period, delay_samples, records[i], load)
+        statuses[i] = run_loop(axes[i], states[i], controllers[i], own, references[i], period, delay_samples, records[i], load, conditions)
 
 
 @parallel_kernel

@@ -8,6 +8,8 @@ A drive without lag jumps at the sample: the record holds the value that it has 
 
 A load that depends on position (plant/load.py) is held over a part of a period at its value half a part ahead, as in engine/replay.py: an
 error of second order in the part. At rest the position does not change, nor does the load: what rests stays where it is, exactly.
+The bound of a winding (plant/axis.py) is held over a part too, at the speed at its beginning. What happens from outside is given sample
+by sample (engine/conditions.py). A sensor of the speed, where the controller has one, shows the true speed at the sample.
 """
 
 from __future__ import annotations
@@ -18,10 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.control.cascade import control_step
-from frictool.engine.axis import advance
+from frictool.engine.axis import advance, drive_range
+from frictool.engine.conditions import faulty, impose, true_command
 from frictool.engine.status import OK
 from frictool.kernels import kernel
-from frictool.plant.axis import DRIVE, DRIVE_LIMIT, ENCODER_STEP, LAG, LOAD_POSITION, MODE, OFFSET, POSITION, VELOCITY
+from frictool.plant.axis import DRIVE, DRIVE_LIMIT, ENCODER_STEP, LAG, LOAD_POSITION, MODE, OFFSET, POSITION, RESISTANCE, VELOCITY
 from frictool.plant.load import load_effort
 
 Vector = NDArray[np.float64]
@@ -30,7 +33,7 @@ Vector = NDArray[np.float64]
 MEASURED, TRUE_POSITION, TRUE_VELOCITY, LOAD, COMMAND, TRUE_DRIVE, TRUE_MODE = 0, 1, 2, 3, 4, 5, 6
 RECORD_SIZE = 7
 
-LOAD_PARTS = 4  # of a period, where there is a load
+PARTS = 4  # of a period, where there is a load or a winding
 
 
 @kernel
@@ -50,31 +53,42 @@ def run(
     delay_samples: int,
     record: Vector,
     load: Vector,
+    conditions: Vector,
 ) -> int:
     """Runs the loop over `reference` (n,), one value a `period` [s]; fills `record` (n, 7). Returns engine/status.py.
 
     axis (a,) and state (7,): plant/axis.py, the state in place; controller and controller_state: control/cascade.py, the state in
-    place. load: plant/load.py. Where the status is not OK the record is filled up to the failing sample.
+    place. load: plant/load.py. conditions (n, 8): engine/conditions.py, or (0, 8) where nothing happens.
+    Where the status is not OK the record is filled up to the failing sample.
     """
-    p, parts = axis.copy(), LOAD_PARTS if load.shape[0] > 0 else 1
+    p, changing, loaded = axis.copy(), conditions.shape[0] > 0, load.shape[0] > 0
+    parts = PARTS if loaded or axis[RESISTANCE] > 0.0 else 1
     part = period / parts
-    waiting = np.zeros(delay_samples + 1)
+    waiting, measured = np.zeros(delay_samples + 1), measure(state[POSITION], axis[ENCODER_STEP])
     for k in range(reference.shape[0]):
-        measured = measure(state[POSITION], axis[ENCODER_STEP])
+        reported = measure(state[POSITION], axis[ENCODER_STEP])
+        measured = faulty(reported, axis[ENCODER_STEP], measured, conditions[k]) if changing else reported
         command = control_step(controller, controller_state, reference[k], measured)
         waiting[k % (delay_samples + 1)] = command
         acting = waiting[(k + 1) % (delay_samples + 1)]
+        if changing:
+            impose(axis, p, conditions[k])
+            acting = true_command(acting, axis[DRIVE_LIMIT], conditions[k])
+        low, high = drive_range(p, state[VELOCITY])
         record[k, MEASURED] = measured
         record[k, TRUE_POSITION] = state[POSITION]
         record[k, TRUE_VELOCITY] = state[VELOCITY]
         record[k, LOAD] = state[LOAD_POSITION]
         record[k, COMMAND] = command
-        record[k, TRUE_DRIVE] = state[DRIVE] if axis[LAG] > 0.0 else min(max(acting, -axis[DRIVE_LIMIT]), axis[DRIVE_LIMIT])
+        drive = state[DRIVE] if axis[LAG] > 0.0 else acting
+        record[k, TRUE_DRIVE] = min(max(drive, low), high)
         record[k, TRUE_MODE] = state[MODE]
+        offset = p[OFFSET]
         for _ in range(parts):
-            if load.shape[0] > 0:
-                p[OFFSET] = axis[OFFSET] + load_effort(load, state[POSITION] + 0.5 * part * state[VELOCITY])
+            if loaded:
+                p[OFFSET] = offset + load_effort(load, state[POSITION] + 0.5 * part * state[VELOCITY])
             status = advance(state, acting, p, part)
             if status != OK:
                 return status
+        p[OFFSET] = offset
     return OK

@@ -46,8 +46,8 @@ FREE = np.zeros(2)  # gains: none
 
 
 def replayed(axis: AxisParameters) -> Vector:
-    """The kernels' array of an axis whose command is the measured effort [N m | N] itself: no constant, no limit of the drive."""
-    return axis._replace(constant=1.0, drive_limit=math.inf).as_array()
+    """The kernels' array of an axis whose command is the measured effort [N m | N] itself: no constant, no limits of the drive."""
+    return axis._replace(constant=1.0, drive_limit=math.inf, resistance=0.0).as_array()
 
 
 @kernel

@@ -1,6 +1,6 @@
 """One axis with dry friction: its parameters and its state, as floats and as the flat arrays that kernels take.
 
-    command u --[limit]--> [1/(lag s + 1)] --drive i--> [constant K] --> effort e = K i - offset --> inertia J --> velocity v
+    command u --[limits]--> [1/(lag s + 1)] --drive i--> [constant K] --> effort e = K i - offset --> inertia J --> velocity v
 
     slipping   J v' = e - viscous v - coulomb sign(v)          (4.17), (4.43)
     at rest    v = 0 as long as |e| <= breakaway
@@ -10,6 +10,10 @@ load) stays in [-rho/2, rho/2]. At the edge z = sign(v) rho/2 the motor carries 
 Elsewhere the load rests where it is, and only `backlash_coulomb` opposes the motor (`backlash_breakaway` at rest). The load has
 no inertia of its own (thesis 2.2.4): contact does not change the velocity. The offset belongs to the drive and acts everywhere.
 What else friction may depend on, and where the travel ends: plant/axis_laws.py.
+
+A winding limits a current beside the drive's own limit: what the supply leaves beside the back-electromotive force has to drive it
+through the resistance, |resistance i + K v| <= supply. Its inductance is left out, as electrical time constants are far below the
+current loop's: the current is within the bound of the speed at once.
 """
 
 from __future__ import annotations
@@ -26,6 +30,7 @@ BACKLASH_BREAKAWAY_RATIO = 1.1  # beta of table 4.8: breakaway over Coulomb fric
 # where each parameter lies in the kernels' array: the order of AxisParameters
 INERTIA, VISCOUS, COULOMB, BREAKAWAY, OFFSET, CONSTANT = 0, 1, 2, 3, 4, 5
 LAG, DRIVE_LIMIT, BACKLASH, BACKLASH_COULOMB, BACKLASH_BREAKAWAY, ENCODER_STEP = 6, 7, 8, 9, 10, 11
+RESISTANCE, SUPPLY = 12, 13
 
 # where each quantity lies in the kernels' state
 POSITION, VELOCITY, DRIVE, GAP, LOAD_POSITION, MODE, RESTED = 0, 1, 2, 3, 4, 5, 6  # RESTED: s at rest, kept while it slips
@@ -52,16 +57,18 @@ class AxisParameters(NamedTuple):
     backlash_coulomb: float = 0.0  # N m | N
     backlash_breakaway: float = 0.0  # N m | N
     encoder_step: float = 0.0  # rad | m; 0 is a perfect sensor
+    resistance: float = 0.0  # ohm; 0: no winding, or one that limits nothing
+    supply: float = float("inf")  # V
     laws: Laws = Laws()
 
     def checked(self) -> AxisParameters:
         """The same axis with each breakaway at least its Coulomb friction. Raises ValueError naming what is out of range."""
         for name, value in zip(self._fields, self.numbers, strict=False):
-            if np.isnan(value) or (np.isinf(value) and name != "drive_limit"):
+            if np.isnan(value) or (np.isinf(value) and name not in ("drive_limit", "supply")):
                 raise ValueError(f"{name} is {value}; allowed: a finite number")
             if value < 0.0 and name != "offset":
                 raise ValueError(f"{name} is {value:g}; allowed: >= 0")
-        for name in ("inertia", "constant", "drive_limit"):
+        for name in ("inertia", "constant", "drive_limit", "supply"):
             if getattr(self, name) == 0.0:
                 raise ValueError(f"{name} is 0; allowed: > 0")
         return self._replace(
@@ -70,7 +77,7 @@ class AxisParameters(NamedTuple):
         )
 
     def as_array(self) -> NDArray[np.float64]:
-        """The kernels' parameter array, shape (12,), or (EXTENDED_SIZE,) with laws. Raises ValueError as `checked` and `Laws.pack` do."""
+        """The kernels' parameter array, shape (14,), or (EXTENDED_SIZE,) with laws. Raises ValueError as `checked` and `Laws.pack` do."""
         axis = self.checked()
         return np.concatenate([axis.numbers, self.laws.pack(Levels(axis.viscous, axis.coulomb, axis.breakaway))])
 

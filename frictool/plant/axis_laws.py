@@ -24,13 +24,13 @@ Vector = NDArray[np.float64]
 Coefficients = tuple[float, ...]  # lowest power first
 Sides = tuple[Coefficients, Coefficients]  # forward, backward
 
-PLAIN_SIZE = 12  # an axis that needs none of this
+PLAIN_SIZE = 14  # an axis that needs none of this
 MAX_REGIMES, MAX_TERMS = 4, 8
 
 # where things lie behind the plain parameters; of a pair the negative direction is first: base + (direction > 0)
-VISCOUS_PAIR, COULOMB_PAIR, BREAKAWAY_PAIR, STOP_PAIR = 12, 14, 16, 18
-RESTITUTION, STRIBECK_VELOCITY, STRIBECK_EXPONENT, LAYER, FRESH, RISE_TIME = 20, 21, 22, 23, 24, 25
-MAPPED, MAP_LOW, MAP_HIGH, REGIMES = 26, 27, 28, 29  # a regime: knee, viscous backward, viscous forward
+VISCOUS_PAIR, COULOMB_PAIR, BREAKAWAY_PAIR, STOP_PAIR = range(PLAIN_SIZE, PLAIN_SIZE + 8, 2)
+RESTITUTION, STRIBECK_VELOCITY, STRIBECK_EXPONENT, LAYER, FRESH, RISE_TIME = range(PLAIN_SIZE + 8, PLAIN_SIZE + 14)
+MAPPED, MAP_LOW, MAP_HIGH, REGIMES = range(PLAIN_SIZE + 14, PLAIN_SIZE + 18)  # a regime: knee, viscous backward, viscous forward
 COULOMB_MAPS = REGIMES + 3 * MAX_REGIMES
 BREAKAWAY_MAPS = COULOMB_MAPS + 2 * MAX_TERMS
 EXTENDED_SIZE = BREAKAWAY_MAPS + 2 * MAX_TERMS

@@ -34,6 +34,8 @@ def axis_of(model: Model, **overrides: float) -> AxisParameters:
         "drive_limit": bench.actuator.limit.value,
         "backlash": bench.mechanics.backlash.value if bench.mechanics.backlash else 0.0,
         "encoder_step": bench.encoder.resolution,
+        "resistance": bench.actuator.winding.resistance_ohm if bench.actuator.winding else 0.0,
+        "supply": bench.actuator.winding.voltage_v if bench.actuator.winding else math.inf,
         **overrides,
     }
     backward = _backward(model)

@@ -21,6 +21,7 @@ from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import CHANNEL_DIMENSIONS, drive_dimension, si_unit
 from frictool.documents.scenario import Scenario
 from frictool.engine import closed_loop
+from frictool.engine.conditions import NO_CONDITIONS
 from frictool.engine.status import MESSAGES, OK
 from frictool.errors import NoSolutionError
 from frictool.logs.log import Log, Stream
@@ -86,6 +87,7 @@ def _run(variant: Variant, load: Load, controller: Controller, start: float, ref
         controller.delay_samples,
         record,
         load.as_array(),
+        NO_CONDITIONS,
     )
     if status != OK:
         raise NoSolutionError(f"{variant.topic}: {MESSAGES[status]}; check the model's parameters")

@@ -14,6 +14,7 @@ from frictool.engine.axis import advance
 from frictool.engine.batch import breakaway_times, closed_loops, replay_axes
 from frictool.engine.body import at_rest
 from frictool.engine.closed_loop import RECORD_SIZE, run
+from frictool.engine.conditions import NO_CONDITIONS
 from frictool.engine.drive import spring
 from frictool.engine.laws import body_of
 from frictool.engine.status import OK
@@ -82,11 +83,23 @@ def test_closed_loops(threads: int) -> None:
         records,
         statuses,
         Load().as_array(),
+        NO_CONDITIONS,
     )
     assert np.all(statuses == OK)
     for i in range(PLANTS):
         record = np.zeros((samples, RECORD_SIZE))
-        run(arrays[i], rest(), controller, initial_state(controller, 0.0), references[i], PERIOD, 1, record, Load().as_array())
+        run(
+            arrays[i],
+            rest(),
+            controller,
+            initial_state(controller, 0.0),
+            references[i],
+            PERIOD,
+            1,
+            record,
+            Load().as_array(),
+            NO_CONDITIONS,
+        )
         assert np.array_equal(records[i], record)
     assert np.ptp(records[:, -1, 1]) > 0.0
 

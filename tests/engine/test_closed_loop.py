@@ -17,8 +17,8 @@ from frictool.engine.axis import advance
 from frictool.engine.closed_loop import (
     COMMAND,
     LOAD,
-    LOAD_PARTS,
     MEASURED,
+    PARTS,
     RECORD_SIZE,
     TRUE_DRIVE,
     TRUE_POSITION,
@@ -26,6 +26,7 @@ from frictool.engine.closed_loop import (
     measure,
     run,
 )
+from frictool.engine.conditions import NO_CONDITIONS
 from frictool.engine.status import NOT_FINITE, OK
 from frictool.plant.axis import DRIVE, LOAD_POSITION, POSITION, VELOCITY, AxisParameters, rest
 from frictool.plant.load import Harmonic, Load
@@ -42,7 +43,7 @@ def loop(axis: AxisParameters, reference: NDArray[np.float64], delay: int, start
     """The kernel's record (n, 7) for the example controller with the braking law."""
     record = np.zeros((reference.size, RECORD_SIZE))
     own = initial_state(CONTROLLER, measure(start, axis.encoder_step))
-    assert run(axis.as_array(), rest(start), CONTROLLER, own, reference, PERIOD, delay, record, NO_LOAD) == OK
+    assert run(axis.as_array(), rest(start), CONTROLLER, own, reference, PERIOD, delay, record, NO_LOAD, NO_CONDITIONS) == OK
     return record
 
 
@@ -90,7 +91,10 @@ def test_nothing_acts_before_the_delay(delay: int) -> None:
 def test_a_failing_sample_is_reported_and_what_came_before_is_kept() -> None:
     record, state = np.zeros((3, RECORD_SIZE)), rest(5.0)
     reference = np.array([5.0, math.nan, 5.0])
-    assert run(ENCODED.as_array(), state, CONTROLLER, initial_state(CONTROLLER, 5.0), reference, PERIOD, 0, record, NO_LOAD) == NOT_FINITE
+    assert (
+        run(ENCODED.as_array(), state, CONTROLLER, initial_state(CONTROLLER, 5.0), reference, PERIOD, 0, record, NO_LOAD, NO_CONDITIONS)
+        == NOT_FINITE
+    )
     assert record[0, TRUE_POSITION] == 5.0
     assert record[2, TRUE_POSITION] == 0.0
 
@@ -123,8 +127,8 @@ def plain_loop_with_load(axis: AxisParameters, load: Load, reference: NDArray[np
 def test_a_load_acts_as_the_loop_in_python_says(stiffness: float, sine: float, cosine: float, number: float, target: float) -> None:
     load, reference = Load(stiffness, (Harmonic(number, sine, cosine),)), np.full(300, target)
     record, own = np.zeros((300, RECORD_SIZE)), initial_state(CONTROLLER, measure(5.0, CLUTCH.encoder_step))
-    assert run(CLUTCH.as_array(), rest(5.0), CONTROLLER, own, reference, PERIOD, 0, record, load.as_array()) == OK
-    np.testing.assert_allclose(record[:, TRUE_POSITION], plain_loop_with_load(CLUTCH, load, reference, LOAD_PARTS), rtol=0, atol=1e-9)
+    assert run(CLUTCH.as_array(), rest(5.0), CONTROLLER, own, reference, PERIOD, 0, record, load.as_array(), NO_CONDITIONS) == OK
+    np.testing.assert_allclose(record[:, TRUE_POSITION], plain_loop_with_load(CLUTCH, load, reference, PARTS), rtol=0, atol=1e-9)
 
 
 def test_a_held_load_is_of_second_order() -> None:
@@ -136,7 +140,7 @@ def test_a_held_load_is_of_second_order() -> None:
         record = np.zeros((samples, RECORD_SIZE))
         state = rest(0.01)
         own, still = initial_state(CONTROLLER, 0.01), np.zeros(samples)
-        assert run(mass.as_array(), state, CONTROLLER, own, still, period, 0, record, load) == OK
+        assert run(mass.as_array(), state, CONTROLLER, own, still, period, 0, record, load, NO_CONDITIONS) == OK
         errors.append(abs(record[-1, TRUE_POSITION] - 0.01 * math.cos(20.0 * period * (samples - 1))))
     assert errors[0] < 1e-3 * 0.01 * 20.0
     assert errors[1] < errors[0] / 12.0
@@ -146,5 +150,19 @@ def test_what_rests_under_a_load_stays_where_it_is() -> None:
     axis = AxisParameters(1e-5, 4e-4, 0.1, 0.11, drive_limit=1e-12)
     record = np.zeros((500, RECORD_SIZE))
     load = Load(0.0, (Harmonic(1.0, 0.05, 0.09),)).as_array()
-    assert run(axis.as_array(), rest(5.0), CONTROLLER, initial_state(CONTROLLER, 5.0), np.full(500, 20.0), PERIOD, 1, record, load) == OK
+    assert (
+        run(
+            axis.as_array(),
+            rest(5.0),
+            CONTROLLER,
+            initial_state(CONTROLLER, 5.0),
+            np.full(500, 20.0),
+            PERIOD,
+            1,
+            record,
+            load,
+            NO_CONDITIONS,
+        )
+        == OK
+    )
     assert np.all(record[:, TRUE_POSITION] == 5.0)

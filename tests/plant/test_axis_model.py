@@ -13,6 +13,7 @@ from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.engine.axis_friction import breakaway_at, coulomb_at
+from frictool.plant.axis_laws import PLAIN_SIZE
 from frictool.plant.axis_model import axis_of
 from frictool.plant.polytope import intervals
 from tests.synth.example import ROOT, clutch_model
@@ -33,7 +34,7 @@ def test_takes_every_parameter_from_model_and_bench() -> None:
         {
             "inertia": 1.32e-5, "viscous": 3.81e-4, "coulomb": 0.099, "breakaway": 0.1089, "offset": 0.0, "constant": 13.4e-3,
             "lag": 3e-3, "drive_limit": 50.0, "backlash": 3.0, "backlash_coulomb": 0.05, "backlash_breakaway": 0.055,
-            "encoder_step": 2 * math.pi / 56,
+            "encoder_step": 2 * math.pi / 56, "resistance": 0.0, "supply": math.inf,
         }
     )  # fmt: skip
 
@@ -64,7 +65,7 @@ def test_the_end_stops_are_those_of_the_travel() -> None:
     assert axis_of(clutch_model()).laws.stops == (0.0, 63.0)
     model = clutch_model()
     without = msgspec.structs.replace(model, bench=msgspec.structs.replace(model.bench, mechanics=_without_travel(model)))
-    assert axis_of(without).as_array().shape == (12,)
+    assert axis_of(without).as_array().shape == (PLAIN_SIZE,)
 
 
 def _without_travel(model: Model) -> Mechanics:
