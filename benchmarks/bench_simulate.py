@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.timing import pair
-from frictool.control.cascade import initial_state
-from frictool.control.packing import pack
+from frictool.control.composition import controller_program
+from frictool.control.machine import Machine, copied, machine, start_at
 from frictool.engine.closed_loop import COMMAND, RECORD_SIZE, TRUE_POSITION, measure, run
 from frictool.engine.conditions import NO_CONDITIONS
 from frictool.plant.axis import AxisParameters, rest
@@ -32,11 +32,12 @@ USUAL: dict[str, Any] = {"method": "RK45", "rtol": 1e-6, "max_step": np.inf}
 ROUNDS, STEPS = 5, 200
 
 
-def closed_loop(controller: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The record (n, 7) of one step under a packed controller."""
+def closed_loop(controller: Machine) -> NDArray[np.float64]:
+    """The record (n, 7) of one step under a controller."""
     record = np.zeros((SAMPLES, RECORD_SIZE))
-    own = initial_state(controller, measure(START, CLUTCH.encoder_step))
-    run(CLUTCH.as_array(), rest(START), controller, own, np.full(SAMPLES, TARGET), PERIOD, 1, record, Load().as_array(), NO_CONDITIONS)
+    own = copied(controller)
+    start_at(own, measure(START, CLUTCH.encoder_step))
+    run(CLUTCH.as_array(), rest(START), own, np.full(SAMPLES, TARGET), PERIOD, 1, record, Load().as_array(), NO_CONDITIONS)
     return record
 
 
@@ -51,7 +52,7 @@ def replay(commands: NDArray[np.float64], options: dict[str, Any]) -> NDArray[np
 
 def simulate_clutch_step() -> dict[str, Any]:
     """Wall time of one step of 1.1 s."""
-    controller = pack(clutch_controller())
+    controller = machine(controller_program(clutch_controller()))
     record = closed_loop(controller)
     acting = np.concatenate([[0.0], record[:-1, COMMAND]])  # one sample of delay
     many, theirs = pair(lambda: [closed_loop(controller) for _ in range(STEPS)], lambda: replay(acting, USUAL), ROUNDS)

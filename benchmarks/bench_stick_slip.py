@@ -21,7 +21,8 @@ from scipy.optimize import brentq
 
 from benchmarks.bench_simulate import CLUTCH, PERIOD, START, USUAL, closed_loop, replay
 from benchmarks.timing import pair
-from frictool.control.packing import pack
+from frictool.control.composition import controller_program
+from frictool.control.machine import machine
 from frictool.engine.batch import replay_axes
 from frictool.engine.body import BREAKS_AWAY, STATE_SIZE
 from frictool.engine.closed_loop import COMMAND
@@ -295,7 +296,7 @@ def stick_slip_extended() -> dict[str, Any]:
 
 def clutch_batch_solve_ivp() -> dict[str, Any]:
     """1000 steps of 1.1 s of clutches that differ, against two by `solve_ivp`: plants alone under given commands (simulate.clutch_step)."""
-    acting = np.concatenate([[0.0], closed_loop(pack(clutch_controller()))[:-1, COMMAND]])
+    acting = np.concatenate([[0.0], closed_loop(machine(controller_program(clutch_controller())))[:-1, COMMAND]])
     factors = np.random.default_rng(6).uniform(0.7, 1.3, (PLANTS, 2))
     plants = [
         CLUTCH._replace(

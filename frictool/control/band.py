@@ -12,23 +12,34 @@ The band acts where |e| <= band and the prefilter has settled, |f'| < settled_sp
 in the middle of a move, whenever it happens to follow the filtered reference closely. `cut` goes to REST at once, `brake` first
 brings the measured speed below `rest_speed`. Leaving the band, or a moving prefilter, is RUN again.
 
-What holds of it is boundedness and rest; the decrease of (5.12) has no sign and proves no stability.
+What holds of it is boundedness and rest; the decrease of (5.12) has no sign and proves no stability. Rule: a band above the way that
+friction needs to stop from the speed at which it acts, and above two encoder steps; small bands with a cut hunt at low friction.
 """
 
 from __future__ import annotations
 
-from frictool.kernels import kernel
+from frictool.control.program import Node, Program
 
 RUN, BRAKE, REST = 0.0, 1.0, 2.0
 
 
-@kernel
-def next_mode(
-    mode: float, brakes: bool, band: float, settled_speed: float, rest_speed: float, error: float, reference_speed: float, speed: float
-) -> float:
-    """The mode at this sample; lengths in rad | m, speeds per s. `speed` is the measured one, of which only braking makes use."""
-    if not (abs(error) <= band and abs(reference_speed) < settled_speed):
-        return RUN
-    if not brakes or mode == REST or abs(speed) < rest_speed:
-        return REST
-    return BRAKE
+def settled(program: Program, error: Node, band: Node, reference_speed: Node | None, settled_speed: float | None) -> Node:
+    """Whether |e| <= band and, where it has to, the prefilter moves slower than `settled_speed` [per s]."""
+    inside = abs(error) <= band
+    if reference_speed is None or settled_speed is None:
+        return inside
+    return inside & (abs(reference_speed) < program.constant(settled_speed, "settled_speed"))
+
+
+def next_mode(program: Program, inside: Node, speed: Node | None, rest_speed: float) -> Node:
+    """The mode at this sample. `speed`: the measured one, where the band brakes; None where it cuts."""
+    rest = program.constant(REST)
+    before = program.state("mode", RUN, REST, start=REST)
+    if speed is None:
+        at_rest = rest
+    else:
+        stays = (before >= rest) | (abs(speed) < program.constant(rest_speed, "rest_speed"))
+        at_rest = program.select(stays, rest, program.constant(BRAKE))
+    mode = program.named("mode_now", program.select(inside, at_rest, program.constant(RUN)))
+    program.update("mode", mode)
+    return mode

@@ -1,42 +1,136 @@
-"""The linear speed controller as a difference equation in state-space form, with the observer form of anti-windup.
+"""The linear controller as a difference equation in state-space form, with the observer form of anti-windup.
 
-    u[k] = c x[k] + d eta[k],   x[k+1] = a x[k] + b eta[k] + l (limited u[k] - u[k])
+    u[k] = c x[k] + d e[k],   x[k+1] = a x[k] + b e[k] + l (limited u[k] - u[k])
 
-A system of order n is flat: a (n x n, row-major), b (n), c (n), d, l (n). Sums are formed in the order written, which the C form repeats.
+Sums are formed in the order written: d e first, then c x; b e, l times the excess, then a x. What is 0 is left out.
+
+An integrator, a state whose row of `a` is that of the identity, may be held instead: while the drive is released (5.2.2), and with
+`conditional` while the drive is limited and what enters would move it further.
+
+Known of it: with l the state follows a - l c, x+ = (a - l c) x + (b - l d) e + l (limited u), whatever u would be. Where that is stable
+every state is bounded by sums of its impulse responses, which is where fixed point takes its scaling from.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.kernels import kernel
+from frictool.control.program import Node, Program
 
-Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+SUMMED = 200_000  # samples of an impulse response, at most
+DIED = 1e-6  # of what has been summed: the rest of a response that has fallen so far is bounded by its slope
 
 
-@kernel
-def equation_output(parameters: Vector, system: int, state: Vector, x: int, n: int, eta: float) -> float:
-    """The drive [A | V] before its limit, d eta + c x.
+@dataclass(frozen=True)
+class Equation:
+    """a (n, n), b (n,), c (n,), d, gains l (n,)."""
 
-    The system lies in `parameters` from place `system` on, the state in `state` from place `x` on: n numbers, and n more of scratch.
+    a: Matrix
+    b: Matrix
+    c: Matrix
+    d: float
+    gains: Matrix
+
+    @property
+    def integrators(self) -> list[int]:
+        """States whose row of `a` is the identity's."""
+        return [i for i, row in enumerate(self.a) if row[i] == 1.0 and np.count_nonzero(row) == 1]
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """The equation's numbers as nodes: constants of the program, or sums over the corners of a schedule."""
+
+    a: list[list[Node]]
+    b: list[Node]
+    c: list[Node]
+    d: Node
+    gains: list[Node]
+
+
+def coefficients(program: Program, equation: Equation, prefix: str = "") -> Coefficients:
+    """The equation as constants of the program, their names after `prefix`."""
+    n = len(equation.b)
+
+    def row(name: str, values: Matrix) -> list[Node]:
+        return [program.constant(float(value), f"{prefix}{name}[{i}]") for i, value in enumerate(values)]
+
+    rows = [[program.constant(float(equation.a[i, j]), f"{prefix}a[{i}][{j}]") for j in range(n)] for i in range(n)]
+    return Coefficients(
+        rows, row("b", equation.b), row("c", equation.c), program.constant(equation.d, f"{prefix}d"), row("l", equation.gains)
+    )
+
+
+def output(program: Program, equation: Equation, k: Coefficients, entering: Node, bounds: Matrix) -> Node:
+    """u before its limit. `bounds` (n,) of the states."""
+    program.block("linear controller: u = d e + c x")
+    x = [program.state(f"x[{i}]", -float(bound), float(bound)) for i, bound in enumerate(bounds)]
+    terms = _present([k.d, *k.c], [entering, *x])
+    return program.named("linear_drive", program.dot(*terms) if terms[0] else program.constant(0.0))
+
+
+def advance(
+    program: Program, equation: Equation, k: Coefficients, entering: Node, excess: Node, held: Node | None, resting: Node | None
+) -> None:
+    """Moves x. excess = limited drive - drive; `held`: where integrators are; `resting`: where all states are 0."""
+    program.block("its states: next x = b e + l excess + a x")
+    n = len(equation.b)
+    x = [program.states[f"x[{i}]"] for i in range(n)]
+    for i in range(n):
+        terms = _present([k.b[i], k.gains[i], *k.a[i]], [entering, excess, *x])
+        following = program.dot(*terms) if terms[0] else program.constant(0.0)
+        if held is not None and i in equation.integrators:
+            following = program.select(held, x[i], following)
+        if resting is not None:
+            following = program.select(resting, program.constant(0.0), following)
+        program.update(f"x[{i}]", following)
+
+
+def _present(coefficients: list[Node], values: list[Node]) -> tuple[list[Node], list[Node]]:
+    """Without the terms whose coefficient is the constant 0."""
+    kept = [(c, v) for c, v in zip(coefficients, values, strict=True) if not (c.op == "constant" and c.value == 0.0)]
+    return [c for c, _ in kept], [v for _, v in kept]
+
+
+def state_bounds(equation: Equation, entering: float, drive: float, conditional: bool) -> Matrix:
+    """|x| (n,) for |e| <= entering and a drive within +-drive, inf where nothing bounds it.
+
+    Integrators that are held while they would push a limited drive further: what the drive's limit leaves them beside the other states.
     """
-    c = system + n * n + n
-    drive: float = parameters[c + n] * eta
-    for i in range(n):
-        drive += parameters[c + i] * state[x + i]
-    return drive
+    n, held = len(equation.b), equation.integrators if conditional else []
+    free = [i for i in range(n) if i not in held]
+    closed = equation.a - np.outer(equation.gains, equation.c)
+    a = closed[np.ix_(free, free)]
+    # with the limit: x+ = (a - l c) x + (b - l d) e + l (limited u), and what held integrators send in through l
+    into_e, into_u = (equation.b - equation.gains * equation.d)[free], equation.gains[free]
+    bounds = np.full(n, np.inf)
+    if held and np.any(equation.gains[free]):
+        return bounds
+    bounds[free] = impulse_sums(a, into_e) * entering + impulse_sums(a, into_u) * drive
+    for i in held:
+        others = float(np.sum(np.abs(equation.c[free]) * bounds[free])) + abs(equation.d) * entering
+        if equation.c[i] != 0.0 and len(held) == 1:
+            bounds[i] = (drive + others) / abs(equation.c[i]) + abs(equation.b[i]) * entering
+    return bounds
 
 
-@kernel
-def equation_advance(parameters: Vector, system: int, state: Vector, x: int, n: int, eta: float, excess: float) -> None:
-    """Moves x to the next sample in place; excess = limited drive - drive [A | V]; places as in `equation_output`."""
-    b = system + n * n
-    gain = b + 2 * n + 1
-    for i in range(n):
-        value = parameters[b + i] * eta + parameters[gain + i] * excess
-        for j in range(n):
-            value += parameters[system + i * n + j] * state[x + j]
-        state[x + n + i] = value
-    for i in range(n):
-        state[x + i] = state[x + n + i]
+def impulse_sums(a: Matrix, b: Matrix) -> Matrix:
+    """sum_k |a^k b| (n,): how far each state of x+ = a x + b e goes for |e| <= 1; inf where a is not stable."""
+    n = len(b)
+    if n == 0 or not np.any(b):
+        return np.zeros(n)
+    radius = float(np.max(np.abs(np.linalg.eigvals(a))))
+    if radius >= 1.0:
+        return np.full(n, np.inf)
+    total, x, left = np.zeros(n), b.copy(), 0.0
+    for _ in range(SUMMED):
+        total += np.abs(x)
+        x = a @ x
+        left = float(np.max(np.abs(x))) / (1.0 - radius)
+        if left <= DIED * float(np.max(total)):
+            break
+    return total + left

@@ -1,27 +1,38 @@
-"""The square-root position law (5.19), (5.71), annex (5): the speed from which Coulomb friction alone stops the axis at its target.
+"""Position laws of the cascade: the speed reference from the position error.
 
-    omega_c = k sqrt(|e|) sign(e)   outside the band        k = sqrt(2 F_c/J); with virtual friction k > sqrt(2 F_c/J) (5.42)
-            = k e/sqrt(band)        inside, its linear continuation
+    square root    omega_c = k sqrt(|e|) sign(e)   outside the band   (5.19), (5.71), annex (5); k = sqrt(2 F_c/J)
+                           = k e/sqrt(band)        inside, its linear continuation
+    proportional   omega_c = k e
 
-Braked by friction alone, J omega' = -F_c, the axis that follows the law arrives with speed 0 at e = 0 (5.5). The band around the
-target, where the law gives way to rest, is in `band`. The larger k, the faster the response and the more the drive has to brake
-with; a k above the friction's own value is what `virtual_coulomb_factor` asks for. The text has 0 inside the band (5.19); here the law
-is followed there too until the prefilter has settled and the band acts, linearly, since the root's infinite slope at zero would turn
-each encoder count into a jump of the speed reference.
+Braked by friction alone, J omega' = -F_c, the axis that follows the square root arrives with speed 0 at e = 0 (5.5). With virtual friction
+k = sqrt(2 (F_c + F_cv)/J) (5.42): faster, and the drive has to brake with F_cv. The text has 0 inside the band (5.19); here the law is
+followed there too until the prefilter has settled and the band acts, linearly, since the root's infinite slope at zero would turn each
+encoder count into a jump of the speed reference.
+
+Known of it (proposition 5.2.2): for a speed loop that is infinitely faster the error decreases outside the band and ends within it.
+With the loop's finite bandwidth the simulation has to tell; the slope k/sqrt(band) of the linear continuation must stay well below it.
+Rule: k from the friction that is surely there (the lower end of the map); the band at least some encoder steps.
 """
 
 from __future__ import annotations
 
 import math
 
-from frictool.kernels import kernel
+from frictool.control.program import Node, Program
 
 
-@kernel
-def speed_reference(gain: float, slope: float, band: float, error: float) -> float:
-    """omega_c [rad/s | m/s] for a position error [rad | m]; odd, continuous. `slope` = gain/sqrt(band)."""
-    if error > band:
-        return gain * math.sqrt(error)
-    if error < -band:
-        return -(gain * math.sqrt(-error))
-    return slope * error
+def square_root_law(program: Program, error: Node, gain: float, band: Node) -> Node:
+    """omega_c [per s] for a position error [rad | m]; odd, continuous."""
+    program.block("square-root law (5.19): the speed from which friction alone stops the axis at its target; linear inside the band")
+    k = program.constant(gain, "law_gain")
+    size = program.named("error_size", abs(error))
+    root = program.named("root", k * program.sqrt(size))
+    inside = program.constant(gain / math.sqrt(band.value), "law_slope") * error
+    outside = program.select(error < program.constant(0.0), -root, root)
+    return program.named("wanted_speed", program.select(size > band, outside, inside))
+
+
+def proportional_law(program: Program, error: Node, gain: float) -> Node:
+    """omega_c [per s] for a position error [rad | m]."""
+    program.block("proportional position law")
+    return program.named("wanted_speed", program.constant(gain, "law_gain") * error)

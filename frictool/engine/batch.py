@@ -6,13 +6,16 @@ import numpy as np
 from numba import prange
 from numpy.typing import NDArray
 
+from frictool.control.machine import Machine, copied, start_at
 from frictool.engine.axis import advance
 from frictool.engine.body import BREAKS_AWAY
+from frictool.engine.closed_loop import measure
 from frictool.engine.closed_loop import run as run_loop
 from frictool.engine.dormand_prince import Force
 from frictool.engine.status import OK
 from frictool.engine.stick_slip import run as run_body
 from frictool.kernels import parallel_kernel
+from frictool.plant.axis import ENCODER_STEP
 
 Vector = NDArray[np.float64]
 
@@ -35,8 +38,7 @@ def replay_axes(axes: Vector, states: Vector, commands: Vector, period: float, p
 def closed_loops(
     axes: Vector,
     states: Vector,
-    controllers: Vector,
-    controller_states: Vector,
+    controller: Machine,
     references: Vector,
     period: float,
     delay_samples: int,
@@ -45,11 +47,16 @@ def closed_loops(
     load: Vector,
     conditions: Vector,
 ) -> None:
-    """Many closed loops: engine/closed_loop.py `run` for each row of axes (m, a), states (m, 7), controllers (m, c), their states
-    (m, s), references (m, n), all under one load and the same conditions (n, 8) or (0, 8); fills records (m, n, 7) and statuses (m,)."""
+    """Many closed loops: engine/closed_loop.py `run` for each row of axes (m, a), states (m, 7), references (m, n).
+
+    Each has a machine of its own, at rest where it is measured; all are under one load and the same conditions (n, 8) or (0, 8).
+
+    Fills records (m, n, 7) and statuses (m,).
+    """
     for i in prange(axes.shape[0]):
-        own = controller_states[i]
-        statuses[i] = run_loop(axes[i], states[i], controllers[i], own, references[i], period, delay_samples, records[i], load, conditions)
+        own = copied(controller)
+        start_at(own, measure(states[i, 0], axes[i, ENCODER_STEP]))
+        statuses[i] = run_loop(axes[i], states[i], own, references[i], period, delay_samples, records[i], load, conditions)
 
 
 @parallel_kernel

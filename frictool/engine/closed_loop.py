@@ -19,7 +19,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.control.cascade import control_step
+from frictool.control.machine import Machine, control_step
 from frictool.engine.axis import advance, drive_range
 from frictool.engine.conditions import faulty, impose, true_command
 from frictool.engine.status import OK
@@ -46,8 +46,7 @@ def measure(position: float, step: float) -> float:
 def run(
     axis: Vector,
     state: Vector,
-    controller: Vector,
-    controller_state: Vector,
+    controller: Machine,
     reference: Vector,
     period: float,
     delay_samples: int,
@@ -57,8 +56,8 @@ def run(
 ) -> int:
     """Runs the loop over `reference` (n,), one value a `period` [s]; fills `record` (n, 7). Returns engine/status.py.
 
-    axis (a,) and state (7,): plant/axis.py, the state in place; controller and controller_state: control/cascade.py, the state in
-    place. load: plant/load.py. conditions (n, 8): engine/conditions.py, or (0, 8) where nothing happens.
+    axis (a,) and state (7,): plant/axis.py, the state in place. controller: control/machine.py, started at what is measured, in place.
+    load: plant/load.py. conditions (n, 8): engine/conditions.py, or (0, 8) where nothing happens.
     Where the status is not OK the record is filled up to the failing sample.
     """
     p, changing, loaded = axis.copy(), conditions.shape[0] > 0, load.shape[0] > 0
@@ -68,7 +67,7 @@ def run(
     for k in range(reference.shape[0]):
         reported = measure(state[POSITION], axis[ENCODER_STEP])
         measured = faulty(reported, axis[ENCODER_STEP], measured, conditions[k]) if changing else reported
-        command = control_step(controller, controller_state, reference[k], measured)
+        command = control_step(controller, reference[k], measured, state[VELOCITY])
         waiting[k % (delay_samples + 1)] = command
         acting = waiting[(k + 1) % (delay_samples + 1)]
         if changing:

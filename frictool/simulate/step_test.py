@@ -13,8 +13,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.control.cascade import initial_state
-from frictool.control.packing import pack
+from frictool.control.composition import controller_program
+from frictool.control.machine import machine, start_at
 from frictool.documents.controller import Controller
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
@@ -74,14 +74,14 @@ def _run(variant: Variant, load: Load, controller: Controller, start: float, ref
 
     From rest at `start`, the backlash in its middle, the prefilter settled at what is measured.
     """
-    axis, packed = variant.axis.as_array(), pack(controller)
+    axis, running = variant.axis.as_array(), machine(controller_program(controller))
     measured = closed_loop.measure(start, variant.axis.encoder_step)
+    start_at(running, measured)
     record = np.zeros((reference.size, closed_loop.RECORD_SIZE))
     status = closed_loop.run(
         axis,
         rest(start),
-        packed,
-        initial_state(packed, measured),
+        running,
         reference,
         controller.sample_period_s,
         controller.delay_samples,

@@ -6,6 +6,8 @@ from pathlib import Path
 
 from scipy import signal
 
+from frictool.control.composition import controller_program
+from frictool.control.machine import Machine, machine, start_at
 from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller, DelayCheck, LinearController, PositionLaw, Prefilter, Velocity, Verified, Vertex
 from frictool.documents.provenance import Provenance
@@ -18,9 +20,7 @@ CONSTANT = 13.4e-3
 # K_p (s + 1/T_i) on eta with two poles, N m per rad: a PI speed controller with a lag and a roll-off
 GAIN, ZERO, POLES = 1.6e-3, 1 / 0.047, (1793.0, 3000.0)
 CUT_LAW = PositionLaw(gain=81.1, formula="sqrt(F/J)", band=2.0, action="cut", settled_speed=5.0)
-BRAKE_LAW = PositionLaw(
-    gain=160.0, formula="sqrt(2F/J)", band=1.1, action="brake", settled_speed=5.0, rest_speed=40.0
-)
+BRAKE_LAW = PositionLaw(gain=160.0, formula="sqrt(2F/J)", band=1.1, action="brake", settled_speed=5.0, rest_speed=40.0)
 
 
 def speed_controller(period: float = 1e-3) -> LinearController:
@@ -55,3 +55,10 @@ def clutch_controller(
         velocity=Velocity(bandwidth_rad_s=150.0) if law.action == "brake" else Velocity(),
         prefilter=Prefilter(natural_frequency_rad_s=30.0, damping=0.8) if prefilter else None,
     )
+
+
+def started(controller: Controller, position: float) -> Machine:
+    """The controller in double, at rest at `position` [rad]."""
+    made = machine(controller_program(controller))
+    start_at(made, position)
+    return made

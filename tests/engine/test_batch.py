@@ -8,8 +8,8 @@ import numba
 import numpy as np
 import pytest
 
-from frictool.control.cascade import initial_state
-from frictool.control.packing import pack
+from frictool.control.composition import controller_program
+from frictool.control.machine import copied, machine, start_at
 from frictool.engine.axis import advance
 from frictool.engine.batch import breakaway_times, closed_loops, replay_axes
 from frictool.engine.body import at_rest
@@ -65,18 +65,17 @@ def test_replayed_axes(threads: int) -> None:
 
 
 def test_closed_loops(threads: int) -> None:
-    axes, controller, samples = clutches(), pack(clutch_controller()), 300
+    axes, controller, samples = clutches(), machine(controller_program(clutch_controller())), 300
     references, records, statuses = (
         np.full((PLANTS, samples), 20.0),
         np.zeros((PLANTS, samples, RECORD_SIZE)),
         np.zeros(PLANTS, dtype=np.int64),
     )
-    arrays, own = np.stack([axis.as_array() for axis in axes]), np.stack([initial_state(controller, 0.0)] * PLANTS)
+    arrays = np.stack([axis.as_array() for axis in axes])
     closed_loops(
         arrays,
         np.stack([rest()] * PLANTS),
-        np.stack([controller] * PLANTS),
-        own,
+        controller,
         references,
         PERIOD,
         1,
@@ -87,12 +86,12 @@ def test_closed_loops(threads: int) -> None:
     )
     assert np.all(statuses == OK)
     for i in range(PLANTS):
-        record = np.zeros((samples, RECORD_SIZE))
+        record, own = np.zeros((samples, RECORD_SIZE)), copied(controller)
+        start_at(own, 0.0)
         run(
             arrays[i],
             rest(),
-            controller,
-            initial_state(controller, 0.0),
+            own,
             references[i],
             PERIOD,
             1,

@@ -11,8 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from frictool.control.cascade import control_step, initial_state
-from frictool.control.packing import pack
+from frictool.control.machine import control_step
 from frictool.engine.axis import advance
 from frictool.engine.closed_loop import (
     COMMAND,
@@ -30,20 +29,20 @@ from frictool.engine.conditions import NO_CONDITIONS
 from frictool.engine.status import NOT_FINITE, OK
 from frictool.plant.axis import DRIVE, LOAD_POSITION, POSITION, VELOCITY, AxisParameters, rest
 from frictool.plant.load import Harmonic, Load
-from tests.control.example import BRAKE_LAW, clutch_controller, speed_controller
+from tests.control.example import BRAKE_LAW, clutch_controller, speed_controller, started
 from tests.engine.test_axis import CLUTCH
 
 ENCODED = CLUTCH._replace(encoder_step=2 * math.pi / 56)
 PERIOD = 1e-3
 NO_LOAD = Load().as_array()
-CONTROLLER = pack(clutch_controller(BRAKE_LAW, speed=msgspec.structs.replace(speed_controller(), anti_windup=(0.0, 0.0))))
+CONTROLLER = clutch_controller(BRAKE_LAW, speed=msgspec.structs.replace(speed_controller(), anti_windup=(0.0, 0.0)))
 
 
 def loop(axis: AxisParameters, reference: NDArray[np.float64], delay: int, start: float = 5.0) -> NDArray[np.float64]:
     """The kernel's record (n, 7) for the example controller with the braking law."""
     record = np.zeros((reference.size, RECORD_SIZE))
-    own = initial_state(CONTROLLER, measure(start, axis.encoder_step))
-    assert run(axis.as_array(), rest(start), CONTROLLER, own, reference, PERIOD, delay, record, NO_LOAD, NO_CONDITIONS) == OK
+    own = started(CONTROLLER, measure(start, axis.encoder_step))
+    assert run(axis.as_array(), rest(start), own, reference, PERIOD, delay, record, NO_LOAD, NO_CONDITIONS) == OK
     return record
 
 
@@ -59,10 +58,10 @@ def test_equals_the_loop_in_python(targets: list[float], delay: int, lag: float,
     reference = np.repeat(targets, 200)
     record = loop(axis, reference, delay)
     state, array = rest(5.0), axis.as_array()
-    own, commands = initial_state(CONTROLLER, math.floor(5.0 / step) * step if step else 5.0), [0.0] * delay
+    own, commands = started(CONTROLLER, math.floor(5.0 / step) * step if step else 5.0), [0.0] * delay
     for k, target in enumerate(reference):
         y = math.floor(state[POSITION] / step) * step if step else state[POSITION]
-        commands.append(control_step(CONTROLLER, own, target, y))
+        commands.append(control_step(own, target, y, state[VELOCITY]))
         expected = [y, state[POSITION], state[VELOCITY], state[LOAD_POSITION], commands[-1]]
         assert advance(state, commands[k], array, PERIOD) == OK
         np.testing.assert_array_equal(record[k, [MEASURED, TRUE_POSITION, TRUE_VELOCITY, LOAD, COMMAND]], expected)
@@ -91,10 +90,7 @@ def test_nothing_acts_before_the_delay(delay: int) -> None:
 def test_a_failing_sample_is_reported_and_what_came_before_is_kept() -> None:
     record, state = np.zeros((3, RECORD_SIZE)), rest(5.0)
     reference = np.array([5.0, math.nan, 5.0])
-    assert (
-        run(ENCODED.as_array(), state, CONTROLLER, initial_state(CONTROLLER, 5.0), reference, PERIOD, 0, record, NO_LOAD, NO_CONDITIONS)
-        == NOT_FINITE
-    )
+    assert run(ENCODED.as_array(), state, started(CONTROLLER, 5.0), reference, PERIOD, 0, record, NO_LOAD, NO_CONDITIONS) == NOT_FINITE
     assert record[0, TRUE_POSITION] == 5.0
     assert record[2, TRUE_POSITION] == 0.0
 
@@ -108,10 +104,10 @@ def test_reaches_the_target_within_the_band_and_stays_without_drive() -> None:
 
 def plain_loop_with_load(axis: AxisParameters, load: Load, reference: NDArray[np.float64], parts: int) -> NDArray[np.float64]:
     """Positions (n,): the loop written out, its load held over a part of a period."""
-    state, own, found = rest(5.0), initial_state(CONTROLLER, measure(5.0, axis.encoder_step)), []
+    state, own, found = rest(5.0), started(CONTROLLER, measure(5.0, axis.encoder_step)), []
     for target in reference:
         found.append(state[POSITION])
-        command = control_step(CONTROLLER, own, target, measure(state[POSITION], axis.encoder_step))
+        command = control_step(own, target, measure(state[POSITION], axis.encoder_step), state[VELOCITY])
         for _ in range(parts):
             ahead = state[POSITION] + 0.5 * PERIOD / parts * state[VELOCITY]
             moved = axis._replace(offset=axis.offset + float(load.at(np.array([ahead]))[0]))
@@ -126,8 +122,8 @@ def plain_loop_with_load(axis: AxisParameters, load: Load, reference: NDArray[np
 )  # fmt: skip
 def test_a_load_acts_as_the_loop_in_python_says(stiffness: float, sine: float, cosine: float, number: float, target: float) -> None:
     load, reference = Load(stiffness, (Harmonic(number, sine, cosine),)), np.full(300, target)
-    record, own = np.zeros((300, RECORD_SIZE)), initial_state(CONTROLLER, measure(5.0, CLUTCH.encoder_step))
-    assert run(CLUTCH.as_array(), rest(5.0), CONTROLLER, own, reference, PERIOD, 0, record, load.as_array(), NO_CONDITIONS) == OK
+    record, own = np.zeros((300, RECORD_SIZE)), started(CONTROLLER, measure(5.0, CLUTCH.encoder_step))
+    assert run(CLUTCH.as_array(), rest(5.0), own, reference, PERIOD, 0, record, load.as_array(), NO_CONDITIONS) == OK
     np.testing.assert_allclose(record[:, TRUE_POSITION], plain_loop_with_load(CLUTCH, load, reference, PARTS), rtol=0, atol=1e-9)
 
 
@@ -139,8 +135,8 @@ def test_a_held_load_is_of_second_order() -> None:
         samples = round(1.0 / period) + 1
         record = np.zeros((samples, RECORD_SIZE))
         state = rest(0.01)
-        own, still = initial_state(CONTROLLER, 0.01), np.zeros(samples)
-        assert run(mass.as_array(), state, CONTROLLER, own, still, period, 0, record, load, NO_CONDITIONS) == OK
+        own, still = started(CONTROLLER, 0.01), np.zeros(samples)
+        assert run(mass.as_array(), state, own, still, period, 0, record, load, NO_CONDITIONS) == OK
         errors.append(abs(record[-1, TRUE_POSITION] - 0.01 * math.cos(20.0 * period * (samples - 1))))
     assert errors[0] < 1e-3 * 0.01 * 20.0
     assert errors[1] < errors[0] / 12.0
@@ -154,8 +150,7 @@ def test_what_rests_under_a_load_stays_where_it_is() -> None:
         run(
             axis.as_array(),
             rest(5.0),
-            CONTROLLER,
-            initial_state(CONTROLLER, 5.0),
+            started(CONTROLLER, 5.0),
             np.full(500, 20.0),
             PERIOD,
             1,

@@ -1,0 +1,36 @@
+"""The limit of the drive: the same in both directions, and narrower where the motor's back-EMF leaves less.
+
+    |u| <= bound,   |R i + K v| <= V   ->   (-V - K v)/R <= i <= (V - K v)/R       for a current through a winding
+
+Known of it: with the anti-windup of the difference equation the loop is the linear one as soon as the limit is left. K is the torque
+constant, which is the back-EMF's in SI units; v is the measured speed, so that its lag is a lag of this limit.
+"""
+
+from __future__ import annotations
+
+from frictool.control.program import Node, Program
+
+
+def bounds(program: Program, bound: float, winding: tuple[float, float, float] | None, speed: Node | None) -> tuple[Node, Node]:
+    """(low, high) of the drive [A | V]; winding: resistance [ohm], constant [N m/A], voltage [V], for which a speed is needed."""
+    high = program.constant(bound, "drive_limit")
+    low = -high
+    if winding is None or speed is None:
+        return low, high
+    resistance, constant, voltage = winding
+    program.block("current that the voltage leaves beside the back-EMF")
+    back = program.constant(constant / resistance, "back_emf") * speed
+    most = program.constant(voltage / resistance, "stall_current")
+    upper = program.smaller(high, program.larger(low, most - back))
+    lower = program.larger(low, program.smaller(high, -most - back))
+    return program.named("drive_low", lower), program.named("drive_high", upper)
+
+
+def limit(program: Program, drive: Node, low: Node, high: Node) -> tuple[Node, Node]:
+    """The drive within its bounds, and which one it met: -1, 0 or +1."""
+    program.block("limit of the drive")
+    zero, one = program.constant(0.0), program.constant(1.0)
+    above, below = drive > high, drive < low
+    limited = program.named("limited_drive", program.select(above, high, program.select(below, low, drive)))
+    met = program.named("met", program.select(above, one, program.select(below, program.constant(-1.0), zero)))
+    return limited, met

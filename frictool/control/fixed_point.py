@@ -1,0 +1,290 @@
+"""A program in fixed point: the fraction of every value from the interval that it stays within, and the proof that nothing overflows.
+
+    intervals of inputs and states ──▶ interval of every value ──▶ its fraction, the shifts of its operation ──▶ words' intervals, checked
+
+Values are words of 32 bits; products and sums are formed in 64. q31 keeps coefficients to 31 bits and a sign, q15 to 15, each with a
+fraction of its own. A state saturates at the interval that its block states, so that the intervals hold at every sample if they hold at
+one. That they do not overflow is not taken from real numbers: every operation is done once more on the words at both ends of its
+operands' intervals, in whole numbers without bounds, and each intermediate result has to fit.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.control.machine import FIXED, Machine, machine, ports
+from frictool.control.program import Node, Program
+
+BITS = {"q31": 31, "q15": 15}  # of a coefficient, without its sign
+WORD, LONG = 2**31, 2**63
+FILLED = 0.98  # of a word, by the interval in real numbers: what rounding may add has room
+WIDEST, FINEST = 31, 60  # shift to the left of a word; fraction
+Interval = tuple[float, float]
+Words = tuple[int, int]
+
+
+class DoesNotFit(ValueError):
+    """A value has no finite interval, or an operation would overflow."""
+
+
+@dataclass(frozen=True)
+class FixedProgram:
+    """Shifts and fractions by node, as in the arrays of `Machine`; `terms` by node of a dot, `words`: the proved interval of each.
+
+    shifts: (a, b, result), to the right where positive. write_shift: of each state's update. constants: words.
+    """
+
+    program: Program
+    bits: int
+    fractions: dict[int, int]
+    shifts: dict[int, tuple[int, int, int]]
+    term_shifts: dict[int, tuple[int, ...]]
+    write_shift: dict[int, int]
+    constants: dict[int, int]
+    words: dict[int, Words]
+
+
+def rounded(value: float, bits: int) -> float:
+    """A coefficient as the format keeps it: the nearest word of `bits` bits with a fraction of its own."""
+    word, fraction = coefficient(value, bits)
+    return math.ldexp(word, -fraction)
+
+
+def coefficient(value: float, bits: int) -> tuple[int, int]:
+    """(word, fraction) of a coefficient; whole numbers that fit keep the fraction 0."""
+    if value == int(value) and abs(value) < 2**bits:
+        return int(value), 0
+    fraction = min(bits - math.frexp(value)[1], FINEST)
+    word = round(math.ldexp(value, fraction))
+    if abs(word) >= 2**bits:  # rounded up to the next power of two
+        return round(math.ldexp(value, fraction - 1)), fraction - 1
+    return word, fraction
+
+
+def fixed_program(program: Program, bits: int) -> FixedProgram:
+    """Raises DoesNotFit, naming the value, where the program cannot be scaled."""
+    return _Scaling(program, bits).done()
+
+
+def fixed_machine(scaled: FixedProgram) -> Machine:
+    """The program as the simulation runs it."""
+    program, plain = scaled.program, machine(scaled.program)
+    writes = plain.writes
+    formats = np.zeros((len(program.nodes) + len(writes), 6), dtype=np.int64)
+    word = np.zeros(len(formats), dtype=np.int64)
+    for node in program.nodes:
+        low, high = scaled.words[node.index]
+        formats[node.index] = [scaled.fractions[node.index], low, high, *scaled.shifts.get(node.index, (0, 0, 0))]
+        if node.op == "constant":
+            word[node.index] = scaled.constants[node.index]
+        elif node.op == "state":
+            word[node.index] = round(math.ldexp(node.value, scaled.fractions[node.index]))
+    terms, at = plain.terms.copy(), 0
+    for node in program.nodes:
+        if node.op == "dot":
+            for shift in scaled.term_shifts[node.index]:
+                terms[at, 2] = shift
+                at += 1
+    for k, (state, _) in enumerate(writes):
+        formats[len(program.nodes) + k, 5] = scaled.write_shift[int(state)]
+    nothing: NDArray[np.float32] = np.empty(0, dtype=np.float32)
+    return Machine(FIXED, plain.code, terms, writes, ports(program), plain.starts, np.empty(0), nothing, word, formats)
+
+
+class _Scaling:
+    """The pass over the program: real intervals, fractions and shifts, words."""
+
+    def __init__(self, program: Program, bits: int) -> None:
+        self.program, self.bits = program, bits
+        self.real: dict[int, Interval] = {}
+        self.fraction: dict[int, int] = {}
+        self.shifts: dict[int, tuple[int, int, int]] = {}
+        self.terms: dict[int, tuple[int, ...]] = {}
+        self.constants: dict[int, int] = {}
+        self.words: dict[int, Words] = {}
+
+    def done(self) -> FixedProgram:
+        for node in self.program.nodes:
+            if node.op == "constant":
+                word, self.fraction[node.index] = coefficient(node.value, self.bits if node.index in self.program.names else 31)
+                value = math.ldexp(word, -self.fraction[node.index])
+                self.constants[node.index], self.real[node.index] = word, (value, value)
+                self.words[node.index] = (word, word)
+            elif node.op in ("input", "state"):
+                self._given(node)
+            else:
+                self.real[node.index] = self._interval(node)
+                self._scale(node)
+                self.words[node.index] = self._checked(node, *self._word_interval(node))
+        writes = {}
+        for state, source in self.program.updates.items():
+            writes[state] = self.fraction[source.index] - self.fraction[state]
+            for word in self.words[source.index]:
+                self._long(self.program.nodes[state], _moved(word, writes[state]))
+        return FixedProgram(self.program, self.bits, self.fraction, self.shifts, self.terms, writes, self.constants, self.words)
+
+    def _called(self, node: Node) -> str:
+        return self.program.names.get(node.index, f"value {node.index} ({node.op})")
+
+    def _given(self, node: Node) -> None:
+        if not (math.isfinite(node.low) and math.isfinite(node.high)):
+            raise DoesNotFit(f"{self._called(node)} has no bounds")
+        self.real[node.index] = (node.low, node.high)
+        f = self.fraction[node.index] = self._fraction(node, node.low, node.high)
+        self.words[node.index] = self._checked(node, math.ceil(math.ldexp(node.low, f)), math.floor(math.ldexp(node.high, f)))
+
+    def _fraction(self, node: Node, low: float, high: float) -> int:
+        largest = max(abs(low), abs(high))
+        if not math.isfinite(largest):
+            raise DoesNotFit(f"{self._called(node)} has no bounds")
+        if largest == 0.0:
+            return 0
+        found = math.floor(math.log2(FILLED * WORD / largest))
+        if found < -FINEST:
+            raise DoesNotFit(f"{self._called(node)} reaches {largest:.3g}")
+        return min(found, FINEST)
+
+    def _interval(self, node: Node) -> Interval:
+        """In real numbers, by the operation's own rule."""
+        if node.is_logical:
+            return 0.0, 1.0
+        of = [self.real[arg.index] for arg in node.args]
+        match node.op:
+            case "add":
+                return of[0][0] + of[1][0], of[0][1] + of[1][1]
+            case "sub":
+                return of[0][0] - of[1][1], of[0][1] - of[1][0]
+            case "mul":
+                return (0.0, max(of[0][0] ** 2, of[0][1] ** 2)) if node.args[0] is node.args[1] else _product(of[0], of[1])
+            case "neg":
+                return -of[0][1], -of[0][0]
+            case "abs":
+                return 0.0, max(-of[0][0], of[0][1])
+            case "min":
+                return min(of[0][0], of[1][0]), min(of[0][1], of[1][1])
+            case "max":
+                return max(of[0][0], of[1][0]), max(of[0][1], of[1][1])
+            case "sqrt":
+                return 0.0, math.sqrt(max(of[0][1], 0.0))
+            case "select":
+                return min(of[1][0], of[2][0]), max(of[1][1], of[2][1])
+            case _:
+                half = len(of) // 2
+                products = [_product(c, x) for c, x in zip(of[:half], of[half:], strict=True)]
+                return sum(low for low, _ in products), sum(high for _, high in products)
+
+    def _scale(self, node: Node) -> None:
+        """The fraction of the result and the shifts of the operation."""
+        index, of = node.index, [self.fraction[arg.index] for arg in node.args]
+        wanted = 0 if node.is_logical else self._fraction(node, *self.real[index])
+        match node.op:
+            case "add" | "sub" | "lt" | "le":
+                common = min(max(of), min(of) + WIDEST - 1)
+                self.fraction[index] = wanted if node.is_logical else min(wanted, common)
+                self.shifts[index] = (of[0] - common, of[1] - common, 0 if node.is_logical else common - self.fraction[index])
+            case "mul":
+                self.fraction[index] = min(wanted, sum(of))
+                self.shifts[index] = (0, 0, sum(of) - self.fraction[index])
+            case "neg" | "abs":
+                self.fraction[index] = of[0]
+            case "min" | "max":
+                self.fraction[index] = min(wanted, max(of))
+                self.shifts[index] = (of[0] - self.fraction[index], of[1] - self.fraction[index], 0)
+            case "select":
+                self.fraction[index] = wanted if node.is_logical else min(wanted, max(of[1:]))
+                self.shifts[index] = (of[1] - self.fraction[index], of[2] - self.fraction[index], 0)
+            case "sqrt":
+                room = 62 - max(self.words[node.args[0].index][1], 1).bit_length()
+                left = room - (of[0] + room) % 2
+                self.fraction[index] = (of[0] + left) // 2
+                self.shifts[index] = (0, 0, left)
+            case "dot":
+                self._scale_dot(node, wanted)
+            case _:
+                self.fraction[index] = 0
+
+    def _scale_dot(self, node: Node, wanted: int) -> None:
+        """One fraction for the sum: as fine as its coarsest product, and with room for all of them."""
+        half = len(node.args) // 2
+        pairs = [(c.index, x.index) for c, x in zip(node.args[:half], node.args[half:], strict=True)]
+        products = [self.fraction[c] + self.fraction[x] for c, x in pairs]
+        counted = [f for f, (c, x) in zip(products, pairs, strict=True) if any(self.words[c]) and any(self.words[x])] or [wanted]
+        total = sum(max(map(abs, _product(self.real[c], self.real[x]))) for c, x in pairs)
+        room = 61 - math.frexp(total)[1] if total > 0.0 else wanted
+        common = min(*counted, room, FINEST + WIDEST) if len(counted) > 1 else min(counted[0], room)
+        self.fraction[node.index] = min(wanted, common)
+        self.terms[node.index] = tuple(
+            min(max(f - common, 0), 62) if any(self.words[c]) and any(self.words[x]) else 0
+            for f, (c, x) in zip(products, pairs, strict=True)
+        )
+        self.shifts[node.index] = (0, 0, common - self.fraction[node.index])
+
+    def _word_interval(self, node: Node) -> Words:
+        """The operation on the words at the ends of its operands' intervals, every intermediate result checked."""
+        if node.is_logical:
+            for arg, shift in zip(node.args, self.shifts.get(node.index, (0, 0))[:2], strict=False):
+                if node.op in ("lt", "le"):
+                    for word in self.words[arg.index]:
+                        self._long(node, _moved(word, shift))
+            return 0, 1
+        of = [self.words[arg.index] for arg in node.args]
+        sa, sb, s = self.shifts.get(node.index, (0, 0, 0))
+
+        def after(word: int, shift: int) -> int:
+            self._long(node, abs(word) + (1 << max(shift, 1) >> 1))
+            return self._long(node, _moved(word, shift))
+
+        match node.op:
+            case "add":
+                return after(after(of[0][0], sa) + after(of[1][0], sb), s), after(after(of[0][1], sa) + after(of[1][1], sb), s)
+            case "sub":
+                return after(after(of[0][0], sa) - after(of[1][1], sb), s), after(after(of[0][1], sa) - after(of[1][0], sb), s)
+            case "mul":
+                ends = [after(x * y, s) for x in of[0] for y in of[1]]
+                return (0 if node.args[0] is node.args[1] else min(ends)), max(ends)
+            case "neg":
+                return -of[0][1], -of[0][0]
+            case "abs":
+                return 0, max(-of[0][0], of[0][1])
+            case "min" | "max":
+                choose = min if node.op == "min" else max
+                return choose(after(of[0][0], sa), after(of[1][0], sb)), choose(after(of[0][1], sa), after(of[1][1], sb))
+            case "sqrt":
+                return 0, math.isqrt(self._long(node, max(of[0][1], 0) << s))
+            case "select":
+                then, otherwise = [after(word, sa) for word in of[1]], [after(word, sb) for word in of[2]]
+                return min(then[0], otherwise[0]), max(then[1], otherwise[1])
+            case _:
+                half = len(of) // 2
+                low = high = 0
+                for c, x, shift in zip(of[:half], of[half:], self.terms[node.index], strict=True):
+                    ends = [after(p * q, shift) for p in c for q in x]
+                    low, high = self._long(node, low + min(ends)), self._long(node, high + max(ends))
+                return after(low, s), after(high, s)
+
+    def _long(self, node: Node, value: int) -> int:
+        if abs(value) >= LONG:
+            raise DoesNotFit(f"{self._called(node)} needs more than 64 bits")
+        return value
+
+    def _checked(self, node: Node, low: int, high: int) -> Words:
+        if max(-low, high) >= WORD:
+            raise DoesNotFit(f"{self._called(node)} needs more than 32 bits")
+        return low, high
+
+
+def _product(one: Interval, other: Interval) -> Interval:
+    ends = [x * y for x in one for y in other]
+    return min(ends), max(ends)
+
+
+def _moved(value: int, shift: int) -> int:
+    """control/fixed_kernel.py `moved`, in whole numbers without bounds."""
+    if shift <= 0:
+        return value << -shift
+    half = 1 << (shift - 1)
+    return (value + half) >> shift if value >= 0 else -((half - value) >> shift)

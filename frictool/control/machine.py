@@ -1,0 +1,207 @@
+"""Programs as arrays, and the kernel that runs them: what the target does at a sample, in double, in float or in fixed point.
+
+A program's values lie in one array, a place for each node and one more for each state that is updated; `code` says what is done, a row
+an operation. Which number format it is in is decided when the machine is made:
+
+====  =======  ======================================================
+code  number   values
+====  =======  ======================================================
+0     DOUBLE   `real`, float64
+1     FLOAT    `single`, float32: every operation rounds to it
+2     FIXED    `word`, int64 that hold 32-bit words: control/fixed_kernel.py
+====  =======  ======================================================
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.control.fixed_kernel import from_real, run_words, to_real
+from frictool.control.operations import ABS, ADD, AND, CODES, DOT, LE, LT, MAX, MIN, MUL, NEG, NOT, OR, SELECT, SQRT, SUB
+from frictool.control.program import Program
+from frictool.kernels import kernel
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+Values = NDArray[np.float64] | NDArray[np.float32]
+
+DOUBLE, FLOAT, FIXED = 0, 1, 2
+PORTS = ("reference", "position", "velocity")  # a program without one of them has place -1 there; after them the output
+
+
+class Machine(NamedTuple):
+    """A program that runs. `real`, `single`, `word` change from sample to sample; two axes need two of them (`copied`).
+
+    code (n, 5), terms (t, 3), formats (n, 6): control/operations.py. writes (w, 2): state, and what it becomes.
+    ports (4,): places of the inputs and the output. starts (s,): states that start at the position.
+    """
+
+    number: int
+    code: Places
+    terms: Places
+    writes: Places
+    ports: Places
+    starts: Places
+    real: Vector
+    single: NDArray[np.float32]
+    word: Places
+    formats: Places
+
+
+def machine(program: Program, *, single: bool = False) -> Machine:
+    """The program in double, or in float where `single`; it stands at its start with the position 0."""
+    values = np.zeros(len(program.nodes) + len(program.updates))
+    code: list[list[int]] = []
+    terms: list[tuple[int, int, int]] = []
+    for node in program.nodes:
+        values[node.index] = node.value
+        if node.op in CODES:
+            args = [arg.index for arg in node.args]
+            if node.op == "dot":
+                half = len(args) // 2
+                first = len(terms)
+                terms += [(c, x, 0) for c, x in zip(args[:half], args[half:], strict=True)]
+                args = [first, len(terms), 0]
+            code.append([CODES[node.op], node.index, *args, *[0] * (3 - len(args))])
+    return Machine(
+        FLOAT if single else DOUBLE,
+        np.array(code, dtype=np.int64).reshape(-1, 5),
+        np.array(terms, dtype=np.int64).reshape(-1, 3),
+        np.array([(state, source.index) for state, source in program.updates.items()], dtype=np.int64).reshape(-1, 2),
+        ports(program),
+        np.array(list(program.starts), dtype=np.int64),
+        np.empty(0) if single else values,
+        values.astype(np.float32) if single else np.empty(0, dtype=np.float32),
+        np.empty(0, dtype=np.int64),
+        np.empty((0, 6), dtype=np.int64),
+    )
+
+
+def ports(program: Program) -> Places:
+    """`Machine.ports` of a program. Raises ValueError where it has no output."""
+    if program.output is None:
+        raise ValueError("the program has no output")
+    inputs = [program.inputs[name].index if name in program.inputs else -1 for name in PORTS]
+    return np.array([*inputs, program.output.index], dtype=np.int64)
+
+
+@kernel
+def copied(machine: Machine) -> Machine:
+    """The same machine with values of its own."""
+    return Machine(
+        machine.number,
+        machine.code,
+        machine.terms,
+        machine.writes,
+        machine.ports,
+        machine.starts,
+        machine.real.copy(),
+        machine.single.copy(),
+        machine.word.copy(),
+        machine.formats,
+    )
+
+
+@kernel
+def start_at(machine: Machine, position: float) -> None:
+    """Sets a new machine to rest at `position` [rad | m], the prefilter settled there."""
+    for k in range(machine.starts.shape[0]):
+        place = machine.starts[k]
+        if machine.number == DOUBLE:
+            machine.real[place] = position
+        elif machine.number == FLOAT:
+            machine.single[place] = np.float32(position)
+        else:
+            machine.word[place] = from_real(machine.formats[place], position)
+
+
+@kernel
+def control_step(machine: Machine, reference: float, position: float, velocity: float) -> float:
+    """The drive [A | V] for a reference, a measured position [rad | m] and a measured velocity [per s] where the controller has one.
+
+    All finite. The machine moves to the next sample in place.
+    """
+    ports = machine.ports
+    if machine.number == FIXED:
+        for k in range(3):
+            if ports[k] >= 0:
+                given = reference if k == 0 else (position if k == 1 else velocity)
+                machine.word[ports[k]] = from_real(machine.formats[ports[k]], given)
+        run_words(machine.code, machine.terms, machine.writes, machine.formats, machine.word)
+        return to_real(machine.formats[ports[3]], machine.word[ports[3]])
+    if machine.number == FLOAT:
+        _give(machine.single, ports, reference, position, velocity)
+        _run(machine.code, machine.terms, machine.writes, machine.single)
+        return float(machine.single[ports[3]])
+    _give(machine.real, ports, reference, position, velocity)
+    _run(machine.code, machine.terms, machine.writes, machine.real)
+    return float(machine.real[ports[3]])
+
+
+@kernel
+def read(machine: Machine, place: int) -> float:
+    """The value at a place, in SI; of `program.states[name].index`, for instance."""
+    if machine.number == FIXED:
+        return to_real(machine.formats[place], machine.word[place])
+    if machine.number == FLOAT:
+        return float(machine.single[place])
+    return float(machine.real[place])
+
+
+@kernel
+def _give(v: Values, ports: Places, reference: float, position: float, velocity: float) -> None:
+    if ports[0] >= 0:
+        v[ports[0]] = reference
+    if ports[1] >= 0:
+        v[ports[1]] = position
+    if ports[2] >= 0:
+        v[ports[2]] = velocity
+
+
+@kernel
+def _run(code: Places, terms: Places, writes: Places, v: Values) -> None:
+    """One sample on values v of one type: every operation in the order of `code`, each rounded to that type; then the states move."""
+    for k in range(code.shape[0]):
+        operation, d, a, b, c = code[k, 0], code[k, 1], code[k, 2], code[k, 3], code[k, 4]
+        if operation == DOT:
+            total = v[terms[a, 0]] * v[terms[a, 1]]
+            for j in range(a + 1, b):
+                total += v[terms[j, 0]] * v[terms[j, 1]]
+            v[d] = total
+        elif operation == ADD:
+            v[d] = v[a] + v[b]
+        elif operation == SUB:
+            v[d] = v[a] - v[b]
+        elif operation == MUL:
+            v[d] = v[a] * v[b]
+        elif operation == SELECT:
+            v[d] = v[b] if v[a] != 0 else v[c]
+        elif operation == LT:
+            v[d] = 1 if v[a] < v[b] else 0
+        elif operation == LE:
+            v[d] = 1 if v[a] <= v[b] else 0
+        elif operation == AND:
+            v[d] = 1 if v[a] != 0 and v[b] != 0 else 0
+        elif operation == OR:
+            v[d] = 1 if v[a] != 0 or v[b] != 0 else 0
+        elif operation == NOT:
+            v[d] = 1 if v[a] == 0 else 0
+        elif operation == NEG:
+            v[d] = -v[a]
+        elif operation == ABS:
+            v[d] = -v[a] if v[a] < 0 else v[a]
+        elif operation == MIN:
+            v[d] = v[b] if v[b] < v[a] else v[a]
+        elif operation == MAX:
+            v[d] = v[b] if v[b] > v[a] else v[a]
+        elif operation == SQRT:
+            v[d] = math.sqrt(v[a])
+    kept = v.shape[0] - writes.shape[0]
+    for k in range(writes.shape[0]):
+        v[kept + k] = v[writes[k, 1]]
+    for k in range(writes.shape[0]):
+        v[writes[k, 0]] = v[kept + k]
