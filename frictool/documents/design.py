@@ -1,4 +1,4 @@
-"""`design.yaml`: how a controller is to be found: structure, method, weights, position law."""
+"""`design.yaml`: how a controller is to be found: structure, method, weights, and the blocks that it is composed of."""
 
 from __future__ import annotations
 
@@ -7,15 +7,16 @@ from typing import Annotated, Literal
 import msgspec
 
 from frictool.documents.bench import Name, PositiveNumber
-from frictool.documents.quantity import Axis, PositiveLength, PositiveVelocity
+from frictool.documents.quantity import Axis, PositiveEffort, PositiveLength, PositiveVelocity, Stiffness, ViscousGain
 from frictool.documents.weights import Weights
 
 Structure = Literal["position", "speed_cascade"]
-Method = Literal["lpv", "lft", "lft_lpv", "lpv_grid", "minimax", "rst"]
+Method = Literal["lpv", "lft", "lft_lpv", "lpv_grid", "minimax", "rst", "pid"]
 Domain = Literal["continuous", "discrete"]
 Scheduled = Literal["inertia", "viscous", "coulomb", "constant", "regime"]
 
 BY_INEQUALITIES: tuple[Method, ...] = ("lpv", "lft", "lft_lpv", "lpv_grid")
+SOUGHT: tuple[Method, ...] = (*BY_INEQUALITIES, "minimax", "rst")  # whose controller is searched for, and not given
 READ_BY: dict[str, tuple[Method, ...]] = {  # what only some methods read; elsewhere it would be asked for and not done
     "schedule": ("lpv", "lft_lpv", "lpv_grid"),
     "vertices": ("lpv", "lpv_grid"),
@@ -27,29 +28,129 @@ READ_BY: dict[str, tuple[Method, ...]] = {  # what only some methods read; elsew
     "pole_bound_rad_s": ("minimax",),
     "recentring": BY_INEQUALITIES,
     "ease": ("lpv", "lft", "lft_lpv"),
+    "domain": SOUGHT,
+    "order": SOUGHT,
+    "integrator": SOUGHT,
+    "relax": SOUGHT,
+    "pid": ("pid",),
 }
 READ_BY_TRADE = ("schedule", "vertices", "recentring")  # relax: auto finds the trade with the inequalities of lpv, whatever the method
 
 
 class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """The square-root law (5.19), annex (5), and what happens inside its band.
+    """The speed reference from the position error, and what happens inside its band.
 
-    formula: `sqrt(2F/J)` is annex (5), `sqrt(F/J)` is annex 5.2 (lower by sqrt 2). virtual_coulomb replaces F by F_cv > F_c (annex 3.1).
-    action: `cut` sets the drive to zero inside the band; `brake` keeps the loop closed with a speed reference of zero until the
-    measured speed is below `rest_speed`, then sets the drive to zero. Either waits until the prefilter moves slower than `settled_speed`.
+    kind: `square_root`, (5.19), annex (5): formula `sqrt(2F/J)` is annex (5), `sqrt(F/J)` is annex 5.2 (lower by sqrt 2), and
+    virtual_coulomb_factor replaces F by F_cv > F_c (annex 3.1, (5.42)); `proportional`, gain_per_s times the error.
+    band: without, the encoder's step (5.7). action: `cut` sets the drive to zero inside the band; `brake` keeps the loop closed with a
+    speed reference of zero until the measured speed is below `rest_speed`, then sets the drive to zero; `none` leaves the loop closed.
+    The first two wait until the prefilter moves slower than `settled_speed`.
     """
 
-    formula: Literal["sqrt(2F/J)", "sqrt(F/J)"]
-    band: PositiveLength
-    action: Literal["cut", "brake"]
-    settled_speed: PositiveVelocity
+    action: Literal["cut", "brake", "none"]
+    kind: Literal["square_root", "proportional"] = "square_root"
+    formula: Literal["sqrt(2F/J)", "sqrt(F/J)"] | None = None
+    gain_per_s: PositiveNumber | None = None
+    band: PositiveLength | None = None
+    settled_speed: PositiveVelocity | None = None
     rest_speed: PositiveVelocity | None = None
     virtual_coulomb_factor: Annotated[float, msgspec.Meta(ge=1)] = 1.0
-    speed_filter_rad_s: PositiveNumber | None = None
 
     def __post_init__(self) -> None:
-        if self.action == "brake" and (self.rest_speed is None or self.speed_filter_rad_s is None):
-            raise ValueError("action brake needs rest_speed and speed_filter_rad_s")
+        root = self.kind == "square_root"
+        if root != (self.formula is not None):
+            raise ValueError("kind square_root needs a formula, sqrt(2F/J) or sqrt(F/J); kind proportional has none")
+        if root != (self.gain_per_s is None):
+            raise ValueError("kind proportional needs gain_per_s; the gain of kind square_root is its formula's")
+        if not root and self.virtual_coulomb_factor != 1.0:
+            raise ValueError("virtual_coulomb_factor is for kind square_root: a proportional law does not count on friction")
+        if (self.action == "brake") != (self.rest_speed is not None):
+            raise ValueError("action brake needs rest_speed, and no other action has one")
+        if self.action == "none" and self.settled_speed is not None:
+            raise ValueError("settled_speed is for action cut or brake: action none waits for nothing")
+        if self.action == "none" and not root and self.band is not None:
+            raise ValueError("band is for kind square_root, or for action cut or brake: a proportional law with action none reads none")
+
+
+class Velocity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """The speed that the blocks see: the encoder's difference through a low-pass, or `measured` by a sensor of its own, as it is.
+
+    order 2 is (5.70), order 1 has half its lag. filter_rad_s: without, 10 times the prefilter's frequency, as under (5.70); 0 for none.
+    """
+
+    source: Literal["position", "measured"] = "position"
+    order: Literal[1, 2] | None = None
+    filter_rad_s: Annotated[float, msgspec.Meta(ge=0)] | None = None
+
+    def __post_init__(self) -> None:
+        if self.source == "measured" and (self.filter_rad_s is not None or self.order is not None):
+            raise ValueError("order and filter_rad_s are for source position: a measured speed is taken as it is")
+        if self.filter_rad_s == 0.0 and self.order is not None:
+            raise ValueError("filter_rad_s is 0, the encoder's difference itself: leave out order")
+
+
+class Limiter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Where a position loop lets the drive go (5.2.2); its integrator is frozen meanwhile.
+
+    condition: `energy`, where friction alone ends at the target (5.7), inertia and Coulomb friction being the model's; `error`, where the
+    error is small, the cut-off that 5.2.1 argues against. band: delta_e; without, the encoder's step, below which it may not be.
+    virtual_coulomb: F_cv, the effort -F_cv tanh(v/v_r) acts meanwhile (5.40), (5.41). virtual_speed: v_r; without, that with which the
+    brake near rest has a time constant of 10 samples. settled_speed: of the prefilter, for which it waits.
+    """
+
+    condition: Literal["energy", "error"]
+    band: PositiveLength | None = None
+    settled_speed: PositiveVelocity | None = None
+    virtual_coulomb: PositiveEffort | None = None
+    virtual_speed: PositiveVelocity | None = None
+
+    def __post_init__(self) -> None:
+        if self.virtual_speed is not None and self.virtual_coulomb is None:
+            raise ValueError("virtual_speed is of the virtual friction: give virtual_coulomb too, or leave it out")
+
+
+class FrictionCompensation(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """The baseline that 5.1 argues against: friction's effort added to the drive, so that it can be compared.
+
+    source: `model`, F_c tanh(v/smoothing_speed) + sigma_v v with the model's levels, v of `velocity`: the filtered reference's or the
+    measured one (`measured`, whose smoothing_speed is, where left out, the speed that one encoder count shows); `observer`, the effort that
+    an observer of observer_rad_s finds missing. gain: the part of it that is added.
+    """
+
+    source: Literal["model", "observer"]
+    velocity: Literal["reference", "measured"] | None = None
+    smoothing_speed: PositiveVelocity | None = None
+    observer_rad_s: PositiveNumber | None = None
+    gain: Annotated[float, msgspec.Meta(gt=0, le=1.5)] = 1.0
+
+    def __post_init__(self) -> None:
+        if (self.source == "observer") != (self.observer_rad_s is not None):
+            raise ValueError("source observer needs observer_rad_s, and source model has none")
+        if self.source == "observer" and (self.velocity is not None or self.smoothing_speed is not None):
+            raise ValueError("velocity and smoothing_speed are for source model: an observer takes the measured speed as it is")
+        if self.velocity == "reference" and self.smoothing_speed is None:
+            raise ValueError("velocity reference needs smoothing_speed, the speed below which the modelled friction fades")
+
+
+class Pid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Of method pid: the gains of (5.39), K (1 + 1/(T_i s) + T_d s/(T_d/a s + 1)), in effort, not in drive.
+
+    gain: K of a position loop. speed_gain: K of a speed loop, which has no T_d. filter_ratio: a.
+    """
+
+    gain: Stiffness | None = None
+    speed_gain: ViscousGain | None = None
+    integral_time_s: PositiveNumber | None = None
+    derivative_time_s: PositiveNumber | None = None
+    filter_ratio: PositiveNumber | None = None
+
+    def __post_init__(self) -> None:
+        if (self.gain is None) == (self.speed_gain is None):
+            raise ValueError("give gain, of a position loop, or speed_gain, of a speed loop")
+        if (self.derivative_time_s is None) != (self.filter_ratio is None):
+            raise ValueError("derivative_time_s and filter_ratio go together: a derivative without a filter cannot be realised")
+        if self.speed_gain is not None and self.derivative_time_s is not None:
+            raise ValueError("derivative_time_s is for a position loop: the speed loop is a PI (5.2.3)")
 
 
 class Prefilter(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -83,7 +184,7 @@ class Grid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """`design.yaml`.
 
-    structure: `position` closes one loop on the position (5.4.3), `speed_cascade` a speed loop under the square-root law (5.4.4, annex C).
+    structure: `position` closes one loop on the position (5.4.3), `speed_cascade` a speed loop under a position law (5.4.4, annex C).
     method: the table in docs/theory/synth.md says when each is right.
     domain: where the method works; a continuous controller is discretised by Tustin, exact at `prewarp_rad_s` where that is given.
     schedule: the parameters that span the polytope of an LPV method (lpv, lpv_grid, lft_lpv: without, all but regime; regime in lft_lpv);
@@ -97,6 +198,8 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     recentring: the inequalities are solved at this times the least gamma, where X and Y are small. ease: how much further above it the
     controller itself is taken (lpv, lft, lft_lpv); it is softer there, and has more margin.
     relax: `auto` finds the strictest trade between disturbance rejection and effort that reaches gamma = 1.
+    pid: the gains of method pid. form: of the difference equation on the target.
+    velocity, limiter, friction_compensation, prefilter: blocks around the linear controller.
     """
 
     format: Literal["design/1"]
@@ -120,6 +223,11 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     integrator: bool = False
     relax: Literal["no", "auto"] = "no"
     prefilter: Prefilter | None = None
+    velocity: Velocity | None = None
+    limiter: Limiter | None = None
+    friction_compensation: FrictionCompensation | None = None
+    pid: Pid | None = None
+    form: Literal["state_space", "sos"] = "state_space"
     recentring: Annotated[float, msgspec.Meta(gt=1, le=2)] = 1.1
     ease: Annotated[float, msgspec.Meta(ge=1, le=5)] = 1.0
 
@@ -139,6 +247,53 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
             raise ValueError("method rst is for structure position")
         if self.structure == "speed_cascade" and self.integrator:
             raise ValueError("integrator is for structure position: a speed loop measures the integral of its error already")
+        self._pid()
+        self._blocks()
+
+    @property
+    def reads_speed(self) -> bool:
+        """Whether a block of it sees the measured speed."""
+        law, limiter, compensation = self.position_law, self.limiter, self.friction_compensation
+        return (
+            (self.method == "pid" and self.structure == "speed_cascade")
+            or (law is not None and law.action == "brake")
+            or (limiter is not None and (limiter.condition == "energy" or limiter.virtual_coulomb is not None))
+            or (compensation is not None and compensation.velocity != "reference")
+        )
+
+    def _pid(self) -> None:
+        """Raises ValueError where the gains are not those of the structure."""
+        if self.method != "pid":
+            return
+        if self.pid is None:
+            raise ValueError("method pid needs pid, the gains that it is given")
+        if (self.structure == "position") != (self.pid.gain is not None):
+            raise ValueError(
+                "pid: structure position takes gain (effort per position), structure speed_cascade speed_gain (effort per speed)"
+            )
+        if self.structure == "speed_cascade" and self.weights != Weights():
+            raise ValueError("weights: method pid weighs no speed loop, what is verified is its sensitivity; write weights: {}")
+
+    def _blocks(self) -> None:
+        """Raises ValueError where a block is asked for that nothing reads, or that the structure has no place for."""
+        law, limiter, compensation = self.position_law, self.limiter, self.friction_compensation
+        if limiter is not None and self.structure != "position":
+            raise ValueError("limiter is for structure position: in a cascade position_law.action does its work")
+        waits = [
+            name for name, block in (("position_law", law), ("limiter", limiter)) if block is not None and block.settled_speed is not None
+        ]
+        if waits and self.prefilter is None:
+            raise ValueError(f"{waits[0]}.settled_speed is the prefilter's: give prefilter too, or leave it out")
+        if law is not None and law.action != "none" and law.settled_speed is None and self.prefilter is not None:
+            raise ValueError(f"position_law.settled_speed: missing; action {law.action} waits until the prefilter moves slower than it")
+        if compensation is not None and compensation.velocity == "reference" and self.prefilter is None:
+            raise ValueError("friction_compensation.velocity reference is the filtered reference's speed: give prefilter too")
+        if self.velocity is not None and not self.reads_speed:
+            raise ValueError(
+                "velocity: nothing in this design reads a speed; action brake, a limiter, friction_compensation and a pid of the speed do"
+            )
+        if self.form == "sos" and self.scheduled:
+            raise ValueError("form sos is without scheduled: only matrices are summed with weights (5.64)")
 
     def _unread(self) -> None:
         """Raises ValueError where a key is given that the method does not read."""

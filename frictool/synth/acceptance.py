@@ -3,64 +3,74 @@ bench's period with its delay, at every vertex, and again with the coefficients 
 
 from __future__ import annotations
 
+import itertools
 import math
-from typing import Literal
 
 import numpy as np
 
 from frictool.documents import controller as stored
 from frictool.errors import NoSolutionError
-from frictool.plant.lti import Lti
 from frictool.plant.polytope import PlantPoint
+from frictool.synth.blocks import Blocks
 from frictool.synth.problem import CLAIM, Candidate, Problem
-from frictool.verify.controller import loop_checks
+from frictool.verify.controller import check_feedback, limiter_brake, loop_checks
 from frictool.verify.count_current import count_current
-from frictool.verify.margins import margins, rounded, small_gain
+from frictool.verify.effective import Feedback, feedbacks, friction_to_speed, from_position, open_loop, running
+from frictool.verify.margins import loop_margins
+from frictool.verify.norms import norm
+from frictool.verify.rounding import Number, rounded_linear
 from frictool.verify.speed_loop import performance
 
-RELAX = "raise weights.command or weights.noise, or lower weights.bandwidth_rad_s"
 COUNT_LIMIT = 4.0  # times the drive's limit that one encoder count may ask for; beyond, the loop is a switch
-NUMBERS: tuple[Literal["double", "float"], ...] = ("double", "float")
+NUMBERS: tuple[Number, ...] = ("double", "float")
 
 
-def accept(problem: Problem, candidate: Candidate, linear: stored.LinearController) -> stored.Verified:
-    """What was verified of the loop that `linear` closes.
+def accept(problem: Problem, candidate: Candidate, linear: stored.LinearController, around: Blocks) -> stored.Verified:
+    """What was verified of the loops that `linear` closes with the blocks around it.
 
-    Raises NoSolutionError (exit 4) naming the vertex and its figure where the loop is unstable with 0 samples of delay, 1 or the bench's,
+    Raises NoSolutionError (exit 4) naming the vertex and its figure where a loop is unstable with 0 samples of delay, 1 or the bench's,
     or misses the specified modulus margin at the bench's, also with rounded coefficients; or where one count asks for too much drive.
     """
-    system = Lti.of(linear.discrete, problem.period)
+    loops = _loops(problem, linear, around)
     required = problem.spec.modulus_margin or 0.0
-    vertices = tuple(_vertex(problem, system, candidate, point) for point in problem.box.vertices)
+    vertices = tuple(_vertex(problem, linear, loops, candidate, point) for point in problem.box.vertices)
     for vertex in vertices:
         worst = max(vertex.checks, key=lambda check: check.spectral_radius)
         if not vertex.stable:
             raise NoSolutionError(
                 f"not verified: the sampled loop is unstable at vertex {_where(vertex)} with {worst.delay_samples} samples of delay "
-                f"(spectral radius {worst.spectral_radius:.4f}); {RELAX}"
+                f"(spectral radius {worst.spectral_radius:.4f}); {problem.hint}"
             )
     weakest = min(vertices, key=lambda vertex: vertex.modulus_margin)
     if weakest.modulus_margin < required:
         raise NoSolutionError(
             f"not verified: modulus margin {weakest.modulus_margin:.4f} < {required:g} at vertex {_where(weakest)} "
-            f"with {problem.delay} samples of delay; {RELAX}"
+            f"with {problem.delay} samples of delay; {problem.hint}"
         )
+    _brake(problem, around)
     worst_norm = max(vertex.sampled_norm for vertex in vertices)
     return stored.Verified(
         candidate.gamma,
         worst_norm,
         required,
         vertices,
-        count_drive=_count(problem, system),
-        rounded=tuple(_rounded(problem, system, number, worst_norm, required) for number in NUMBERS),
-        margins=_margins(problem, system),
+        count_drive=_count(problem, loops),
+        rounded=tuple(_rounded(problem, linear, around, number, worst_norm, required) for number in NUMBERS),
+        margins=_margins(problem, loops),
     )
 
 
-def _vertex(problem: Problem, system: Lti, candidate: Candidate, point: PlantPoint) -> stored.Vertex:
-    delays = sorted({0, 1, problem.delay})
-    checks = loop_checks(system, point, problem.lag, tuple(delays))
-    sampled_norm = performance(system, problem.running(point.rates))
+def _loops(problem: Problem, linear: stored.LinearController, around: Blocks) -> tuple[Feedback, ...]:
+    return feedbacks(problem.design.structure, linear, around.position_law, around.velocity, problem.period)
+
+
+def _vertex(
+    problem: Problem, linear: stored.LinearController, loops: tuple[Feedback, ...], candidate: Candidate, point: PlantPoint
+) -> stored.Vertex:
+    delays = _delays(problem)
+    checks = loop_checks(loops, point, problem.lag, tuple(delays))
+    margin = checks[delays.index(problem.delay)].modulus_margin
+    sampled_norm = _norm(problem, linear, point, margin)
     return stored.Vertex(
         name=point.name,
         inertia=point.inertia,
@@ -69,28 +79,58 @@ def _vertex(problem: Problem, system: Lti, candidate: Candidate, point: PlantPoi
         constant=point.constant,
         norm=sampled_norm if problem.sampled else performance(candidate.designed, problem.plant(point.rates)),
         sampled_norm=sampled_norm,
-        modulus_margin=checks[delays.index(problem.delay)].modulus_margin,
+        modulus_margin=margin,
         stable=all(check.spectral_radius < 1.0 for check in checks) and math.isfinite(sampled_norm),
         checks=checks,
     )
 
 
-def _count(problem: Problem, system: Lti) -> float:
+def _delays(problem: Problem) -> list[int]:
+    return sorted({0, 1, problem.delay})
+
+
+def _norm(problem: Problem, linear: stored.LinearController, point: PlantPoint, margin: float) -> float:
+    """Of the weighted loop, or of the sensitivity where nothing is weighed."""
+    if problem.weighs:
+        return performance(running(linear, problem.period), problem.running(point.rates))
+    return 1.0 / margin if margin > 0.0 else math.inf
+
+
+def _brake(problem: Problem, around: Blocks) -> None:
+    """Raises NoSolutionError where the virtual friction of a limiter would not come to rest."""
+    brake = limiter_brake(around.limiter, around.velocity, problem.model.bench.actuator.constant.value, problem.period)
+    if brake is None:
+        return
+    for point, samples in itertools.product(problem.box.vertices, _delays(problem)):
+        found = check_feedback(brake, point.rates, problem.lag, samples)
+        if not found.stable:
+            raise NoSolutionError(
+                f"not verified: the limiter's virtual friction is unstable at rest, at vertex {point.name} with {samples} samples of "
+                f"delay (spectral radius {found.spectral_radius:.4f}); raise limiter.virtual_speed, or velocity.filter_rad_s"
+            )
+
+
+def _count(problem: Problem, loops: tuple[Feedback, ...]) -> float:
     actuator, encoder = problem.model.bench.actuator, problem.model.bench.encoder
-    asked = count_current(system, encoder.resolution)
+    asked = max(count_current(from_position(loop), encoder.resolution) for loop in loops)
     if asked > COUNT_LIMIT * actuator.limit.value:
         unit = "A" if actuator.drive == "current" else "V"
         raise NoSolutionError(
             f"not verified: one encoder count asks for {asked:.4g} {unit}, more than {COUNT_LIMIT:g} times the limit of "
-            f"{actuator.limit.value:g} {unit}; raise weights.command or weights.noise"
+            f"{actuator.limit.value:g} {unit}; {problem.softer}"
         )
     return asked
 
 
-def _rounded(problem: Problem, system: Lti, number: Literal["double", "float"], claimed: float, required: float) -> stored.Rounded:
-    k = rounded(system, number)
-    gamma, where = max((performance(k, problem.running(point.rates)), point.name) for point in problem.box.vertices)
-    margin = min(loop_checks(k, point, problem.lag, (problem.delay,))[0].modulus_margin for point in problem.box.vertices)
+def _rounded(
+    problem: Problem, linear: stored.LinearController, around: Blocks, number: Number, claimed: float, required: float
+) -> stored.Rounded:
+    held = rounded_linear(linear, number)
+    loops = _loops(problem, held, around)
+    points = problem.box.vertices
+    margins = {point.name: loop_checks(loops, point, problem.lag, (problem.delay,))[0].modulus_margin for point in points}
+    gamma, where = max((_norm(problem, held, point, margins[point.name]), point.name) for point in points)
+    margin = min(margins.values())
     if not gamma <= CLAIM * claimed or margin < required:
         raise NoSolutionError(
             f"not verified: with coefficients rounded to {number} the norm is {gamma:.4g} at vertex {where} where {claimed:.4g} is "
@@ -99,9 +139,10 @@ def _rounded(problem: Problem, system: Lti, number: Literal["double", "float"], 
     return stored.Rounded(number, gamma, margin)
 
 
-def _margins(problem: Problem, system: Lti) -> stored.Margins:
-    found = [margins(system, point.rates, problem.lag, problem.delay) for point in problem.box.vertices]
-    friction = max(small_gain(system, point.rates, problem.lag, problem.delay) for point in problem.box.vertices)
+def _margins(problem: Problem, loops: tuple[Feedback, ...]) -> stored.Margins:
+    points = problem.box.vertices
+    found = [loop_margins(open_loop(loop, point.rates, problem.lag, problem.delay)) for loop in loops for point in points]
+    friction = max(norm(friction_to_speed(loops[-1], point.rates, problem.lag, problem.delay))[0] for point in points)
     return stored.Margins(
         gain_increase=_finite(min(one.gain_up for one in found)),
         gain_decrease=max(one.gain_down for one in found) or None,

@@ -5,31 +5,37 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import msgspec
 
 from frictool.documents import controller as stored
+from frictool.documents.certificate import Certificate
 from frictool.documents.design import Design
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
-from frictool.plant.lti import Lti
 from frictool.plant.polytope import polytope
 from frictool.synth.acceptance import accept
+from frictool.synth.blocks import Blocks, blocks
 from frictool.synth.certificate import around, certified_weights, certify
 from frictool.synth.disturbance import disturbance
 from frictool.synth.lpv import bound
 from frictool.synth.methods import METHODS
-from frictool.synth.position_law import position_law
-from frictool.synth.problem import Problem
-from frictool.synth.realisation import stored_forms
+from frictool.synth.problem import Candidate, Problem
+from frictool.synth.realisation import running_in_sections, stored_forms
 from frictool.synth.relax import Trade, relaxed_problem
-from frictool.synth.robustness import robustness
+from frictool.synth.robustness import robustness, seen_inside
 from frictool.synth.schedule import verified_schedule
 from frictool.synth.weights import Chosen, Derived, choose_weights
 from frictool.verify.certificate_loop import Loop
+from frictool.verify.effective import ETA, feedbacks_of
 
+NOT_CERTIFIED = (
+    "no certificate: it is of loops whose controller is the stored matrices alone, fed by eta; `verify` finds the margins again",
+)
+WHOLE = "the bounds over the box and the certificate are of the speed loop; the proportional law around it is verified at the vertices"
 MEASURED = {"position": "position reference", "speed_cascade": "integral(speed reference)"}
 
 
@@ -64,31 +70,50 @@ def designed(
     """
     disturbance(model)  # refuses what no loop of these structures can do
     posed, chosen = _posed(model, spec, design)
-    trade = None
+    composed, trade = blocks(model, design), None
     if design.relax == "auto":
         progress("the trade between disturbance rejection and effort")
         posed, trade = relaxed_problem(posed, chosen, bound, progress=progress)
     progress(f"synthesis by {design.method}")
     candidate = METHODS[design.method](replace(posed, progress=progress))
     progress("verification at the vertices")
-    linear = stored_forms(candidate.controller)
-    verified = accept(posed, candidate, linear)
-    controller, notes = _document(posed, linear, verified, provenance), candidate.notes
+    linear = _linear(posed, candidate)
+    verified = accept(posed, candidate, linear, composed)
+    controller, notes = _document(posed, linear, verified, composed, provenance), (*candidate.notes, *composed.notes)
     if design.scheduled:
         progress("verification of the scheduled controller")
         controller = msgspec.structs.replace(controller, schedule=verified_schedule(posed, candidate))
     if beyond:
         progress("bounds over the whole box")
-        system = Lti.of(linear.discrete, posed.period)
-        verified = msgspec.structs.replace(verified, robustness=robustness(posed, system))
+        loops = feedbacks_of(controller)
+        provable = loops[0].sees == (ETA,) and linear.form == "state_space"
+        found = robustness(posed, loops[0].system) if posed.weighs else seen_inside(posed, loops)
+        controller = msgspec.structs.replace(controller, verified=msgspec.structs.replace(verified, robustness=found))
         progress("certificate")
-        loop = Loop(linear.discrete, posed.controlled, posed.delay, posed.lag, posed.period, certified_weights(posed.weights))
-        try:
-            certificate = certify(loop, around(posed.box))
-        except NoSolutionError as error:
-            certificate, notes = None, (*notes, str(error))
-        controller = msgspec.structs.replace(controller, verified=verified, certificate=certificate)
-    return Designed(controller, chosen.derived, trade, notes)
+        certificate, told = _certificate(posed, linear) if provable else (None, NOT_CERTIFIED)
+        notes = (*notes, *told, *([WHOLE] if len(loops) > 1 else []))
+        controller = msgspec.structs.replace(controller, certificate=certificate)
+    return Designed(controller, (*chosen.derived, *composed.derived), trade, notes)
+
+
+def _linear(posed: Problem, candidate: Candidate) -> stored.LinearController:
+    """The candidate in its stored forms, as the design wants it to run."""
+    linear, design = stored_forms(candidate.controller), posed.design
+    if design.method == "pid":
+        entering: Literal["eta", "speed_error"] = "speed_error" if design.structure == "speed_cascade" else "eta"
+        linear = msgspec.structs.replace(linear, input=entering)
+        if design.form == "state_space":  # the integral is held, as in 5.2.2, and not driven
+            linear = msgspec.structs.replace(linear, anti_windup=(0.0,) * len(linear.anti_windup), conditional=True)
+    return running_in_sections(linear, posed.period) if design.form == "sos" else linear
+
+
+def _certificate(posed: Problem, linear: stored.LinearController) -> tuple[Certificate | None, tuple[str, ...]]:
+    """What is proved, or why nothing is."""
+    loop = Loop(linear.discrete, posed.controlled, posed.delay, posed.lag, posed.period, certified_weights(posed.weights))
+    try:
+        return certify(loop, around(posed.box)), ()
+    except NoSolutionError as error:
+        return None, (str(error),)
 
 
 def problem(model: Model, spec: Spec, design: Design) -> Problem:
@@ -108,9 +133,10 @@ def _posed(model: Model, spec: Spec, design: Design) -> tuple[Problem, Chosen]:
     return posed, chosen
 
 
-def _document(posed: Problem, linear: stored.LinearController, verified: stored.Verified, provenance: Provenance) -> stored.Controller:
+def _document(
+    posed: Problem, linear: stored.LinearController, verified: stored.Verified, composed: Blocks, provenance: Provenance
+) -> stored.Controller:
     design, bench = posed.design, posed.model.bench
-    law, prefilter = design.position_law, design.prefilter
     return stored.Controller(
         format="controller/1",
         name=design.name,
@@ -124,9 +150,11 @@ def _document(posed: Problem, linear: stored.LinearController, verified: stored.
         drive_limit=bench.actuator.limit.value,
         sign_convention=sign_convention(design),
         linear=linear,
-        position_law=None if law is None else position_law(posed.model, law),
-        velocity=stored.Velocity(bandwidth_rad_s=law.speed_filter_rad_s or 0.0) if law is not None else stored.Velocity(),
-        prefilter=None if prefilter is None else stored.Prefilter(prefilter.natural_frequency_rad_s, prefilter.damping),
+        position_law=composed.position_law,
+        velocity=composed.velocity,
+        limiter=composed.limiter,
+        friction_compensation=composed.friction_compensation,
+        prefilter=composed.prefilter,
         verified=verified,
         bench=bench,
         provenance=provenance,
@@ -135,7 +163,10 @@ def _document(posed: Problem, linear: stored.LinearController, verified: stored.
 
 def sign_convention(design: Design) -> str:
     """What the numbers of a controller document mean."""
+    by_speed = design.method == "pid" and design.structure == "speed_cascade"
+    entering = "e" if by_speed else "eta"
+    measured = "speed reference - speed" if by_speed else f"{MEASURED[design.structure]} - position"
     return (
-        f"eta = {MEASURED[design.structure]} - position; drive = c x + d eta; x[k+1] = a x + b eta; "
+        f"{entering} = {measured}; drive = c x + d {entering}; x[k+1] = a x + b {entering}; "
         "a positive drive accelerates towards positive position; sections: (b0 + b1/z + b2/z^2)/(1 + a1/z + a2/z^2)"
     )

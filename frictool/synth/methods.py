@@ -9,6 +9,7 @@ from frictool.synth.lft_lpv import lft_lpv
 from frictool.synth.lpv import lpv
 from frictool.synth.lpv_grid import lpv_grid
 from frictool.synth.minimax import minimax
+from frictool.synth.pid import pid
 from frictool.synth.problem import Candidate, Problem
 from frictool.synth.rst import rst
 
@@ -18,5 +19,6 @@ METHODS: dict[str, Callable[[Problem], Candidate]] = {
     "lpv": lpv,
     "lpv_grid": lpv_grid,
     "minimax": minimax,
+    "pid": pid,
     "rst": rst,
 }

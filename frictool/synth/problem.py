@@ -44,6 +44,25 @@ class Problem:
         return "position" if self.design.structure == "position" else "speed"
 
     @property
+    def weighs(self) -> bool:
+        """Whether a norm of the weighted loop is claimed; of a loop that sees the motion only, and not eta, it is the sensitivity's."""
+        return not (self.design.method == "pid" and self.design.structure == "speed_cascade")
+
+    @property
+    def hint(self) -> str:
+        """What to try where the loop has too little margin."""
+        return (
+            "lower the gain, or raise integral_time_s"
+            if self.design.method == "pid"
+            else f"{self.softer}, or lower weights.bandwidth_rad_s"
+        )
+
+    @property
+    def softer(self) -> str:
+        """What to try where the noise of the encoder is amplified."""
+        return "lower the gain, or filter_ratio" if self.design.method == "pid" else "raise weights.command or weights.noise"
+
+    @property
     def sampled(self) -> bool:
         """Whether the design is made at the bench's period, and not in continuous time."""
         return self.design.domain == "discrete"

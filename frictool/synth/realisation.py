@@ -6,6 +6,7 @@ to, and a section of its own where the zeros allow it. The rest is stable and is
 
 from __future__ import annotations
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, signal
@@ -15,6 +16,7 @@ from frictool.errors import NoSolutionError
 from frictool.plant.lti import Lti, beside, inverse_tustin
 from frictool.synth.balancing import balanced_form
 from frictool.verify.norms import spectral_radius
+from frictool.verify.sections import chain
 
 Matrix = NDArray[np.float64]
 Roots = NDArray[np.complex128]
@@ -53,6 +55,13 @@ def stored_forms(k: Lti) -> LinearController:
         sos=tuple(tuple(float(value) for value in row) for row in sections),
         anti_windup=tuple(float(value) for value in _anti_windup(whole.a, whole.b, whole.c, whole.d)),
     )
+
+
+def running_in_sections(linear: LinearController, period: float) -> LinearController:
+    """The same controller whose sections run on the target, with the anti-windup gains of their states; period [s]."""
+    chained = chain(linear.sos, period)
+    gains = _anti_windup(chained.a, chained.b, chained.c, chained.d)
+    return msgspec.structs.replace(linear, form="sos", sos_anti_windup=tuple(float(value) for value in gains))
 
 
 def split_integrator(k: Lti) -> tuple[Lti | None, Lti]:
@@ -134,6 +143,8 @@ def _anti_windup(a: Matrix, b: Matrix, c: Matrix, d: Matrix) -> NDArray[np.float
     While limited, the controller's state follows what the limited drive says it should be (conditioned form). The weights b b' and
     d^2 + (c b)^2 are the drive's response to one unit of eta, so that no further tuning enters.
     """
+    if not len(a):
+        return np.empty(0)
     noise = np.array([[float(d[0, 0] ** 2 + (c @ b)[0, 0] ** 2)]])
     p = linalg.solve_discrete_are(a.T, c.T, b @ b.T + 1e-12 * np.trace(b @ b.T) * np.eye(len(a)), noise)
     return np.asarray(a @ p @ c.T / (c @ p @ c.T + noise))[:, 0]

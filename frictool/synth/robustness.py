@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from frictool.documents import controller as stored
 from frictool.errors import NoSolutionError
@@ -10,8 +11,11 @@ from frictool.lmi.lyapunov_bounds import common_bound, parameter_dependent_bound
 from frictool.lmi.structured import worst_gain
 from frictool.plant.box import corners, enclosing
 from frictool.plant.lti import Lti
+from frictool.plant.polytope import PlantPoint
 from frictool.plant.uncertain_axis import uncertain_plant
 from frictool.synth.problem import CLAIM, Problem
+from frictool.verify.controller import loop_checks
+from frictool.verify.effective import Feedback
 from frictool.verify.interior import interior_points, searched, worst_norm
 
 POINTS = 300  # inside the box
@@ -45,6 +49,29 @@ def robustness(problem: Problem, system: Lti) -> stored.Robustness:
         parameter_dependent=_found(parameter_dependent_bound(loops).gamma),
         common=_found(common_bound(loops).gamma),
     )
+
+
+def seen_inside(problem: Problem, loops: Sequence[Feedback]) -> stored.Robustness:
+    """The worst sensitivity that is seen inside, where no weighted norm is claimed; there is no bound then.
+
+    Raises NoSolutionError where a plant inside is unstable, or 1 % above the vertices.
+    """
+
+    def sensitivity(point: PlantPoint) -> float:
+        margin = loop_checks(loops, point, problem.lag, (problem.delay,))[0].modulus_margin
+        return 1.0 / margin if margin > 0.0 else math.inf
+
+    points = interior_points(enclosing(problem.box.vertices), POINTS, SEED)
+    vertices, (inside, at) = (
+        max(map(sensitivity, problem.box.vertices)),
+        max(((sensitivity(p), p) for p in points), key=lambda pair: pair[0]),
+    )
+    if inside > CLAIM * vertices:
+        raise NoSolutionError(
+            f"not verified: the largest sensitivity is {inside:.4g} inside the box, at inertia {at.inertia:.4g}, viscous {at.viscous:.4g}, "
+            f"coulomb {at.coulomb:.4g}, constant {at.constant:.4g}, where {vertices:.4g} is claimed; narrow the intervals"
+        )
+    return stored.Robustness(interior_points=POINTS, interior=max(inside, vertices))
 
 
 def _found(value: float) -> float | None:

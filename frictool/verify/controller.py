@@ -2,22 +2,46 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from frictool.documents.controller import Controller, DelayCheck
+from frictool.documents.controller import Controller, DelayCheck, Limiter, Velocity
 from frictool.errors import NoSolutionError
-from frictool.plant.lti import Lti
+from frictool.plant.linear_axis import Rates
 from frictool.plant.polytope import PlantPoint
-from frictool.verify.speed_loop import check_loop
+from frictool.verify.effective import ETA, Feedback, feedbacks_of, open_loop, virtual_friction
+from frictool.verify.margins import sensitivity
+from frictool.verify.norms import norm, spectral_radius
+from frictool.verify.speed_loop import LoopCheck, check_loop
 from frictool.verify.stored_forms import check_forms
 
 AGREEMENT = 1e-6  # relative, between a stored margin and the one found again
 
 
-def loop_checks(system: Lti, point: PlantPoint, lag: float, delays: tuple[int, ...]) -> tuple[DelayCheck, ...]:
-    """The sampled loop at one vertex with each number of samples of delay, as a document stores it."""
-    found = (check_loop(system, point.rates, lag, delay) for delay in delays)
-    return tuple(DelayCheck(check.delay_samples, check.spectral_radius, check.modulus_margin) for check in found)
+def loop_checks(loops: Sequence[Feedback], point: PlantPoint, lag: float, delays: tuple[int, ...]) -> tuple[DelayCheck, ...]:
+    """The sampled loops at one vertex with each number of samples of delay, as a document stores it: the worst of each figure over them."""
+    found = []
+    for delay_samples in delays:
+        each = [check_feedback(loop, point.rates, lag, delay_samples) for loop in loops]
+        radius, margin = max(one.spectral_radius for one in each), min(one.modulus_margin for one in each)
+        found.append(DelayCheck(delay_samples, radius, margin))
+    return tuple(found)
+
+
+def check_feedback(loop: Feedback, rates: Rates, lag: float, delay_samples: int) -> LoopCheck:
+    """Stability and modulus margin of one loop around one plant."""
+    if loop.sees == (ETA,):
+        return check_loop(loop.system, rates, lag, delay_samples)
+    closed = sensitivity(open_loop(loop, rates, lag, delay_samples))
+    return LoopCheck(delay_samples, spectral_radius(closed.a), 1.0 / norm(closed)[0])
+
+
+def limiter_brake(limiter: Limiter | None, velocity: Velocity, constant: float, period: float) -> Feedback | None:
+    """The loop that the virtual friction of a limiter closes at rest, None without one; constant: effort per unit of drive."""
+    if limiter is None or limiter.virtual_coulomb == 0.0:
+        return None
+    return virtual_friction(limiter.virtual_coulomb / limiter.virtual_speed / constant, velocity, period)
 
 
 def recheck(controller: Controller) -> None:
@@ -47,7 +71,8 @@ def _of_its_bench(controller: Controller) -> None:
 
 def _vertices(controller: Controller) -> None:
     lag = controller.bench.actuator.loop_time_constant_s
-    system = Lti.of(controller.linear.discrete, controller.sample_period_s)
+    loops, constant = feedbacks_of(controller), controller.bench.actuator.constant.value
+    brake = limiter_brake(controller.limiter, controller.velocity, constant, controller.sample_period_s)
     if not controller.verified.vertices:
         raise NoSolutionError(f"{controller.name}: not verified: the controller names no vertex; synthesise it anew")
     for vertex in controller.verified.vertices:
@@ -57,11 +82,16 @@ def _vertices(controller: Controller) -> None:
             raise NoSolutionError(
                 f"{controller.name}: not verified: vertex {vertex.name} has no check at the bench's delay; synthesise it anew"
             )
-        for stored, found in zip(vertex.checks, loop_checks(system, point, lag, delays), strict=True):
+        for stored, found in zip(vertex.checks, loop_checks(loops, point, lag, delays), strict=True):
             stated = [stored.modulus_margin]
             if stored.delay_samples == controller.delay_samples:
                 stated.append(vertex.modulus_margin)
             _compare(f"{controller.name}: not verified: at vertex {vertex.name}", stated, found)
+        if brake is not None and not all(check_feedback(brake, point.rates, lag, delay).stable for delay in delays):
+            raise NoSolutionError(
+                f"{controller.name}: not verified: at vertex {vertex.name} the limiter's virtual friction is unstable at rest; raise "
+                "limiter.virtual_speed"
+            )
         if vertex.modulus_margin < controller.verified.modulus_margin_specified:
             raise NoSolutionError(
                 f"{controller.name}: not verified: at vertex {vertex.name} the modulus margin is {vertex.modulus_margin:.6g}, specified "

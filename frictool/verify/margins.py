@@ -14,8 +14,7 @@ finds them; each one is refined on L itself.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,7 +69,7 @@ def margins(controller: Lti, rates: Rates, lag: float, delay_samples: int) -> Ma
 
 def loop_margins(loop: Lti) -> Margins:
     """The margins of a sampled loop gain `loop`, one input and one output, whose closed loop has the feedback -1."""
-    peak, _ = norm(_sensitivity(loop))
+    peak, _ = norm(sensitivity(loop))
     if not np.isfinite(peak):
         return Margins(1.0, 1.0, 0.0, 0.0, 0.0, 0.0, np.nan)
     at_phase, at_gain = phase_crossings(loop), gain_crossings(loop)
@@ -103,16 +102,6 @@ def small_gain(controller: Lti, rates: Rates, lag: float, delay_samples: int) ->
         "axis": linear_axis(rates, lag, period),
     }
     return norm(connect(blocks, {"speed_reference": {}, "uncertain_effort": {}}, ("friction",), ("speed",)))[0]
-
-
-def rounded(controller: Lti, number: Literal["double", "float"]) -> Lti:
-    """The controller with its coefficients as the target's number format holds them, for another verification."""
-    if number == "double":
-        return controller
-    a, b, c, d = (
-        np.asarray(part, dtype=np.float32).astype(np.float64) for part in (controller.a, controller.b, controller.c, controller.d)
-    )
-    return replace(controller, a=a, b=b, c=c, d=d)
 
 
 def phase_crossings(loop: Lti) -> Vector:
@@ -159,7 +148,7 @@ def _refined(loop: Lti, m: Vector, e: Vector, function: Callable[[complex], floa
     return np.array(sorted(roots)) / period
 
 
-def _sensitivity(loop: Lti) -> Lti:
+def sensitivity(loop: Lti) -> Lti:
     """1/(1 + L)."""
     inverse = 1.0 / (1.0 + loop.d[0, 0])
     return Lti(loop.a - inverse * loop.b @ loop.c, inverse * loop.b, -inverse * loop.c, np.array([[inverse]]), loop.period)

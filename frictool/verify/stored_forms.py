@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from frictool.documents.controller import Controller, Row
 from frictool.errors import NoSolutionError
 from frictool.plant.lti import Lti, tustin
+from frictool.verify.effective import running
 from frictool.verify.norms import spectral_radius
 
 AGREEMENT = 2e-6  # of the peak of (z - 1) K(z), or of K(z) without an integrator; sections are stored where they agree to half of it
@@ -16,7 +17,10 @@ ANGLES = np.geomspace(1e-3, np.pi * (1.0 - 1e-9), 200)  # a form with a delay ha
 
 
 def check_forms(controller: Controller) -> None:
-    """Raises NoSolutionError where the sections or the continuous form are not the discrete one, or the anti-windup is unstable."""
+    """Raises NoSolutionError where the sections or the continuous form are not the discrete one, or the anti-windup is unstable.
+
+    With conditional integration the integrators are held and not driven, so that only the rest has to be stable by itself.
+    """
     linear, period = controller.linear, controller.sample_period_s
     system = Lti.of(linear.discrete, period)
     direct = system.response(ANGLES / period)[:, 0, 0]
@@ -33,10 +37,17 @@ def check_forms(controller: Controller) -> None:
                 f"{controller.name}: not verified: linear.{name} is not linear.discrete, which was verified (apart by {apart:.3g} of the "
                 "peak of their frequency responses); synthesise it anew"
             )
-    radius = spectral_radius(system.a - np.outer(linear.anti_windup, system.c))
+    gains = linear.sos_anti_windup if linear.form == "sos" else linear.anti_windup
+    runs = running(linear, period)
+    limited = runs.a - np.outer(gains, runs.c)
+    if linear.conditional:
+        kept = [k for k in range(runs.order) if not np.array_equal(runs.a[k], np.eye(runs.order)[k])]
+        limited = limited[np.ix_(kept, kept)]
+    radius = spectral_radius(limited)
     if radius >= 1.0:
+        name = "sos_anti_windup" if linear.form == "sos" else "anti_windup"
         raise NoSolutionError(
-            f"{controller.name}: not verified: the anti-windup gains (linear.anti_windup) leave the controller unstable while the drive "
+            f"{controller.name}: not verified: the anti-windup gains (linear.{name}) leave the controller unstable while the drive "
             f"is limited (spectral radius {radius:.6g} of a - l c); synthesise it anew"
         )
 

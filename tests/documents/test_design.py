@@ -23,8 +23,16 @@ ASKED = {
     "pole_bound_rad_s": "pole_bound_rad_s: 1000",
     "recentring": "recentring: 1.05",
     "ease": "ease: 2",
+    "domain": "domain: continuous",
+    "order": "order: 3",
+    "integrator": "integrator: true",
+    "relax": "relax: auto",
+    "pid": "pid: {gain: {value: 1, unit: N m/rad}}",
 }
-METHODS = ("lpv", "lft", "lft_lpv", "lpv_grid", "minimax", "rst")
+METHODS = ("lpv", "lft", "lft_lpv", "lpv_grid", "minimax", "rst", "pid")
+CASCADE = BASE.replace("structure: position", "structure: speed_cascade") + "method: lpv\n"
+LAW = "action: cut, formula: sqrt(F/J)"
+FILTER = "prefilter: {natural_frequency_rad_s: 30, damping: 0.8}"
 
 
 def _design(folder: Path, *lines: str) -> Design:
@@ -36,7 +44,9 @@ def _design(folder: Path, *lines: str) -> Design:
 @pytest.mark.parametrize("key", READ_BY)
 @pytest.mark.parametrize("method", METHODS)
 def test_a_key_that_the_method_does_not_read_is_refused(tmp_path: Path, key: str, method: str) -> None:
-    lines = (f"method: {method}", ASKED[key])
+    lines = [f"method: {method}", ASKED[key]]
+    if method == "pid" and key != "pid":
+        lines.append(ASKED["pid"])
     if method in READ_BY[key]:
         assert _design(tmp_path, *lines).method == method
     else:
@@ -60,3 +70,89 @@ def test_the_rigs_ask_for_nothing_in_vain() -> None:
     assert len(paths) > 6
     for path in paths:
         load(path, Design)
+
+
+CONTRADICTIONS = {
+    "position_law.gain_per_s": (["position_law: {action: cut, formula: sqrt(F/J), gain_per_s: 1}"], "kind proportional needs gain_per_s"),
+    "no formula": (["position_law: {action: cut}"], "kind square_root needs a formula"),
+    "a formula too much": (["position_law: {action: none, kind: proportional, formula: sqrt(F/J)}"], "kind proportional has none"),
+    "virtual friction of a proportional law": (
+        ["position_law: {action: none, kind: proportional, gain_per_s: 1, virtual_coulomb_factor: 2}"],
+        "virtual_coulomb_factor is for kind square_root",
+    ),
+    "band of a proportional law": (
+        ["position_law: {action: none, kind: proportional, gain_per_s: 1, band: {value: 1, unit: rad}}"],
+        "band is for kind square_root, or for action cut or brake",
+    ),
+    "rest_speed": ([f"position_law: {{{LAW}, rest_speed: {{value: 1, unit: rad/s}}}}"], "action brake needs rest_speed, and no other"),
+    "brake without": (["position_law: {action: brake, formula: sqrt(F/J)}"], "action brake needs rest_speed"),
+    "settled_speed of none": (
+        ["position_law: {action: none, formula: sqrt(F/J), settled_speed: {value: 1, unit: rad/s}}"],
+        "settled_speed is for action cut or brake",
+    ),
+    "settled_speed without prefilter": (
+        [f"position_law: {{{LAW}, settled_speed: {{value: 1, unit: rad/s}}}}"],
+        "position_law.settled_speed is the prefilter's: give prefilter too",
+    ),
+    "prefilter without settled_speed": ([f"position_law: {{{LAW}}}", FILTER], "settled_speed: missing; action cut waits until"),
+    "velocity of nothing": ([f"position_law: {{{LAW}}}", "velocity: {filter_rad_s: 100}"], "nothing in this design reads a speed"),
+    "limiter": ([f"position_law: {{{LAW}}}", "limiter: {condition: error}"], "limiter is for structure position"),
+    "measured and filtered": (["velocity: {source: measured, filter_rad_s: 100}"], "a measured speed is taken as it is"),
+    "order of no filter": (["velocity: {order: 1, filter_rad_s: 0}"], "leave out order"),
+    "virtual speed": (["limiter: {condition: error, virtual_speed: {value: 1, unit: rad/s}}"], "give virtual_coulomb too"),
+    "observer": (["friction_compensation: {source: observer}"], "source observer needs observer_rad_s"),
+    "observer's velocity": (
+        ["friction_compensation: {source: observer, observer_rad_s: 10, velocity: measured}"],
+        "velocity and smoothing_speed are for source model",
+    ),
+    "reference": (["friction_compensation: {source: model, velocity: reference}"], "velocity reference needs smoothing_speed"),
+    "no reference": (
+        [
+            f"position_law: {{{LAW}}}",
+            "friction_compensation: {source: model, velocity: reference, smoothing_speed: {value: 1, unit: rad/s}}",
+        ],
+        "the filtered reference's speed: give prefilter too",
+    ),
+    "both gains": (
+        ["pid: {gain: {value: 1, unit: N m/rad}, speed_gain: {value: 1, unit: N m s/rad}}"],
+        "give gain, of a position loop, or speed_gain",
+    ),
+    "derivative": (["pid: {gain: {value: 1, unit: N m/rad}, derivative_time_s: 1}"], "derivative_time_s and filter_ratio go together"),
+    "derivative of a speed": (
+        ["pid: {speed_gain: {value: 1, unit: N m s/rad}, derivative_time_s: 1, filter_ratio: 10}"],
+        "the speed loop is a PI",
+    ),
+    "sections that are scheduled": ([f"position_law: {{{LAW}}}", "form: sos", "scheduled: true"], "form sos is without scheduled"),
+}
+
+
+@pytest.mark.parametrize("name", CONTRADICTIONS)
+def test_what_contradicts_itself_is_refused(tmp_path: Path, name: str) -> None:
+    lines, message = CONTRADICTIONS[name]
+    path = tmp_path / "design.yaml"
+    path.write_text(CASCADE + "\n".join(lines) + "\n")
+    with pytest.raises(DocumentError, match=message):
+        load(path, Design)
+
+
+def test_a_pid_has_the_gain_of_its_structure(tmp_path: Path) -> None:
+    speed = "pid: {speed_gain: {value: 1, unit: N m s/rad}, integral_time_s: 1}"
+    with pytest.raises(DocumentError, match="structure position takes gain"):
+        _design(tmp_path, "method: pid", speed)
+    with pytest.raises(DocumentError, match="method pid needs pid"):
+        _design(tmp_path, "method: pid")
+    path = tmp_path / "cascade.yaml"
+    path.write_text(CASCADE.replace("lpv", "pid").replace("weights: {}", "weights: {drive: 1}") + f"{speed}\nposition_law: {{{LAW}}}\n")
+    with pytest.raises(DocumentError, match="weights: method pid weighs no speed loop"):
+        load(path, Design)
+
+
+def test_what_reads_a_speed_is_known(tmp_path: Path) -> None:
+    lines = {
+        "limiter: {condition: error}": False,
+        "limiter: {condition: energy}": True,
+        "limiter: {condition: error, virtual_coulomb: {value: 1, unit: N m}}": True,
+        "friction_compensation: {source: observer, observer_rad_s: 10}": True,
+        "friction_compensation: {source: model}": True,
+    }
+    assert {line: _design(tmp_path, "method: lpv", line).reads_speed for line in lines} == lines

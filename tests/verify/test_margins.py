@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from frictool.plant.linear_axis import Rates, linear_axis
 from frictool.plant.lti import Lti, beside, tustin
-from frictool.verify.margins import Margins, gain_crossings, loop_margins, margins, open_loop, phase_crossings, rounded, small_gain
+from frictool.verify.margins import Margins, gain_crossings, loop_margins, margins, open_loop, phase_crossings, small_gain
 from frictool.verify.speed_loop import check_loop, closed_loop
 
 PERIOD, LAG = 1e-3, 3e-3
@@ -125,23 +125,6 @@ def test_small_gain_is_the_peak_of_friction_to_speed() -> None:
     scanned = np.max(np.abs(axis[:, 1, 2] + axis[:, 1, 0] * control_of_eta * eta))
     assert small_gain(controller, rates, LAG, 1) == pytest.approx(scanned, rel=1e-4)
     assert small_gain(_scaled(controller, 1e3), rates, LAG, 1) == np.inf
-
-
-@given(**drawn)
-@settings(max_examples=15, deadline=None)
-def test_rounded_to_float_is_what_single_precision_holds(**case: float) -> None:
-    controller, rates = _loop(**case)  # type: ignore[arg-type]
-    single = rounded(controller, "float")
-    for part in "abcd":
-        exact, held = getattr(controller, part), getattr(single, part)
-        assert np.array_equal(held, held.astype(np.float32))
-        assert held == pytest.approx(exact, rel=2**-23)
-    assert single.a[0, 0] == 1.0  # an exact integrator stays one
-    assert rounded(controller, "double") is controller
-    delay = int(case["delay"])
-    if _stable(controller, rates, delay):
-        exact_margin = check_loop(controller, rates, LAG, delay).modulus_margin
-        assert check_loop(single, rates, LAG, delay).modulus_margin == pytest.approx(exact_margin, abs=1e-3)
 
 
 def test_the_open_loop_closes_to_the_sensitivity() -> None:

@@ -9,6 +9,7 @@ from frictool.documents.controller import Controller
 from frictool.plant.lti import Lti, inverse_tustin
 from frictool.plant.polytope import PlantPoint
 from frictool.verify.controller import loop_checks
+from frictool.verify.effective import feedbacks_of
 
 
 def truthful(controller: Controller) -> Controller:
@@ -18,7 +19,7 @@ def truthful(controller: Controller) -> Controller:
     vertices = []
     for vertex in controller.verified.vertices:
         point = PlantPoint(vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant)
-        checks = loop_checks(system, point, lag, (0, controller.delay_samples))
+        checks = loop_checks(feedbacks_of(controller), point, lag, (0, controller.delay_samples))
         vertices.append(msgspec.structs.replace(vertex, modulus_margin=checks[-1].modulus_margin, checks=checks))
     sections = signal.zpk2sos(*signal.ss2zpk(system.a, system.b, system.c, system.d))
     linear = msgspec.structs.replace(

@@ -1,0 +1,54 @@
+"""Method `pid`: the gains are given (5.39), (5.2.3); what is found is the difference equation that has them, and whether it may run.
+
+    position         C(s) = K (1 + 1/(T_i s) + T_d s/(T_d s/a + 1)) on the position error
+    speed_cascade    C(s) = K (1 + 1/(T_i s)) on the speed error
+
+in effort; the drive is effort over the actuator's constant. Sampled as zero-order-hold equivalents: the integral takes the error of
+sample k after the command of sample k, the derivative's low-pass f of lag tau = T_d/a moves by 1 - exp(-T/tau) towards it:
+
+    C(z) = K (1 + (T/T_i)/(z - 1) + (T_d/tau) (z - 1)/(z - exp(-T/tau)))
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from frictool.documents.design import Pid
+from frictool.plant.lti import Lti
+from frictool.synth.problem import Candidate, Problem
+
+
+def pid(problem: Problem) -> Candidate:
+    """The controller of the design's gains, which nothing is claimed of yet."""
+    asked = problem.design.pid
+    assert asked is not None  # the design's own check
+    quantity = asked.gain or asked.speed_gain
+    assert quantity is not None
+    constant = problem.model.bench.actuator.constant.value
+    k = sampled_pid(asked, quantity.value / constant, problem.period)
+    actuator, unit = problem.model.bench.actuator, "A" if problem.model.bench.actuator.drive == "current" else "V"
+    note = (
+        f"pid: gains given; K {quantity.value:g} {quantity.unit} is {quantity.value / constant:.4g} {unit} by the constant "
+        f"{constant:g} {actuator.constant.unit}"
+    )
+    return Candidate(k, k, None, None, (note,))
+
+
+def sampled_pid(asked: Pid, gain: float, period: float) -> Lti:
+    """The zero-order-hold equivalent of (5.39), gain K [drive per rad | m, or per rad/s | m/s]; states: integral of the error, low-pass."""
+    poles, entering, leaving, direct = [], [], [], gain
+    if asked.integral_time_s is not None:
+        poles.append(1.0)
+        entering.append(period)
+        leaving.append(gain / asked.integral_time_s)
+    if asked.derivative_time_s is not None and asked.filter_ratio is not None:
+        kept = math.exp(-period * asked.filter_ratio / asked.derivative_time_s)
+        poles.append(kept)
+        entering.append(1.0 - kept)
+        leaving.append(-gain * asked.filter_ratio)
+        direct += gain * asked.filter_ratio
+    n = len(poles)
+    b, c = np.array(entering).reshape(n, 1), np.array(leaving).reshape(1, n)
+    return Lti(np.diag(poles) if n else np.zeros((0, 0)), b, c, np.array([[direct]]), period)
