@@ -11,9 +11,9 @@ from frictool.documents.certificate import Certificate
 from frictool.documents.design import Domain, Method, Scheduled, Structure
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Axis
-from frictool.errors import FrictoolError
 
 Row = tuple[float, ...]
+Number = Literal["double", "float", "q31", "q15"]
 
 
 class StateSpace(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -44,7 +44,8 @@ class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     anti_windup: l in x[k+1] = a x + b eta + l (limited drive - drive).
     input: what enters it in place of eta; speed_error is speed reference - speed (a PI of the speed). In structure position it is the
     filtered reference less the position, whatever is said here.
-    form: which of both runs on the target. Sections run in the transposed direct form II, their states' anti-windup gains are sos_anti_windup.
+    form: which of both runs on the target. Sections run in the transposed direct form II, the anti-windup gains of their states are
+    sos_anti_windup.
     conditional: the states that are integrators (their row of `a` is that of the identity) are held while the drive is limited and what
     enters would move them further.
     """
@@ -213,7 +214,7 @@ class Robustness(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 class Rounded(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The loop again with the coefficients rounded to a number format of the target."""
 
-    number: Literal["double", "float"]
+    number: Number
     gamma: float
     modulus_margin: float
 

@@ -18,11 +18,11 @@ from frictool.verify.count_current import count_current
 from frictool.verify.effective import Feedback, feedbacks, friction_to_speed, from_position, open_loop, running
 from frictool.verify.margins import loop_margins
 from frictool.verify.norms import norm
-from frictool.verify.rounding import Number, rounded_linear
+from frictool.verify.rounding import Held, held, rounded_linear
 from frictool.verify.speed_loop import performance
 
 COUNT_LIMIT = 4.0  # times the drive's limit that one encoder count may ask for; beyond, the loop is a switch
-NUMBERS: tuple[Number, ...] = ("double", "float")
+NUMBERS: tuple[stored.Number, ...] = ("double", "float")
 
 
 def accept(problem: Problem, candidate: Candidate, linear: stored.LinearController, around: Blocks) -> stored.Verified:
@@ -60,8 +60,8 @@ def accept(problem: Problem, candidate: Candidate, linear: stored.LinearControll
     )
 
 
-def _loops(problem: Problem, linear: stored.LinearController, around: Blocks) -> tuple[Feedback, ...]:
-    return feedbacks(problem.design.structure, linear, around.position_law, around.velocity, problem.period)
+def _loops(problem: Problem, linear: stored.LinearController, around: Blocks, hold: Held = float) -> tuple[Feedback, ...]:
+    return feedbacks(problem.design.structure, linear, around.position_law, around.velocity, problem.period, hold)
 
 
 def _vertex(
@@ -123,13 +123,13 @@ def _count(problem: Problem, loops: tuple[Feedback, ...]) -> float:
 
 
 def _rounded(
-    problem: Problem, linear: stored.LinearController, around: Blocks, number: Number, claimed: float, required: float
+    problem: Problem, linear: stored.LinearController, around: Blocks, number: stored.Number, claimed: float, required: float
 ) -> stored.Rounded:
-    held = rounded_linear(linear, number)
-    loops = _loops(problem, held, around)
+    holding = rounded_linear(linear, number)
+    loops = _loops(problem, holding, around, held(number))
     points = problem.box.vertices
     margins = {point.name: loop_checks(loops, point, problem.lag, (problem.delay,))[0].modulus_margin for point in points}
-    gamma, where = max((_norm(problem, held, point, margins[point.name]), point.name) for point in points)
+    gamma, where = max((_norm(problem, holding, point, margins[point.name]), point.name) for point in points)
     margin = min(margins.values())
     if not gamma <= CLAIM * claimed or margin < required:
         raise NoSolutionError(

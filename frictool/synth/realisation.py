@@ -15,8 +15,8 @@ from frictool.documents.controller import LinearController
 from frictool.errors import NoSolutionError
 from frictool.plant.lti import Lti, beside, inverse_tustin
 from frictool.synth.balancing import balanced_form
+from frictool.verify.effective import running
 from frictool.verify.norms import spectral_radius
-from frictool.verify.sections import chain
 
 Matrix = NDArray[np.float64]
 Roots = NDArray[np.complex128]
@@ -59,8 +59,8 @@ def stored_forms(k: Lti) -> LinearController:
 
 def running_in_sections(linear: LinearController, period: float) -> LinearController:
     """The same controller whose sections run on the target, with the anti-windup gains of their states; period [s]."""
-    chained = chain(linear.sos, period)
-    gains = _anti_windup(chained.a, chained.b, chained.c, chained.d)
+    chain = running(msgspec.structs.replace(linear, form="sos", sos_anti_windup=(0.0,) * (2 * len(linear.sos))), period)
+    gains = _anti_windup(chain.a, chain.b, chain.c, chain.d)
     return msgspec.structs.replace(linear, form="sos", sos_anti_windup=tuple(float(value) for value in gains))
 
 

@@ -19,12 +19,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from frictool.control.sections import realised
+from frictool.control.velocity import first_order
 from frictool.documents.controller import Controller, LinearController, PositionLaw, Velocity
 from frictool.documents.design import Structure
 from frictool.plant.connect import Block, connect
 from frictool.plant.linear_axis import INPUTS, Rates, linear_axis
-from frictool.plant.lti import Lti, delay, gain, tustin
-from frictool.verify.sections import chain
+from frictool.plant.lti import Lti, delay, gain
+from frictool.verify.rounding import Held
 
 ETA, DIFFERENCE, SPEED = "eta", "difference", "sampled_speed"
 
@@ -39,25 +41,31 @@ class Feedback:
 
 
 def running(linear: LinearController, period: float) -> Lti:
-    """C(z) in the form that runs on the target."""
-    return chain(linear.sos, period) if linear.form == "sos" else Lti.of(linear.discrete, period)
+    """C(z) in the form that runs on the target; of sections the states are s1, s2 of each one in the chain's order."""
+    if linear.form == "state_space":
+        return Lti.of(linear.discrete, period)
+    a, b, c, d = realised(linear.sos)
+    return Lti(a, b[:, None], c[None, :], np.array([[d]]), period)
 
 
 def feedbacks(
-    structure: Structure, linear: LinearController, law: PositionLaw | None, velocity: Velocity, period: float
+    structure: Structure, linear: LinearController, law: PositionLaw | None, velocity: Velocity, period: float, hold: Held = float
 ) -> tuple[Feedback, ...]:
-    """The loop of the linear controller, and the whole one where a proportional law around it is linear too; the last is the outermost."""
+    """The loop of the linear controller, and the whole one where a proportional law around it is linear too; the last is the outermost.
+
+    hold: what the target's number format makes of the other blocks' coefficients (verify/rounding.py).
+    """
     c = running(linear, period)
     if structure == "position":
         return (Feedback("position loop", c, (ETA,)),)
-    gain_of_law = law.gain if law is not None and law.kind == "proportional" else 0.0
+    gain_of_law = hold(law.gain) if law is not None and law.kind == "proportional" else 0.0
     if linear.input == "eta":
         loops = [Feedback("speed loop", c, (ETA,))]
         if gain_of_law:
             loops.append(Feedback("position loop", _series(_one_plus_integral(gain_of_law, period), c), (ETA,)))
         return tuple(loops)
     sees = SPEED if velocity.source == "measured" else DIFFERENCE
-    behind = low_pass(velocity, period)
+    behind = low_pass(velocity, period, hold)
     loops = [Feedback("speed loop", _series(behind, c), (sees,))]
     if gain_of_law:
         entering = connect(
@@ -78,12 +86,14 @@ def virtual_friction(slope: float, velocity: Velocity, period: float) -> Feedbac
     return Feedback("virtual friction", _series(low_pass(velocity, period), gain(slope, period)), (sees,))
 
 
-def low_pass(velocity: Velocity, period: float) -> Lti:
-    """F(z) of the velocity block, first order or (5.70), sampled by Tustin; 1 where there is none."""
-    w = velocity.bandwidth_rad_s
-    if velocity.source == "measured" or w == 0.0:
+def low_pass(velocity: Velocity, period: float, hold: Held = float) -> Lti:
+    """F(z) of the velocity block, first order or (5.70), with its coefficients as they are held; 1 where there is none."""
+    if velocity.source == "measured" or velocity.bandwidth_rad_s == 0.0:
         return gain(1.0, period)
-    once = tustin(Lti(np.array([[-w]]), np.array([[w]]), np.eye(1), np.zeros((1, 1)), 0.0), period)
+    pole, through = (hold(value) for value in first_order(velocity.bandwidth_rad_s, period))
+    # v[k] = pole v[k-1] + through (u[k] + u[k-1])
+    direct = np.array([[through]])
+    once = Lti(np.array([[pole]]), np.eye(1), (1.0 + pole) * direct, direct, period)
     return once if velocity.order == 1 else _series(once, once)
 
 
