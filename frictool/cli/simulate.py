@@ -25,11 +25,33 @@ from frictool.cli.output import (
 from frictool.cli.progress import tell_of_compiling
 
 if TYPE_CHECKING:
+    from frictool.documents.bench import Bench
     from frictool.logs.log import Log
+
+KEYS = """\b
+scenario.yaml, key by key (quantities are {value, unit}; docs/formats.md has an example of each):
+  start          position at rest before it begins
+  steps          parts of the reference, one after another; each is one of
+                   {reference: .., duration_s: ..}  held      {ramp_to: .., duration_s: ..}  at constant speed
+                   {sine: {amplitude, frequency_hz, phase_deg, centre}, duration_s: ..}
+                   {hold_s: ..}  what was there is kept, 15 s or more: limit cycles show late
+  reference      in place of steps {log, channel, from_s, to_s, shift, hold_s}: a measured reference is replayed; raw logs are read by
+                 the columns of the model's bench
+  variants       nominal: the model; vertices: also those at which the controller was verified; random: also `plants` drawn plants
+  plants         how many plants are drawn from the bench's ranges
+  disturbances   efforts on the axis {kind: step | pulse | sine, effort, at_s, duration_s, frequency_hz, phase_deg}
+  drifts         wear, warmth: {friction, viscous, constant: [{at_s, factor}, ..]}, straight lines between the points
+  sensor_faults  {kind: lost_counts, counts, at_s}, {kind: encoder_stuck, at_s, until_s}, {kind: drive_offset, offset, at_s, until_s},
+                 {kind: drive_gain, gain_error, at_s, until_s}
+  drive          current or voltage, which the quantities of the drive are in
+  drive_noise    standard deviation of the measured drive, A or V
+  seed           of the noise and of the drawn plants
+"""
 
 HELP = f"""\b
 Example:
   frictool simulate model.yaml --controller controller.yaml --scenario scenarios/steps.yaml -o run.mcap
+  frictool simulate nonlinear.yaml --controller controller.yaml --scenario scenarios/random.yaml -o plants.mcap
   frictool simulate model.yaml --excitation sines.mcap --position-gain 30 --speed-gain 0.1 -o bench_log.mcap
 
 Play a scenario to the model under its controller and write what a bench would have logged.
@@ -37,17 +59,21 @@ Play a scenario to the model under its controller and write what a bench would h
 The engine moves from event to event (stop, breakaway, backlash contact, knee, end stop), in closed form where there is one: an axis at
 rest below its breakaway stays where it is, exactly. The controller is sampled, sees the position through the encoder, and acts after
 the bench's computational delay.
-With `variants: vertices` the scenario is played once more at each vertex at which the controller was verified (streams /axis/NAME).
+The log holds what a bench would have (position, reference, drive, effort) and what only a simulation knows (position_true, velocity,
+load_position, the true drive, command). Each plant is a stream: /axis is the model, /axis/NAME a vertex or a drawn plant.
 
+{KEYS}
 With --excitation a test that `frictool excite` wrote as MCAP is played as the bench would play it: ramps by their rule, a reference under
 the bench's own position loop,  {LAW},  on the encoder's counts. The log holds what the bench would have logged.
 """
+
+MOST_LINES = 40  # of streams that are told to people
 
 
 @click.command("simulate", help=HELP)
 @click.argument("model", type=existing)
 @click.option("--controller", type=existing, help="The controller (controller.yaml).")
-@click.option("--scenario", type=existing, help="References, durations, variants, noise (scenario.yaml).")
+@click.option("--scenario", type=existing, help="What is played: keys above (scenario.yaml).")
 @click.option("--excitation", type=existing, help="Instead: a test of `frictool excite` (.mcap).")
 @servo_options
 @click.option("--drive-noise", type=FiniteRange(0.0), help="--excitation: standard deviation of the measured drive, A | V. [default: 0]")
@@ -115,16 +141,32 @@ def _step_test(model: Path, controller: Path, scenario: Path, output: Path) -> L
     from frictool.documents.registry import load
     from frictool.documents.scenario import Scenario
 
-    inputs = [model, controller, scenario]
     documents = (load(model, Model), load(controller, Controller), load(scenario, Scenario))
+    replay = documents[2].reference
+    recorded = None if replay is None else scenario.parent / replay.log
+    inputs = [model, controller, scenario, *([] if recorded is None else [recorded])]
     refuse_inputs(output, inputs)
     from frictool.simulate.agreement import Names
     from frictool.simulate.step_test import step_test
 
+    log = None if recorded is None else _recorded(recorded, scenario, documents[0].bench)
     provenance = record(command_line("simulate", {"model": model, "--controller": controller, "--scenario": scenario}), inputs)
-    log = step_test(*documents, provenance, Names(*map(str, inputs)), _progress)
-    _save(log, output, inputs)
-    return log
+    played = step_test(*documents, provenance, Names(str(model), str(controller), str(scenario)), _progress, log)
+    _save(played, output, inputs)
+    return played
+
+
+def _recorded(path: Path, scenario: Path, bench: Bench) -> Log:
+    """The log that a scenario replays; its path is one from the scenario's folder."""
+    from frictool.documents.lines import line_of
+    from frictool.errors import DocumentError
+    from frictool.logs.reading import read_log
+
+    if not path.is_file():
+        key = "reference.log"
+        message = f"found {path}, which is no file; allowed: a log, by its path from the folder of {scenario.name}"
+        raise DocumentError(scenario, message, line=line_of(scenario, key), key=key)
+    return read_log(path, bench)
 
 
 def _save(log: Log, output: Path, inputs: list[Path]) -> None:
@@ -167,9 +209,12 @@ def table(log: Log) -> str:
     unit, drive = found[0]["units"]["position"], found[0]["units"]["command"]
     lines = [f"{log.source}: {len(found)} stream(s), {found[0]['samples']} samples, {found[0]['duration_s']:g} s each"]
     lines.append(f"{'stream':<14}{'final error ' + unit:>18}{'command peak ' + drive:>18}  end")
-    for row in found:
+    for row in found[:MOST_LINES]:
         end = "at rest" if row["at_rest"] else "moving"
         lines.append(f"{row['topic']:<14}{row['final_error']:>18.4g}{row['command_peak']:>18.4g}  {end}")
+    if len(found) > MOST_LINES:
+        resting = sum(row["at_rest"] for row in found)
+        lines.append(f"... and {len(found) - MOST_LINES} more; {resting} of {len(found)} end at rest; --json has them all")
     return "\n".join(lines)
 
 

@@ -2,37 +2,111 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 import msgspec
 
 from frictool.documents.bench import Name, PositiveNumber
-from frictool.documents.quantity import Axis, Position
+from frictool.documents.conditions import Disturbance, Drifts, SensorFault
+from frictool.documents.quantity import Axis, Position, PositiveLength
+
+SHORTEST_HOLD_S = 15.0  # a limit cycle is not called absent before; some need a minute to show (docs/theory/simulate.md)
+Hold = Annotated[float, msgspec.Meta(ge=SHORTEST_HOLD_S)]
+MOST_PLANTS = 100_000
 
 
-class Step(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The reference held for `duration_s`."""
+class Sine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """centre + amplitude sin(2 pi frequency_hz t + phase_deg), t since the part begins; centre: where the part before it ended."""
 
-    reference: Position
-    duration_s: PositiveNumber
+    amplitude: PositiveLength
+    frequency_hz: PositiveNumber
+    phase_deg: float = 0.0
+    centre: Position | None = None
+
+
+class Step(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """A part of the reference: exactly one of `reference`, `ramp_to`, `sine` for `duration_s`, or `hold_s`.
+
+    reference: held. ramp_to: reached at constant speed from where the part before it ended. hold_s: that is kept, for at least 15 s.
+    """
+
+    reference: Position | None = None
+    duration_s: PositiveNumber | None = None
+    ramp_to: Position | None = None
+    sine: Sine | None = None
+    hold_s: Hold | None = None
+
+    def __post_init__(self) -> None:
+        kinds = ("reference", "ramp_to", "sine", "hold_s")
+        given = [name for name in kinds if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise ValueError(f"found {' and '.join(given) or 'none of them'}; allowed: exactly one of {', '.join(kinds)}")
+        if (self.duration_s is None) != (self.hold_s is not None):
+            raise ValueError("duration_s belongs to reference, ramp_to and sine, which need it; hold_s is a duration itself")
+
+    @property
+    def seconds(self) -> float:
+        """How long the part lasts."""
+        found = self.hold_s if self.duration_s is None else self.duration_s
+        assert found is not None
+        return found
+
+
+class Replay(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """A measured channel as the reference: `channel` of the log at `log` (a path from the scenario's folder) from from_s to to_s.
+
+    Times count from the log's first sample. shift: added to the channel, where the log's zero is not the model's. hold_s: the last value
+    is kept for so long after it. How it is resampled: docs/theory/simulate.md.
+    """
+
+    log: Annotated[str, msgspec.Meta(min_length=1)]
+    channel: Annotated[str, msgspec.Meta(min_length=1)] = "reference"
+    from_s: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+    to_s: PositiveNumber | None = None
+    shift: Position | None = None
+    hold_s: Hold | None = None
+
+    def __post_init__(self) -> None:
+        if self.to_s is not None and self.to_s <= self.from_s:
+            raise ValueError(f"to_s: found {self.to_s:g}; allowed: after from_s, {self.from_s:g}")
 
 
 class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """`scenario.yaml`.
+    """`scenario.yaml`: `steps`, or a `reference` from a log.
 
-    start: position at rest before the first step. variants: `nominal` is the model's values; `vertices` adds one run at each
-    vertex of the controller's polytope. drive_noise: standard deviation of the measured drive, A or V, drawn from `seed`.
+    start: position at rest before it begins; of a replay the reference's first value unless it is given. variants: `nominal` is the model's
+    values; `vertices` adds one run at each vertex of the controller's polytope, `random` one for each of `plants` plants drawn from the
+    bench's ranges. drive: what drives the rig, where a quantity here is one of it. drive_noise: standard deviation of the measured drive, A
+    or V. seed: of the noise and the plants.
     """
 
     format: Literal["scenario/1"]
     name: Name
     axis: Axis
-    start: Position
-    steps: tuple[Step, ...]
-    variants: Literal["nominal", "vertices"] = "nominal"
+    start: Position | None = None
+    steps: tuple[Step, ...] = ()
+    reference: Replay | None = None
+    variants: Literal["nominal", "vertices", "random"] = "nominal"
+    plants: Annotated[int, msgspec.Meta(ge=1, le=MOST_PLANTS)] | None = None
+    drive: Literal["current", "voltage"] = "current"
     drive_noise: Annotated[float, msgspec.Meta(ge=0)] = 0.0
     seed: Annotated[int, msgspec.Meta(ge=0)] = 0
+    disturbances: tuple[Disturbance, ...] = ()
+    drifts: Drifts | None = None
+    sensor_faults: tuple[SensorFault, ...] = ()
 
     def __post_init__(self) -> None:
-        if not self.steps:
+        if self.reference is not None and self.steps:
+            raise ValueError("found steps and reference; allowed: one of them")
+        if self.reference is None and not self.steps:
             raise ValueError("steps is empty; write at least one {reference: .., duration_s: ..}")
+        if self.reference is None and self.start is None:
+            raise ValueError("start is missing; write the position at rest before the first step")
+        if (self.variants == "random") != (self.plants is not None):
+            raise ValueError("plants, how many, belongs to variants: random, which needs it")
+
+    @property
+    def seconds(self) -> float:
+        """How long the steps last; nan for a replay."""
+        return math.nan if self.reference is not None else sum(step.seconds for step in self.steps)

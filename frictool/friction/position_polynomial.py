@@ -45,6 +45,15 @@ def normalised(coefficients: Vector, low: float, high: float) -> tuple[Vector, f
     return b / mean, mean
 
 
+def mean_over(coefficients: Sequence[float] | Vector, low: float, high: float, first: float, last: float) -> float:
+    """The mean over [first, last] of a polynomial that outside [low, high] is what it is at the end; first < last."""
+    curve = np.polynomial.Polynomial(coefficients)
+    whole = curve.integ()
+    start, end = min(max(first, low), high), min(max(last, low), high)
+    below, above = max(0.0, min(last, low) - first), max(0.0, last - max(first, high))
+    return float(below * curve(low) + whole(end) - whole(start) + above * curve(high)) / (last - first)
+
+
 def least(coefficients: Sequence[float] | Vector, low: float, high: float) -> tuple[float, float]:
     """Where in [low, high] a polynomial is least, at an end or where its derivative is zero, and its value there."""
     curve = np.polynomial.Polynomial(coefficients)

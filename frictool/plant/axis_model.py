@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from frictool.documents.laws import Laws as LawsDocument
 from frictool.documents.laws import Load as LoadDocument
 from frictool.documents.laws import Polynomial
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
+from frictool.friction.position_polynomial import mean_over, normalised
 from frictool.plant.axis import BACKLASH_BREAKAWAY_RATIO, AxisParameters
 from frictool.plant.axis_laws import Laws, Levels, Regime, Shape, Sides
 from frictool.plant.load import Harmonic, Load
@@ -18,10 +21,11 @@ from frictool.plant.load import Harmonic, Load
 def axis_of(model: Model, **overrides: float) -> AxisParameters:
     """The model's axis in SI, its end stops those of the bench's travel; `overrides` replaces fields of AxisParameters.
 
-    A Coulomb friction that is overridden scales the breakaway with it, unless that is given too; where the directions differ it is
-    their mean, and scales both. A viscous friction that is overridden holds for both directions and at every speed: a vertex of the
-    polytope is a bound for the regimes. Friction inside the backlash is a part of the axis's friction (motor and brushes, thesis
-    4.4.4) and never above it; where the bench does not say, it is all of it. Raises ValueError naming what is out of range.
+    A Coulomb friction that is overridden is the mean of the model's over the bench's travel and both directions: one factor on F_c and
+    breakaway of both directions, on their map over position and on the friction inside the backlash, so that the map keeps its shape. A
+    breakaway that is given too stays as given. A viscous friction that is overridden holds for both directions and at every speed: a
+    vertex of the polytope is a bound for the regimes. Friction inside the backlash is a part of the axis's friction (motor and brushes,
+    thesis 4.4.4) and never above it; where the bench does not say, it is all of it. Raises ValueError naming what is out of range.
     """
     bench, today = model.bench, model.parameters
     values: dict[str, Any] = {
@@ -39,16 +43,19 @@ def axis_of(model: Model, **overrides: float) -> AxisParameters:
         **overrides,
     }
     backward = _backward(model)
-    if backward is not None and "coulomb" in overrides:
-        scale = _scale(overrides["coulomb"], 0.5 * (today.coulomb.value + backward.coulomb))
-        values["coulomb"] = scale * today.coulomb.value
+    scale = 1.0
+    if "coulomb" in overrides:
+        scale = _scale(model, backward, overrides["coulomb"])
+        if backward is not None or (model.laws is not None and model.laws.position is not None):
+            values["coulomb"] = scale * today.coulomb.value
+    if backward is not None:
         backward = backward._replace(coulomb=scale * backward.coulomb, breakaway=scale * backward.breakaway)
     if backward is not None and "viscous" in overrides:
         backward = backward._replace(viscous=overrides["viscous"])
     ratio = today.breakaway.value / today.coulomb.value if today.coulomb.value > 0.0 else 0.0
     values.setdefault("breakaway", ratio * values["coulomb"] if ratio else today.breakaway.value)
     loose, least = bench.mechanics.backlash_coulomb, min(values["coulomb"], backward.coulomb if backward else values["coulomb"])
-    values.setdefault("backlash_coulomb", min(loose.value, least) if loose else least)
+    values.setdefault("backlash_coulomb", min(scale * loose.value, least) if loose else least)
     values.setdefault("backlash_breakaway", BACKLASH_BREAKAWAY_RATIO * values["backlash_coulomb"])
     axis = AxisParameters(**values, laws=_laws(model, backward, regimes="viscous" not in overrides))
     axis.as_array()  # checks the laws too
@@ -70,10 +77,25 @@ def load_law(document: LoadDocument) -> Load:
     return Load(document.stiffness.value if document.stiffness is not None else 0.0, tuple(harmonics))
 
 
-def _scale(wanted: float, mean: float) -> float:
-    if mean <= 0.0:
-        raise ValueError("coulomb is 0 in both directions; allowed: > 0 where it is varied")
-    return wanted / mean
+def _scale(model: Model, backward: Levels | None, wanted: float) -> float:
+    """The factor on all dry friction that makes its mean over the travel and both directions `wanted` [N m | N]."""
+    levels = (model.parameters.coulomb.value, backward.coulomb if backward is not None else model.parameters.coulomb.value)
+    mean = 0.5 * sum(level * factor for level, factor in zip(levels, _mean_factors(model), strict=True))
+    if mean > 0.0:
+        return wanted / mean
+    if backward is None and model.laws is None:
+        return 1.0  # nothing that could be scaled: the friction is the wanted one
+    raise ValueError("coulomb is 0 in both directions; allowed: > 0 where it is varied")
+
+
+def _mean_factors(model: Model) -> tuple[float, float]:
+    """Forward, backward: the mean over the travel of what the map multiplies the Coulomb level of the direction by."""
+    travel, shape = model.bench.mechanics.travel, None if model.laws is None else _shape(model.laws)
+    if travel is None or shape is None or not travel.low < travel.high:
+        return 1.0, 1.0
+    ends = shape.low, shape.high
+    forward, backward = (mean_over(normalised(np.array(b), *ends)[0], *ends, travel.low, travel.high) for b in shape.coulomb)
+    return forward, backward
 
 
 def _backward(model: Model) -> Levels | None:

@@ -1,6 +1,6 @@
 """Plays a scenario to a model under its controller, once for each variant, and returns what a bench would have logged.
 
-    scenario --> reference[k] --> engine.closed_loop.run(axis of the variant, controller) --> record --> sensors --> stream
+    scenario --> reference, conditions --> engine.closed_loop.run(axis of the variant, controller) --> record --> sensors --> stream
 
 Position is what the encoder reports; the drive is measured with noise of standard deviation `drive_noise`, independent from sample
 to sample and drawn for each variant from PCG64 seeded with (seed, the variant's index). What only a simulation knows is there too.
@@ -14,23 +14,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.control.composition import controller_program
-from frictool.control.machine import machine, start_at
+from frictool.control.machine import machine
 from frictool.documents.controller import Controller
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
-from frictool.documents.quantity import CHANNEL_DIMENSIONS, drive_dimension, si_unit
+from frictool.documents.quantity import si_unit
 from frictool.documents.scenario import Scenario
 from frictool.engine import closed_loop
-from frictool.engine.conditions import NO_CONDITIONS
-from frictool.engine.status import MESSAGES, OK
-from frictool.errors import NoSolutionError
-from frictool.logs.log import Log, Stream
+from frictool.engine.conditions import SENSOR_GAIN, SENSOR_OFFSET
+from frictool.logs.log import Log
 from frictool.logs.provenance import with_provenance
-from frictool.plant.axis import rest
 from frictool.plant.axis_model import load_of
-from frictool.plant.load import Load
 from frictool.simulate.agreement import Names, check_agreement
-from frictool.simulate.variants import Variant, variants_of
+from frictool.simulate.limits import check_instants, check_length, check_path, check_steps
+from frictool.simulate.playing import play
+from frictool.simulate.reference import parts_of
+from frictool.simulate.replay import gaps_of, replayed
+from frictool.simulate.streams import Sensors
+from frictool.simulate.timeline import conditions_of
+from frictool.simulate.variants import Variant, count, variants_of
 
 Vector = NDArray[np.float64]
 DOCUMENTS = Names()
@@ -43,74 +45,77 @@ def step_test(
     provenance: Provenance,
     names: Names = DOCUMENTS,
     progress: Callable[[int, int], None] = lambda done, total: None,
+    recorded: Log | None = None,
 ) -> Log:
     """The log of the scenario, one stream a variant, with warnings for people.
 
-    `progress(done, total)` is called before the first variant and after each; `names` are what messages call the documents.
-    Raises InputFileError where the documents do not fit together, NoSolutionError where a variant cannot be simulated.
+    `progress(done, total)` is told before the first variants and after each batch of them; `names` are what messages call the documents;
+    `recorded` is the log of a scenario that replays one. Raises InputFileError where the documents do not fit together, LogError where
+    the log cannot be replayed, NoSolutionError where a variant cannot be simulated.
     """
     check_agreement(model, controller, scenario, names)
-    variants = variants_of(model, controller, scenario, names.model)
-    reference, load = _reference(scenario, controller.sample_period_s), load_of(model)
-    streams, warnings = [], []
-    progress(0, len(variants))
-    for index, variant in enumerate(variants):
-        record = _run(variant, load, controller, scenario.start.value, reference)
-        noise = np.random.Generator(np.random.PCG64([scenario.seed, index])).normal(0.0, scenario.drive_noise, reference.size)
-        streams.append(_stream(model, controller, variant, reference, record, noise))
+    reference, start = _reference(model, controller, scenario, names, recorded)
+    period = controller.sample_period_s
+    check_instants(scenario, reference.size * period, period, names.scenario)
+    variants, conditions = variants_of(model, controller, scenario, names.model), conditions_of(scenario, reference.size, period)
+    sensors, running = Sensors(model, controller, scenario, reference, conditions), machine(controller_program(controller))
+    acting, streams, warnings = _acting(conditions, controller), [], [] if recorded is None else _of_log(scenario, recorded)
+    played = play(variants, running, controller, start, reference, load_of(model), acting, progress)
+    for index, (variant, record) in enumerate(played):
+        streams.append(sensors.stream(variant.topic, index, record))
         warnings += _against_stops(model, variant, record)
-        progress(index + 1, len(variants))
-    played = {"kind": "simulated", "scenario": scenario.name, "model": model.name, "controller": controller.name}
-    return with_provenance(Log(tuple(streams), {"log": played}, scenario.name, tuple(warnings)), provenance)
+    about = {"kind": "simulated", "scenario": scenario.name, "model": model.name, "controller": controller.name}
+    metadata = {"log": about, **_plants(model, variants)}
+    return with_provenance(Log(tuple(streams), metadata, scenario.name, tuple(warnings)), provenance)
 
 
-def _reference(scenario: Scenario, period: float) -> Vector:
-    """The reference at each sample; a step's duration is rounded to whole samples."""
-    return np.concatenate([np.full(round(step.duration_s / period), step.reference.value) for step in scenario.steps])
+def _reference(model: Model, controller: Controller, scenario: Scenario, names: Names, recorded: Log | None) -> tuple[Vector, float]:
+    """The reference (n,) within the travel, and where the axis rests at first [rad | m]."""
+    period, travel, runs = controller.sample_period_s, model.bench.mechanics.travel, count(controller, scenario)
+    if scenario.reference is not None:
+        if recorded is None:
+            raise ValueError("a scenario that replays a log needs it: `recorded`")
+        reference = replayed(scenario.reference, recorded, model.axis, period)
+        check_length(reference.size, runs, "reference", names.scenario)
+        places = {"reference": reference}
+    else:
+        check_steps(scenario, period, runs, names.scenario)
+        parts = parts_of(scenario, period)
+        kinds = ("reference", "ramp_to", "sine", "hold_s")
+        keys = [next(kind for kind in kinds if getattr(step, kind) is not None) for step in scenario.steps]
+        reference, places = (
+            np.concatenate(parts),
+            {f"steps[{i}].{key}": part for i, (key, part) in enumerate(zip(keys, parts, strict=True))},
+        )
+    start = float(reference[0]) if scenario.start is None else scenario.start.value
+    check_path({"start": np.array([start]), **places}, travel, names.scenario)
+    return reference, start
 
 
-def _run(variant: Variant, load: Load, controller: Controller, start: float, reference: Vector) -> Vector:
-    """The record (n, 7) of one variant under the model's load.
-
-    From rest at `start`, the backlash in its middle, the prefilter settled at what is measured.
-    """
-    axis, running = variant.axis.as_array(), machine(controller_program(controller))
-    measured = closed_loop.measure(start, variant.axis.encoder_step)
-    start_at(running, measured)
-    record = np.zeros((reference.size, closed_loop.RECORD_SIZE))
-    status = closed_loop.run(
-        axis,
-        rest(start),
-        running,
-        reference,
-        controller.sample_period_s,
-        controller.delay_samples,
-        record,
-        load.as_array(),
-        NO_CONDITIONS,
-    )
-    if status != OK:
-        raise NoSolutionError(f"{variant.topic}: {MESSAGES[status]}; check the model's parameters")
-    return record
+def _of_log(scenario: Scenario, recorded: Log) -> list[str]:
+    return [] if scenario.reference is None else gaps_of(scenario.reference, recorded)
 
 
-def _stream(model: Model, controller: Controller, variant: Variant, reference: Vector, record: Vector, noise: Vector) -> Stream:
-    drive = controller.drive
-    measured_drive: Vector = record[:, closed_loop.TRUE_DRIVE] + noise
-    time: Vector = np.arange(reference.size, dtype=np.float64) * controller.sample_period_s
-    columns = {
-        "position": (record[:, closed_loop.MEASURED], "position"),
-        "reference": (reference, "position"),
-        drive: (measured_drive, CHANNEL_DIMENSIONS[drive]),
-        "effort": (model.bench.actuator.constant.value * measured_drive, "effort"),  # as a bench computes it, whatever the variant
-        "command": (record[:, closed_loop.COMMAND], drive_dimension(drive, constant=False)),
-        "velocity": (record[:, closed_loop.TRUE_VELOCITY], "velocity"),
-        "position_true": (record[:, closed_loop.TRUE_POSITION], "position"),
-        "load_position": (record[:, closed_loop.LOAD], "position"),
+def _acting(conditions: Vector, controller: Controller) -> Vector:
+    """The conditions as the loop feels them: a voltage is not fed back, so that a wrong sensor of it only shows in the log."""
+    if controller.drive == "current" or not conditions.size:
+        return conditions
+    felt = conditions.copy()
+    felt[:, SENSOR_OFFSET], felt[:, SENSOR_GAIN] = 0.0, 1.0
+    return felt
+
+
+def _plants(model: Model, variants: list[Variant]) -> dict[str, dict[str, str]]:
+    """The metadata record of what each variant's plant is, by its topic."""
+    of_constant = "effort per ampere" if model.bench.actuator.drive == "current" else "effort per volt"
+    dimensions = {"inertia": "inertia", "viscous": "viscous", "coulomb": "effort", "constant": of_constant}
+    units = {name: si_unit(dimension, model.axis) for name, dimension in dimensions.items()}
+    found = {
+        variant.topic: ", ".join(f"{name} {value:.6g} {units[name]}" for name, value in variant.values.items())
+        for variant in variants
+        if variant.values
     }
-    signals = {name: np.ascontiguousarray(values, dtype=np.float64) for name, (values, _) in columns.items()}
-    units = {name: si_unit(dimension, model.axis) for name, (_, dimension) in columns.items()}
-    return Stream(variant.topic, time, signals, units)
+    return {"plants": found} if found else {}
 
 
 def _against_stops(model: Model, variant: Variant, record: Vector) -> list[str]:

@@ -1,24 +1,38 @@
-"""The plants that a scenario is played to: the model itself, and each vertex at which the controller was verified."""
+"""The plants that a scenario is played to: the model itself, each vertex at which the controller was verified, or plants drawn at random.
+
+A random plant has inertia, viscous and Coulomb friction and constant drawn independently and uniformly from the ranges that the bench gives
+over the product's life; where it gives none, from the model's interval. Plant number i of a seed is the same however many there are.
+
+A vertex and a drawn plant are four numbers; a model may say more of its friction. What they mean there is said in plant/axis_model.py:
+the Coulomb friction is the mean of the map over the travel and both directions, and everything that is dry friction scales with it.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from frictool.documents.controller import Controller
 from frictool.documents.model import Model
+from frictool.documents.quantity import Quantity
 from frictool.documents.scenario import Scenario
 from frictool.errors import FrictoolError
 from frictool.logs.log import MAIN_TOPIC
 from frictool.plant.axis import AxisParameters
 from frictool.plant.axis_model import axis_of
 
+PARAMETERS = ("inertia", "viscous", "coulomb", "constant")
+PLANTS_STREAM = 1 << 32  # beside the seed: noise is drawn from (seed, variant)
+
 
 @dataclass(frozen=True)
 class Variant:
-    """One plant, `name` empty for the nominal one; `topic` is that of its stream."""
+    """One plant, `name` empty for the nominal one, and what makes it differ from that one; `topic` is that of its stream."""
 
     name: str
     axis: AxisParameters
+    values: dict[str, float] = field(default_factory=dict)
 
     @property
     def topic(self) -> str:
@@ -26,18 +40,62 @@ class Variant:
         return f"{MAIN_TOPIC}/{self.name}" if self.name else MAIN_TOPIC
 
 
-def variants_of(model: Model, controller: Controller, scenario: Scenario, owner: str = "model") -> list[Variant]:
-    """The nominal plant, then the controller's vertices where the scenario asks for them.
+def count(controller: Controller, scenario: Scenario) -> int:
+    """How many variants there are, the nominal one among them."""
+    return 1 + {"nominal": 0, "vertices": len(controller.verified.vertices), "random": scenario.plants or 0}[scenario.variants]
 
-    At a vertex inertia, viscous, coulomb and constant are the vertex's; the breakaway keeps its ratio to the Coulomb friction.
-    `owner` is what messages call the model. Raises FrictoolError where a plant's parameters are out of range.
+
+def variants_of(model: Model, controller: Controller, scenario: Scenario, owner: str = "model") -> list[Variant]:
+    """The nominal plant, then the controller's vertices or the random plants, where the scenario asks for them.
+
+    `owner` is what messages call the model. Raises FrictoolError where a plant's parameters are out of range, or there is no range to draw
+    from.
     """
     found = [Variant("", _axis(owner, model))]
     if scenario.variants == "vertices":
         for vertex in controller.verified.vertices:
-            values = {key: getattr(vertex, key) for key in ("inertia", "viscous", "coulomb", "constant")}
-            found.append(Variant(vertex.name, _axis(f"{owner} at vertex {vertex.name}", model, **values)))
+            values = {key: getattr(vertex, key) for key in PARAMETERS}
+            found.append(Variant(vertex.name, _axis(f"{owner} at vertex {vertex.name}", model, **values), values))
+    if scenario.variants == "random":
+        assert scenario.plants is not None
+        for name, values in _drawn(model, scenario.plants, scenario.seed, owner).items():
+            found.append(Variant(name, _axis(f"{owner}, plant {name}", model, **values), values))
     return found
+
+
+def ranges(model: Model) -> dict[str, tuple[float, float]]:
+    """(low, high) of each of PARAMETERS [SI]: the bench's range over the product's life, or else the model's interval."""
+    known, today = model.bench.mechanics, model.parameters
+    backward = model.laws.backward if model.laws is not None else None
+    opposite = (backward.coulomb if backward is not None else None) or today.coulomb
+    return {
+        "inertia": _range(known.inertia, today.inertia.interval),
+        "viscous": _range(known.viscous, today.viscous.interval),
+        "coulomb": _range(
+            known.coulomb,
+            (_middle(today.coulomb.interval[0], opposite.interval[0]), _middle(today.coulomb.interval[1], opposite.interval[1])),
+        ),
+        "constant": model.bench.actuator.constant.interval,
+    }
+
+
+def _middle(first: float, second: float) -> float:
+    return 0.5 * (first + second)
+
+
+def _range(given: Quantity, otherwise: tuple[float, float]) -> tuple[float, float]:
+    return given.interval if given.low is not None or given.high is not None else otherwise
+
+
+def _drawn(model: Model, plants: int, seed: int, owner: str) -> dict[str, dict[str, float]]:
+    """Name -> the parameters of each plant."""
+    box = ranges(model)
+    if all(low == high for low, high in box.values()):
+        raise FrictoolError(f"{owner}: variants: random draws from ranges, and its bench gives none; give low and high in bench.mechanics")
+    lows, highs = (np.array([box[name][side] for name in PARAMETERS]) for side in (0, 1))
+    parts = np.random.Generator(np.random.PCG64([seed, PLANTS_STREAM])).random((plants, len(PARAMETERS)))
+    drawn, width = lows + parts * (highs - lows), len(str(plants))
+    return {f"p{index:0{width}d}": dict(zip(PARAMETERS, map(float, row), strict=True)) for index, row in enumerate(drawn, start=1)}
 
 
 def _axis(owner: str, model: Model, **values: float) -> AxisParameters:

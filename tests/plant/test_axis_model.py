@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 
 import msgspec
+import numpy as np
 import pytest
 
 from frictool.documents.bench import Mechanics
 from frictool.documents.laws import Backward
 from frictool.documents.model import Model
-from frictool.documents.quantity import Quantity
+from frictool.documents.quantity import Quantity, Span
 from frictool.documents.registry import load
 from frictool.engine.axis_friction import breakaway_at, coulomb_at
 from frictool.plant.axis_laws import PLAIN_SIZE
@@ -46,8 +47,8 @@ def test_breakaway_keeps_its_ratio_at_a_vertex() -> None:
 
 
 def test_friction_inside_the_backlash_is_no_more_than_the_axis_has() -> None:
-    axis = axis_of(clutch_model(), coulomb=0.018)
-    assert (axis.backlash_coulomb, axis.backlash_breakaway) == pytest.approx((0.018, 0.0198))
+    axis = axis_of(_with_mechanics(backlash_coulomb=Quantity(value=0.2, unit="N m")))
+    assert (axis.backlash_coulomb, axis.backlash_breakaway) == pytest.approx((0.099, 0.1089))
     unknown = axis_of(_with_mechanics(backlash_coulomb=None))
     assert unknown.backlash_coulomb == unknown.coulomb
 
@@ -92,6 +93,25 @@ def test_a_vertex_scales_the_map_and_bounds_the_regimes() -> None:
     assert vertex.breakaway == pytest.approx(scale * today.breakaway, rel=1e-12)
     assert (vertex.viscous, vertex.laws.backward.viscous, vertex.laws.regimes) == (7.62e-4, 7.62e-4, ())
     assert today.laws.regimes[0] == (260.0, 3.81e-4, 3.81e-4)
+
+
+def test_everything_dry_scales_with_a_vertex_to_the_mean_of_its_map() -> None:
+    """Read off the engine's own friction, by a sum over the travel; the map is given over a part of it, and is constant beyond."""
+    model = load(NONLINEAR, Model)
+    position = msgspec.structs.replace(model.laws.position, over=Span(10.0, 40.0, "rad"))
+    for law in (model.laws.position, position):
+        mapped = msgspec.structs.replace(model, laws=msgspec.structs.replace(model.laws, position=law))
+        today, vertex = axis_of(mapped), axis_of(mapped, coulomb=0.05)
+        arrays, places = (today.as_array(), vertex.as_array()), (np.arange(6300) + 0.5) * 0.01
+        mean = [np.mean([coulomb_at(array, side, x) for side in (-1.0, 1.0) for x in places]) for array in arrays]
+        assert mean[1] == pytest.approx(0.05, rel=1e-6)
+        scale = mean[1] / mean[0]
+        for side in (-1.0, 1.0):
+            for x in (0.0, 20.0, 63.0):
+                assert coulomb_at(arrays[1], side, x) == pytest.approx(scale * coulomb_at(arrays[0], side, x), rel=1e-6)
+                assert breakaway_at(arrays[1], side, x, 0.0) == pytest.approx(scale * breakaway_at(arrays[0], side, x, 0.0), rel=1e-6)
+        assert vertex.backlash_coulomb == pytest.approx(scale * today.backlash_coulomb, rel=1e-6)
+        assert vertex.backlash_breakaway == pytest.approx(scale * today.backlash_breakaway, rel=1e-6)
 
 
 def test_the_polytope_holds_each_direction_and_regime() -> None:

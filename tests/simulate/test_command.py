@@ -69,7 +69,7 @@ def test_a_misspelt_key_names_the_nearest(rig: dict[str, Path], tmp_path: Path) 
 def test_documents_that_do_not_agree_name_the_file(rig: dict[str, Path], tmp_path: Path) -> None:
     text = rig["controller"].read_text()
     rig["controller"].write_text(text.replace("delay_samples: 1\n", "delay_samples: 2\n", 1))
-    refused(simulate(rig, tmp_path / "run.mcap"), 3, "controller.yaml: delay_samples: found 2", "model.yaml has 1")
+    refused(simulate(rig, tmp_path / "run.mcap"), 3, "controller.yaml:8: delay_samples: found 2", "model.yaml has 1")
     assert not (tmp_path / "run.mcap").exists()
 
 

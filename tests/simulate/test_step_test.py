@@ -35,7 +35,7 @@ def test_nominal_is_one_stream_with_every_signal_in_si() -> None:
     stream = log_of(scenario()).main
     assert stream.units == {
         "position": "rad", "reference": "rad", "current": "A", "effort": "N m", "command": "A",
-        "velocity": "rad/s", "position_true": "rad", "load_position": "rad",
+        "velocity": "rad/s", "position_true": "rad", "load_position": "rad", "current_true": "A",
     }  # fmt: skip
     np.testing.assert_allclose(stream.time, np.arange(1200) * 1e-3, rtol=1e-15)
     np.testing.assert_array_equal(stream.signals["reference"], np.repeat([40.0, 10.0], 600))
@@ -95,10 +95,11 @@ def test_metadata_says_simulated_and_from_what() -> None:
     assert metadata["provenance"] == {"command": "frictool simulate", "frictool": "0", "input_1": "model.yaml sha256:" + "ab" * 32}
 
 
-def test_progress_counts_the_variants() -> None:
+def test_progress_counts_the_variants_batch_by_batch() -> None:
     seen: list[tuple[int, int]] = []
-    step_test(clutch_model(), controller(), scenario(variants="vertices"), HERE, progress=lambda *done: seen.append(done))
-    assert seen == [(0, 3), (1, 3), (2, 3), (3, 3)]
+    long = scenario(seconds=70.0, variants="random", plants=6)
+    step_test(clutch_model(), controller(), long, HERE, progress=lambda *done: seen.append(done))
+    assert seen == [(0, 7), (4, 7), (7, 7)]
 
 
 def _with_travel(low: float, high: float) -> Model:
@@ -130,7 +131,7 @@ def test_an_end_stop_holds_the_axis_and_is_a_warning() -> None:
         (scenario(40.0, 63.5), controller(), r"scenario: steps\[1\].reference: found 63.5 rad; allowed: .* 0 to 63 rad"),
         (scenario(start=-1.0), controller(), "scenario: start: found -1 rad"),
         (scenario(seconds=4e-4), controller(), r"scenario: steps\[0\].duration_s: found 0.0004"),
-        (scenario(seconds=1e9), controller(), r"scenario: asks for 2e\+12 samples"),
+        (scenario(seconds=1e9), controller(), r"scenario: steps: asks for 2e\+12 samples"),
     ],
 )
 def test_what_does_not_fit_together_is_refused(played: Scenario, by: Controller, words: str) -> None:

@@ -1,0 +1,54 @@
+"""The closed loop of each variant, many at once on all cores, some after the others so that records do not pile up."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.control.machine import Machine
+from frictool.documents.controller import Controller
+from frictool.engine.batch import closed_loops
+from frictool.engine.closed_loop import RECORD_SIZE
+from frictool.engine.status import MESSAGES, OK
+from frictool.errors import NoSolutionError
+from frictool.plant.axis import rest
+from frictool.plant.load import Load
+from frictool.simulate.variants import Variant
+
+Vector = NDArray[np.float64]
+AT_ONCE, LEAST = 500_000, 4  # samples of all runs of a batch; runs, however long they are
+
+
+def play(
+    variants: Sequence[Variant],
+    running: Machine,
+    controller: Controller,
+    start: float,
+    reference: Vector,
+    load: Load,
+    conditions: Vector,
+    progress: Callable[[int, int], None],
+) -> Iterator[tuple[Variant, Vector]]:
+    """Each variant and its record (n, 7) under `reference` (n,), by the machine `running`, which stays as it is.
+
+    From rest at `start` [rad | m], the backlash in its middle, the prefilter settled at what is measured. conditions: engine/conditions.py.
+    `progress(done, total)` is told before the first batch and after each. Raises NoSolutionError where a variant cannot be simulated.
+    """
+    samples, total, done = reference.size, len(variants), 0
+    batch = max(LEAST, AT_ONCE // max(samples, 1))
+    progress(0, total)
+    while done < total:
+        chosen = variants[done : done + batch]
+        axes = np.stack([variant.axis.as_array() for variant in chosen])
+        states, references = np.stack([rest(start)] * len(chosen)), np.stack([reference] * len(chosen))
+        records, statuses = np.zeros((len(chosen), samples, RECORD_SIZE)), np.zeros(len(chosen), dtype=np.int64)
+        timing = controller.sample_period_s, controller.delay_samples
+        closed_loops(axes, states, running, references, *timing, records, statuses, load.as_array(), conditions)
+        for variant, status in zip(chosen, statuses, strict=True):
+            if status != OK:
+                raise NoSolutionError(f"{variant.topic}: {MESSAGES[int(status)]}; check the model's parameters")
+        yield from zip(chosen, records, strict=True)
+        done += len(chosen)
+        progress(done, total)

@@ -1,0 +1,50 @@
+"""The reference of a scenario's steps at each sample k of the controller's period T, part after part.
+
+reference  r                                           held; a part of duration d has round(d/T) samples
+ramp_to    r0 + (r1 - r0)(j + 1)/n                     j = 0 .. n - 1: arrives at r1 with its last sample
+sine       centre + A sin(2 pi f j T + phase)
+hold_s     r0                                          r0: the part before it at its last sample, at first `start`
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.scenario import Scenario, Sine, Step
+
+Vector = NDArray[np.float64]
+
+
+def samples_of(seconds: float, period: float) -> int:
+    """How many samples a part has."""
+    return round(seconds / period)
+
+
+def parts_of(scenario: Scenario, period: float) -> list[Vector]:
+    """The reference of each step [rad | m], one array a step. The scenario has steps."""
+    assert scenario.start is not None
+    last, parts = scenario.start.value, []
+    for step in scenario.steps:
+        part = _part(step, last, samples_of(step.seconds, period), period)
+        parts.append(part)
+        last = float(part[-1]) if part.size else last
+    return parts
+
+
+def _part(step: Step, last: float, samples: int, period: float) -> Vector:
+    if step.ramp_to is not None:
+        along = np.arange(1, samples + 1) / max(samples, 1)
+        return last * (1.0 - along) + step.ramp_to.value * along
+    if step.sine is not None:
+        return _sine(step.sine, last, samples, period)
+    return np.full(samples, last if step.reference is None else step.reference.value)
+
+
+def _sine(sine: Sine, last: float, samples: int, period: float) -> Vector:
+    centre = last if sine.centre is None else sine.centre.value
+    angle = 2.0 * math.pi * sine.frequency_hz * period * np.arange(samples) + math.radians(sine.phase_deg)
+    found: Vector = centre + sine.amplitude.value * np.sin(angle)
+    return found

@@ -1,0 +1,87 @@
+"""A record of the closed loop as the stream of a log: what a bench would have, and beside it what only a simulation knows.
+
+============================  =====================================================================================================
+channel                       meaning
+============================  =====================================================================================================
+position                      the encoder's report, with its faults
+reference                     of the position
+current | voltage             the drive as its sensor shows it, with its faults and noise
+effort                        the bench's constant times that, as a bench computes it, whatever the variant
+velocity_measured             of the sensor of the speed, where the controller has one: the true one
+command                       what the controller computed at the sample; it acts `delay_samples` later
+position_true, velocity       of the motor
+load_position                 behind the backlash
+current_true | voltage_true   the drive that acts from the sample on (without lag), or at it
+disturbance                   the mean effort from outside over the sample, where there is any
+..._factor                    what friction, viscous friction or constant has been multiplied by, where it drifts
+============================  =====================================================================================================
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.controller import Controller
+from frictool.documents.model import Model
+from frictool.documents.quantity import CHANNEL_DIMENSIONS, drive_dimension, si_unit
+from frictool.documents.scenario import Scenario
+from frictool.engine import closed_loop
+from frictool.engine.conditions import CONSTANT_FACTOR, DISTURBANCE, FRICTION, SENSOR_GAIN, SENSOR_OFFSET, VISCOUS_FACTOR
+from frictool.logs.log import Stream
+
+Vector = NDArray[np.float64]
+NO_UNIT = "1"
+
+
+class Sensors:
+    """Makes the streams of all variants of one scenario; what they share is made once.
+
+    reference (n,); conditions (n, 8) or (0, 8): engine/conditions.py.
+    """
+
+    def __init__(self, model: Model, controller: Controller, scenario: Scenario, reference: Vector, conditions: Vector) -> None:
+        self.axis, self.drive = model.axis, controller.drive
+        self.constant = model.bench.actuator.constant.value
+        self.noise, self.seed = scenario.drive_noise, scenario.seed
+        self.senses_velocity = controller.velocity.source == "measured"
+        self.time: Vector = np.arange(reference.size, dtype=np.float64) * controller.sample_period_s
+        self.reference = reference
+        self.gain: Vector | float = conditions[:, SENSOR_GAIN] if conditions.size else 1.0
+        self.offset: Vector | float = conditions[:, SENSOR_OFFSET] if conditions.size else 0.0
+        self.happening = _happening(scenario, conditions)
+
+    def stream(self, topic: str, index: int, record: Vector) -> Stream:
+        """The stream of variant number `index` from its record (n, 7); its noise is drawn from (seed, index)."""
+        noise = np.random.Generator(np.random.PCG64([self.seed, index])).normal(0.0, self.noise, self.reference.size)
+        true_drive, velocity = record[:, closed_loop.TRUE_DRIVE], record[:, closed_loop.TRUE_VELOCITY]
+        shown: Vector = self.gain * true_drive + self.offset + noise
+        of_drive = drive_dimension(self.drive, constant=False)
+        columns: dict[str, tuple[Vector, str]] = {
+            "position": (record[:, closed_loop.MEASURED], "position"),
+            "reference": (self.reference, "position"),
+            self.drive: (shown, CHANNEL_DIMENSIONS[self.drive]),
+            "effort": (self.constant * shown, "effort"),
+            "command": (record[:, closed_loop.COMMAND], of_drive),
+            "velocity": (velocity, "velocity"),
+            "position_true": (record[:, closed_loop.TRUE_POSITION], "position"),
+            "load_position": (record[:, closed_loop.LOAD], "position"),
+            f"{self.drive}_true": (true_drive, of_drive),
+        }
+        if self.senses_velocity:
+            columns["velocity_measured"] = (velocity, "velocity")
+        columns |= self.happening
+        signals = {name: np.ascontiguousarray(values, dtype=np.float64) for name, (values, _) in columns.items()}
+        units = {name: dimension if dimension == NO_UNIT else si_unit(dimension, self.axis) for name, (_, dimension) in columns.items()}
+        return Stream(topic, self.time, signals, units)
+
+
+def _happening(scenario: Scenario, conditions: Vector) -> dict[str, tuple[Vector, str]]:
+    """The channels that are the same in every stream: (n,) each, with their dimension."""
+    found: dict[str, tuple[Vector, str]] = {}
+    if scenario.disturbances:
+        found["disturbance"] = (np.ascontiguousarray(conditions[:, DISTURBANCE]), "effort")
+    for name, column in (("friction", FRICTION), ("viscous", VISCOUS_FACTOR), ("constant", CONSTANT_FACTOR)):
+        if scenario.drifts is not None and getattr(scenario.drifts, name):
+            found[f"{name}_factor"] = (np.ascontiguousarray(conditions[:, column]), NO_UNIT)
+    return found
