@@ -200,6 +200,7 @@ class _Composition:
             held = released if held is None else held | released
         if resting is not None:
             applied = program.select(resting, self.zero, applied)
+            held = held | resting if held is not None else None
         program.output = program.named("output", applied)
         if chain is not None:
             sections.advance(program, chain, np.array(own.sos_anti_windup), passed, excess, resting)

@@ -5,7 +5,7 @@
 Sums are formed in the order written: d e first, then c x; b e, l times the excess, then a x. What is 0 is left out.
 
 An integrator, a state whose row of `a` is that of the identity, may be held instead: while the drive is released (5.2.2), and with
-`conditional` while the drive is limited and what enters would move it further.
+`conditional` while the drive is limited and what enters would move it further, and at rest, where every other state is 0.
 
 Known of it: with l the state follows a - l c, x+ = (a - l c) x + (b - l d) e + l (limited u), whatever u would be. Where that is stable
 every state is bounded by sums of its impulse responses, which is where fixed point takes its scaling from.
@@ -76,16 +76,17 @@ def output(program: Program, equation: Equation, k: Coefficients, entering: Node
 def advance(
     program: Program, equation: Equation, k: Coefficients, entering: Node, excess: Node, held: Node | None, resting: Node | None
 ) -> None:
-    """Moves x. excess = limited drive - drive; `held`: where integrators are; `resting`: where all states are 0."""
+    """Moves x. excess = limited drive - drive; `held`: where integrators are; `resting`: where the states that are not held are 0."""
     program.block("its states: next x = b e + l excess + a x")
     n = len(equation.b)
     x = [program.states[f"x[{i}]"] for i in range(n)]
     for i in range(n):
         terms = _present([k.b[i], k.gains[i], *k.a[i]], [entering, excess, *x])
         following = program.dot(*terms) if terms[0] else program.constant(0.0)
-        if held is not None and i in equation.integrators:
+        holds = held is not None and i in equation.integrators
+        if held is not None and holds:
             following = program.select(held, x[i], following)
-        if resting is not None:
+        if resting is not None and not holds:
             following = program.select(resting, program.constant(0.0), following)
         program.update(f"x[{i}]", following)
 

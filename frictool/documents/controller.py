@@ -47,7 +47,7 @@ class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     form: which of both runs on the target. Sections run in the transposed direct form II, the anti-windup gains of their states are
     sos_anti_windup.
     conditional: the states that are integrators (their row of `a` is that of the identity) are held while the drive is limited and what
-    enters would move them further.
+    enters would move them further, and in the band of a position law where the drive is 0 (without, they are reset there).
     """
 
     discrete: StateSpace

@@ -156,3 +156,8 @@ def test_what_reads_a_speed_is_known(tmp_path: Path) -> None:
         "friction_compensation: {source: model}": True,
     }
     assert {line: _design(tmp_path, "method: lpv", line).reads_speed for line in lines} == lines
+
+
+def test_sections_have_no_integrator_that_a_limiter_could_hold(tmp_path: Path) -> None:
+    with pytest.raises(DocumentError, match="form sos is without limiter"):
+        _design(tmp_path, "method: lpv", "limiter: {condition: error}", "form: sos")
