@@ -74,19 +74,19 @@ class _Composition:
     def _motion(self) -> tuple[Node | None, Node | None]:
         """The position's difference, and the speed where a block asks for one."""
         own, program = self.document.velocity, self.program
+        measured = None
         if own.source == "measured":
             top = self.document.bench.mechanics.top_speed
             bound = TOP_SPEEDS * top.value if top is not None else math.inf
             measured = program.input("velocity", -bound, bound)
-            return program.named("motion", program.constant(self.period, "period") * measured), measured
-        cascade = self.document.structure == "speed_cascade" and self.document.linear.input == "eta"
-        if not cascade and not self._needs_speed():
-            return None, None
+        derives = measured is None and self._needs_speed()
+        if not derives and not (self.document.structure == "speed_cascade" and self.document.linear.input == "eta"):
+            return None, measured
         before = program.state("position_before", self.low, self.high, start="position")
         motion = program.named("motion", self.position - before)
         program.update("position_before", self.position)
-        if not self._needs_speed():
-            return motion, None
+        if not derives:
+            return motion, measured
         return motion, velocity(program, motion, self.period, own.bandwidth_rad_s, own.order)
 
     def _low_high(self) -> None:

@@ -295,7 +295,7 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
         if self.form == "sos" and self.scheduled:
             raise ValueError("form sos is without scheduled: only matrices are summed with weights (5.64)")
         if self.form == "sos" and limiter is not None:
-            raise ValueError("form sos is without limiter: in sections no state is the integrator's alone, which is frozen meanwhile (5.2.2)")
+            raise ValueError("form sos is without limiter: in sections no state is the integrator's alone, to be frozen meanwhile (5.2.2)")
 
     def _unread(self) -> None:
         """Raises ValueError where a key is given that the method does not read."""
