@@ -244,10 +244,11 @@ def advance(state: Vector, command: float, parameters: Vector, duration: float) 
         total += state[index]
     if not math.isfinite(total) or duration < 0.0:
         return NOT_FINITE
-    low, high = drive_range(parameters, state[VELOCITY])
-    command = min(max(command, low), high)
+    limit = parameters[DRIVE_LIMIT]
+    command = min(max(command, -limit), limit)
     if parameters[RESISTANCE] > 0.0:
-        state[DRIVE] = min(max(state[DRIVE], low), high)
+        low, high = drive_range(parameters, state[VELOCITY])
+        command, state[DRIVE] = min(max(command, low), high), min(max(state[DRIVE], low), high)
     if parameters[LAG] == 0.0:
         state[DRIVE] = command
     if parameters.shape[0] > PLAIN_SIZE:
