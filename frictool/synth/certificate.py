@@ -28,6 +28,7 @@ from frictool.plant.polytope import PlantPoint, Polytope
 from frictool.verify.certificate import Coordinates, enclosed, failing_inequality, packed, posed
 from frictool.verify.certificate_box import Interval, inverse_inertia, surroundings
 from frictool.verify.certificate_loop import Loop
+from frictool.verify.effective import chain
 from frictool.verify.enclosure import ONE, Enclosure
 from frictool.verify.enclosure_axis import CONTROL_POINTS
 from frictool.verify.speed_loop import performance
@@ -105,7 +106,7 @@ def _bound(loop: Loop, box: Box, of: Literal["norm", "sensitivity"]) -> Bound | 
 
 def _scan(loop: Loop, box: Box) -> tuple[float, PlantPoint]:
     """The largest norm seen at the box's corners and between them, and where."""
-    k = Lti.of(loop.controller, loop.period)
+    k = chain(loop.sections, loop.period) if loop.sections else Lti.of(loop.controller, loop.period)
     ends = (box.inertia, box.viscous, box.constant)
     coulomb = max(abs(end) for end in box.coulomb)
     found = []

@@ -30,11 +30,9 @@ from frictool.synth.robustness import robustness, seen_inside
 from frictool.synth.schedule import verified_schedule
 from frictool.synth.weights import Chosen, Derived, choose_weights
 from frictool.verify.certificate_loop import Loop
-from frictool.verify.effective import ETA, feedbacks_of
+from frictool.verify.effective import feedbacks_of
 
-NOT_CERTIFIED = (
-    "no certificate: it is of loops whose controller is the stored matrices alone, fed by eta; `verify` finds the margins again",
-)
+NOT_CERTIFIED = "what is proved is a loop around eta, and this one is fed by a speed; `verify` finds its margins again"
 WHOLE = "the bounds over the box and the certificate are of the speed loop; the proportional law around it is verified at the vertices"
 MEASURED = {"position": "position reference", "speed_cascade": "integral(speed reference)"}
 
@@ -86,12 +84,11 @@ def designed(
     if beyond:
         progress("bounds over the whole box")
         loops = feedbacks_of(controller)
-        provable = loops[0].sees == (ETA,) and linear.form == "state_space"
         found = robustness(posed, loops[0].system) if posed.weighs else seen_inside(posed, loops)
         controller = msgspec.structs.replace(controller, verified=msgspec.structs.replace(verified, robustness=found))
         progress("certificate")
-        certificate, told = _certificate(posed, linear) if provable else (None, NOT_CERTIFIED)
-        notes = (*notes, *told, *([WHOLE] if len(loops) > 1 else []))
+        certificate, told = _certificate(posed, linear)
+        notes = (*notes, *told, *([WHOLE] if posed.weighs and len(loops) > 1 else []))
         controller = msgspec.structs.replace(controller, certificate=certificate)
     return Designed(controller, (*chosen.derived, *composed.derived), trade, notes)
 
@@ -109,9 +106,13 @@ def _linear(posed: Problem, candidate: Candidate) -> stored.LinearController:
 
 def _certificate(posed: Problem, linear: stored.LinearController) -> tuple[Certificate | None, tuple[str, ...]]:
     """What is proved, or why nothing is."""
-    loop = Loop(linear.discrete, posed.controlled, posed.delay, posed.lag, posed.period, certified_weights(posed.weights))
+    weights, box = certified_weights(posed.weights), around(posed.box)
+    if not posed.weighs:
+        return Certificate(1, box, weights, (), {"sensitivity": NOT_CERTIFIED}), (f"no certificate: {NOT_CERTIFIED}",)
+    sections = linear.sos if linear.form == "sos" else ()
+    loop = Loop(linear.discrete, posed.controlled, posed.delay, posed.lag, posed.period, weights, sections)
     try:
-        return certify(loop, around(posed.box)), ()
+        return certify(loop, box), ()
     except NoSolutionError as error:
         return None, (str(error),)
 

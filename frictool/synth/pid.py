@@ -28,10 +28,11 @@ def pid(problem: Problem) -> Candidate:
     assert quantity is not None
     constant = problem.model.bench.actuator.constant.value
     k = sampled_pid(asked, quantity.value / constant, problem.period)
-    actuator, unit = problem.model.bench.actuator, "A" if problem.model.bench.actuator.drive == "current" else "V"
+    actuator = problem.model.bench.actuator
+    unit = "A" if actuator.drive == "current" else "V"
     note = (
-        f"pid: gains given; K {quantity.value:g} {quantity.unit} is {quantity.value / constant:.4g} {unit} by the constant "
-        f"{constant:g} {actuator.constant.unit}"
+        f"pid: gains given; K {quantity.value:g} {quantity.unit}, with the constant {constant:g} {actuator.constant.unit} "
+        f"{quantity.value / constant:.4g} {unit} per unit"
     )
     return Candidate(k, k, None, None, (note,))
 

@@ -33,8 +33,42 @@ def _head(controller: Controller) -> list[str]:
         f"order {len(controller.linear.discrete.a)}, {controller.sample_period_s * 1e3:g} ms, "
         f"{controller.delay_samples} sample(s) of delay; {asked}verified {verified.gamma_verified:.4g}"
     ]
-    if law is not None:
-        lines.append(f"position law: gain {law.gain:.4g} by {law.formula}, band {law.band:.4g}, {law.action}")
+    if law is not None and law.kind == "proportional":
+        lines.append(
+            f"position law: proportional, gain {law.gain:.4g} 1/s, {f'band {law.band:.4g}, ' if law.band else ''}action {law.action}"
+        )
+    elif law is not None:
+        lines.append(f"position law: gain {law.gain:.4g} by {law.formula}, band {law.band:.4g}, action {law.action}")
+    return [*lines, *_blocks(controller)]
+
+
+def _blocks(controller: Controller) -> list[str]:
+    """What stands around the linear controller beside its position law."""
+    velocity, limiter, compensation = controller.velocity, controller.limiter, controller.friction_compensation
+    position, speed, effort = (si_unit(name, controller.axis) for name in ("position", "velocity", "effort"))
+    lines = []
+    if velocity.source == "measured":
+        lines.append("velocity: measured")
+    elif velocity.bandwidth_rad_s:
+        lines.append(f"velocity: the encoder's difference, low-pass of order {velocity.order} at {velocity.bandwidth_rad_s:.4g} rad/s")
+    if limiter is not None:
+        rule = f"(5.7), inertia {limiter.inertia:.4g}, F_c {limiter.coulomb:.4g} {effort}" if limiter.condition == "energy" else "(5.2.1)"
+        brake = (
+            f"; F_cv {limiter.virtual_coulomb:.4g} {effort}, v_r {limiter.virtual_speed:.4g} {speed} (5.41)"
+            if limiter.virtual_speed
+            else ""
+        )
+        lines.append(f"limiter: by {limiter.condition} {rule}, band {limiter.band:.4g} {position}{brake}")
+    if compensation is not None:
+        what = (
+            f"an observer of {compensation.observer_rad_s:.4g} rad/s"
+            if compensation.source == "observer"
+            else f"the model, F_c {compensation.coulomb:.4g} {effort}, smoothed below {compensation.smoothing_speed:.4g} {speed} of the "
+            f"{compensation.velocity} speed"
+        )
+        lines.append(f"friction compensation: {compensation.gain:g} of {what}")
+    if controller.linear.form == "sos":
+        lines.append(f"runs as {len(controller.linear.sos)} second-order section(s)")
     return lines
 
 
@@ -89,7 +123,9 @@ def _margins(controller: Controller) -> list[str]:
 def _beyond(controller: Controller) -> list[str]:
     """What is known of the plants between the vertices."""
     lines, found = [], controller.verified.robustness
-    if found is not None:
+    if found is not None and controller.linear.input == "speed_error":
+        lines.append(f"  largest sensitivity inside the box, {found.interior_points} plants       {found.interior:.4g}")
+    elif found is not None:
         lines += [
             f"  worst norm at the vertices                              {controller.verified.gamma_verified:.4g}",
             f"  seen inside the box, {found.interior_points} plants and a search          {found.interior:.4g}",

@@ -19,7 +19,7 @@ Friction only scales one input: its largest value is the worst.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, Literal
 
@@ -83,7 +83,7 @@ def posed(loop: Loop, of: Literal["norm", "sensitivity"]) -> Loop:
     """The loop whose norm is the quantity: as it is, or the unweighted position loop, from s to s - position."""
     if of == "norm":
         return loop
-    return Loop(loop.controller, "position", loop.delay, loop.lag, loop.period, SENSITIVITY)
+    return replace(loop, controlled="position", weights=SENSITIVITY)
 
 
 def _prove(bound: Bound, box: BoxDocument, loop: Loop) -> Proved:

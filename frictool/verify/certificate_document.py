@@ -12,7 +12,7 @@ PARAMETERS = ("inertia", "viscous", "coulomb", "constant")
 
 
 def certified_loop(controller: Controller, weights: CertifiedWeights) -> Loop:
-    """The loop as it runs: the discrete coefficients at the sample period, with the delay and the drive's lag of the bench."""
+    """The loop as it runs: the coefficients of the form that runs, at the sample period, with the bench's delay and drive lag."""
     return Loop(
         controller=controller.linear.discrete,
         controlled="position" if controller.structure == "position" else "speed",
@@ -20,6 +20,7 @@ def certified_loop(controller: Controller, weights: CertifiedWeights) -> Loop:
         lag=controller.bench.actuator.loop_time_constant_s,
         period=controller.sample_period_s,
         weights=weights,
+        sections=controller.linear.sos if controller.linear.form == "sos" else (),
     )
 
 

@@ -26,7 +26,10 @@ SENSITIVITY = CertifiedWeights(error=Filter(1.0), disturbance=0.0, drive=0.0)  #
 
 @dataclass(frozen=True)
 class Loop:
-    """Everything of the loop that is the same for every plant. period [s]."""
+    """Everything of the loop that is the same for every plant. period [s].
+
+    sections: where they are what runs, in place of the controller's matrices; b0 b1 b2 a0 a1 a2 with a0 = 1, as they are stored.
+    """
 
     controller: StateSpace
     controlled: Literal["position", "speed"]
@@ -34,12 +37,20 @@ class Loop:
     lag: float
     period: float
     weights: CertifiedWeights
+    sections: tuple[tuple[float, ...], ...] = ()
+
+    @property
+    def inner(self) -> list[str]:
+        """The controller's states; of a section those that its coefficients feed."""
+        if not self.sections:
+            return [f"controller {k}" for k in range(len(self.controller.a))]
+        return [f"section {k}.{order}" for k, section in enumerate(self.sections) for order in range(1, _order(section) + 1)]
 
     @property
     def states(self) -> list[str]:
         axis = ["drive"] * (self.lag > 0.0) + ["speed", "eta"]
         filters = [name for name, weight in (("W2", self.weights.error), ("W4", self.weights.noise)) if weight.pole is not None]
-        return [*(f"delay {k}" for k in range(self.delay)), *axis, *filters, *(f"controller {k}" for k in range(len(self.controller.a)))]
+        return [*(f"delay {k}" for k in range(self.delay)), *axis, *filters, *self.inner]
 
     @property
     def inputs(self) -> list[str]:
@@ -62,11 +73,7 @@ def closed_loop(loop: Loop, axis: SampledAxis) -> tuple[Enclosure, int]:
     noise = _filtered(weights.noise, loop.period, "W4", signal("noise"), signal, after)
     eta = signal("eta") if speed else signal("eta") + signal("reference")
     measured = eta + noise
-    k = loop.controller
-    inner = [signal(f"controller {index}") for index in range(len(k.a))]
-    u = _combined([*k.c[0], k.d[0][0]], [*inner, measured])
-    for index, (row, (gain,)) in enumerate(zip(k.a, k.b, strict=True)):
-        after[f"controller {index}"] = _combined([*row, gain], [*inner, measured])
+    u = _through_sections(loop, measured, signal, after) if loop.sections else _through_matrices(loop, measured, signal, after)
     for index in range(loop.delay):
         after[f"delay {index}"] = u if index == 0 else signal(f"delay {index - 1}")
     command = signal(f"delay {loop.delay - 1}") if loop.delay else u
@@ -78,6 +85,33 @@ def closed_loop(loop: Loop, axis: SampledAxis) -> tuple[Enclosure, int]:
         Enclosure.of(gain) * row for gain, row in ((weights.drive, drive), (weights.command, u), (weights.eta, signal("eta"))) if gain
     ]
     return Enclosure.stacked([*(after[name] for name in loop.states), *outputs]), len(loop.states)
+
+
+def _through_matrices(loop: Loop, measured: Enclosure, signal: _Signals, after: dict[str, Enclosure]) -> Enclosure:
+    """The drive that the controller asks for; writes its next states into `after`."""
+    k = loop.controller
+    inner = [signal(name) for name in loop.inner]
+    for name, row, (gain,) in zip(loop.inner, k.a, k.b, strict=True):
+        after[name] = _combined([*row, gain], [*inner, measured])
+    return _combined([*k.c[0], k.d[0][0]], [*inner, measured])
+
+
+def _through_sections(loop: Loop, measured: Enclosure, signal: _Signals, after: dict[str, Enclosure]) -> Enclosure:
+    """The same of a chain in the transposed direct form II (control/sections.py), whose products of coefficients are formed exactly."""
+    passing = measured
+    for k, section in enumerate(loop.sections):
+        b0, b1, b2, _, a1, a2 = section
+        leaving = Enclosure.of(b0) * passing + signal(f"section {k}.1")
+        for order, ahead, back in ((1, b1, a1), (2, b2, a2))[: _order(section)]:
+            fed = Enclosure.of(ahead) * passing + Enclosure.of(-back) * leaving
+            after[f"section {k}.{order}"] = fed + signal(f"section {k}.{order + 1}")  # nothing behind the last one
+        passing = leaving
+    return passing
+
+
+def _order(section: tuple[float, ...]) -> int:
+    _, b1, b2, _, a1, a2 = section
+    return 2 if b2 or a2 else int(bool(b1 or a1))
 
 
 def _axis(loop: Loop, axis: SampledAxis, signal: _Signals, command: Enclosure, after: dict[str, Enclosure]) -> None:

@@ -21,7 +21,7 @@ import numpy as np
 
 from frictool.control.sections import realised
 from frictool.control.velocity import first_order
-from frictool.documents.controller import Controller, LinearController, PositionLaw, Velocity
+from frictool.documents.controller import Controller, LinearController, PositionLaw, Row, Velocity
 from frictool.documents.design import Structure
 from frictool.plant.connect import Block, connect
 from frictool.plant.linear_axis import INPUTS, Rates, linear_axis
@@ -44,7 +44,12 @@ def running(linear: LinearController, period: float) -> Lti:
     """C(z) in the form that runs on the target; of sections the states are s1, s2 of each one in the chain's order."""
     if linear.form == "state_space":
         return Lti.of(linear.discrete, period)
-    a, b, c, d = realised(linear.sos)
+    return chain(linear.sos, period)
+
+
+def chain(sections: tuple[Row, ...], period: float) -> Lti:
+    """Second-order sections as they run (control/sections.py)."""
+    a, b, c, d = realised(sections)
     return Lti(a, b[:, None], c[None, :], np.array([[d]]), period)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.documents.controller import Controller, Row
+from frictool.documents.controller import Controller, LinearController, Row
 from frictool.errors import NoSolutionError
 from frictool.plant.lti import Lti, tustin
 from frictool.verify.effective import running
@@ -37,19 +37,24 @@ def check_forms(controller: Controller) -> None:
                 f"{controller.name}: not verified: linear.{name} is not linear.discrete, which was verified (apart by {apart:.3g} of the "
                 "peak of their frequency responses); synthesise it anew"
             )
-    gains = linear.sos_anti_windup if linear.form == "sos" else linear.anti_windup
-    runs = running(linear, period)
-    limited = runs.a - np.outer(gains, runs.c)
-    if linear.conditional:
-        kept = [k for k in range(runs.order) if not np.array_equal(runs.a[k], np.eye(runs.order)[k])]
-        limited = limited[np.ix_(kept, kept)]
-    radius = spectral_radius(limited)
+    radius = limited_radius(linear, period)
     if radius >= 1.0:
         name = "sos_anti_windup" if linear.form == "sos" else "anti_windup"
         raise NoSolutionError(
             f"{controller.name}: not verified: the anti-windup gains (linear.{name}) leave the controller unstable while the drive "
             f"is limited (spectral radius {radius:.6g} of a - l c); synthesise it anew"
         )
+
+
+def limited_radius(linear: LinearController, period: float) -> float:
+    """Spectral radius of the controller while the drive is limited: of a - l c, without integrators that are held then."""
+    gains = linear.sos_anti_windup if linear.form == "sos" else linear.anti_windup
+    runs = running(linear, period)
+    limited = runs.a - np.outer(gains, runs.c)
+    if linear.conditional:
+        kept = [k for k in range(runs.order) if not np.array_equal(runs.a[k], np.eye(runs.order)[k])]
+        limited = limited[np.ix_(kept, kept)]
+    return spectral_radius(limited)
 
 
 def sections_response(sections: tuple[Row, ...], angles: NDArray[np.float64]) -> NDArray[np.complex128]:
