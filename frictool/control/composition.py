@@ -188,7 +188,7 @@ class _Composition:
         if compensation is not None:
             drive = program.named("drive", drive + compensation)
         limited, met = drive_limit.limit(program, drive, self.drive_low, self.drive_high)
-        excess, held = limited - drive, None
+        excess, held = program.named("excess", limited - drive), None
         if own.conditional:
             program.block("conditional integration")
             held = program.named("held", met * entering > self.zero)

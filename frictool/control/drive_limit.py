@@ -14,7 +14,7 @@ from frictool.control.program import Node, Program
 def bounds(program: Program, bound: float, winding: tuple[float, float, float] | None, speed: Node | None) -> tuple[Node, Node]:
     """(low, high) of the drive [A | V]; winding: resistance [ohm], constant [N m/A], voltage [V], for which a speed is needed."""
     high = program.constant(bound, "drive_limit")
-    low = -high
+    low = program.named("drive_low" if winding is None else "lowest", -high)
     if winding is None or speed is None:
         return low, high
     resistance, constant, voltage = winding
@@ -30,7 +30,7 @@ def limit(program: Program, drive: Node, low: Node, high: Node) -> tuple[Node, N
     """The drive within its bounds, and which one it met: -1, 0 or +1."""
     program.block("limit of the drive")
     zero, one = program.constant(0.0), program.constant(1.0)
-    above, below = drive > high, drive < low
+    above, below = program.named("above", drive > high), program.named("below", drive < low)
     limited = program.named("limited_drive", program.select(above, high, program.select(below, low, drive)))
     met = program.named("met", program.select(above, one, program.select(below, program.constant(-1.0), zero)))
     return limited, met

@@ -46,6 +46,7 @@ class FixedProgram:
     write_shift: dict[int, int]
     constants: dict[int, int]
     words: dict[int, Words]
+    longest: int  # the largest absolute value of any intermediate result
 
 
 def rounded(value: float, bits: int) -> float:
@@ -106,6 +107,7 @@ class _Scaling:
         self.terms: dict[int, tuple[int, ...]] = {}
         self.constants: dict[int, int] = {}
         self.words: dict[int, Words] = {}
+        self.longest = 0
 
     def done(self) -> FixedProgram:
         for node in self.program.nodes:
@@ -125,7 +127,9 @@ class _Scaling:
             writes[state] = self.fraction[source.index] - self.fraction[state]
             for word in self.words[source.index]:
                 self._long(self.program.nodes[state], _moved(word, writes[state]))
-        return FixedProgram(self.program, self.bits, self.fraction, self.shifts, self.terms, writes, self.constants, self.words)
+        return FixedProgram(
+            self.program, self.bits, self.fraction, self.shifts, self.terms, writes, self.constants, self.words, self.longest
+        )
 
     def _called(self, node: Node) -> str:
         return self.program.names.get(node.index, f"value {node.index} ({node.op})")
@@ -269,6 +273,7 @@ class _Scaling:
     def _long(self, node: Node, value: int) -> int:
         if abs(value) >= LONG:
             raise DoesNotFit(f"{self._called(node)} needs more than 64 bits")
+        self.longest = max(self.longest, abs(value))
         return value
 
     def _checked(self, node: Node, low: int, high: int) -> Words:

@@ -20,8 +20,28 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.control.fixed_kernel import from_real, run_words, to_real
-from frictool.control.operations import ABS, ADD, AND, CODES, DOT, LE, LT, MAX, MIN, MUL, NEG, NOT, OR, SELECT, SQRT, SUB
+from frictool.control.fixed_kernel import from_real, moved, run_words, to_real
+from frictool.control.operations import (
+    ABS,
+    ADD,
+    AND,
+    CODES,
+    DOT,
+    FRACTION,
+    HIGH,
+    LE,
+    LOW,
+    LT,
+    MAX,
+    MIN,
+    MUL,
+    NEG,
+    NOT,
+    OR,
+    SELECT,
+    SQRT,
+    SUB,
+)
 from frictool.control.program import Program
 from frictool.kernels import kernel
 
@@ -115,8 +135,10 @@ def start_at(machine: Machine, position: float) -> None:
             machine.real[place] = position
         elif machine.number == FLOAT:
             machine.single[place] = np.float32(position)
-        else:
-            machine.word[place] = from_real(machine.formats[place], position)
+        else:  # from the word that the position is: the target is given no other
+            form, measured = machine.formats[place], machine.formats[machine.ports[1]]
+            word = moved(from_real(measured, position), measured[FRACTION] - form[FRACTION])
+            machine.word[place] = min(max(word, form[LOW]), form[HIGH])
 
 
 @kernel

@@ -41,6 +41,7 @@ def output(program: Program, sections: Chain, entering: Node, bounds: Matrix) ->
     program.block("linear controller: second-order sections, transposed direct form II")
     passed, signal = [], entering
     for k, (b0, *_) in enumerate(sections):
+        program.constant(1.0, f"sos[{k}][3]")
         one = program.state(f"s[{k}][0]", -float(bounds[2 * k]), float(bounds[2 * k]))
         program.state(f"s[{k}][1]", -float(bounds[2 * k + 1]), float(bounds[2 * k + 1]))
         leaving = program.constant(b0, f"sos[{k}][0]") * signal + one
