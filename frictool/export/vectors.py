@@ -1,8 +1,9 @@
 """Golden vectors: what the simulation's own controller returns on a sequence that visits everything it can do.
 
-The sequence is drawn from a seed while the controller runs, so that it depends on nothing but the controller document. The position
-answers as an axis in closed loop would at a glance: it follows the filtered reference with a lag and comes as counts of the encoder.
-Phases wait for what they are there for (rest, the drive's limit) within a bound, so that a slow controller does not make them endless.
+The sequence is drawn from a seed while the controller runs, so that it depends on nothing but the controller document and the number
+format. The position answers as an axis in closed loop would at a glance: it follows the filtered reference with a lag and comes as counts
+of the encoder. Phases wait for what they are there for (rest, release, the drive's limit) within a bound, so that a slow controller does
+not make them endless. The same inputs go to the program in double as well: how far its drive is away is what the format's rounding costs.
 """
 
 from __future__ import annotations
@@ -11,29 +12,37 @@ import math
 import random
 from dataclasses import dataclass
 
-from frictool.control.cascade import BRAKE, FILTERED, FILTERED_SPEED, LIMITED, MODE, REST, RUN, SPEED, control_step, initial_state
-from frictool.control.packing import pack
-from frictool.documents.controller import Controller
+from frictool.control.machine import Machine, control_step, machine, read, start_at
+from frictool.control.number_format import machine_in
+from frictool.control.program import Program
+from frictool.documents.controller import Controller, Number
 from frictool.errors import NoSolutionError
+from frictool.export.visits import visits_of
 
 SEED = 1
 PHASE, LONGEST = 1500, 20_000  # most samples that one phase waits; longer, up to the second, where the prefilter is slow
 SETTLING = 15.0  # time constants of the prefilter
 BANDS = 32.0  # amplitude in bands of the position law where the bench states no travel
+COUNTS = 8.0  # of the encoder, where the controller has no band
 LAG = 10.0  # samples in which the position follows the filtered reference
+BEYOND = 0.1  # of a scheduled parameter's range, by which it is set outside
 
-Row = tuple[float, float, float]
+Row = tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class GoldenVectors:
-    """Rows of reference, position [rad | m] and drive [A | V], and how many samples were spent in each mode and at the limit."""
+    """columns: reference, position [rad | m], perhaps velocity, scheduled parameters, then the drive [A | V]; rows of them as the format
+    holds them, in SI. visits: samples in each mode and at each limit. away: how far the drive was from the program's in double at most
+    while both were in the same mode; apart: samples in which they were not.
+    """
 
+    columns: tuple[str, ...]
+    start: float
     rows: tuple[Row, ...]
-    run: int
-    brake: int
-    rest: int
-    limited: int
+    visits: dict[str, int]
+    away: float
+    apart: int
     seed: int = SEED
 
     @property
@@ -44,20 +53,29 @@ class GoldenVectors:
 class _Bench:
     """A controller, a position that follows it, and the rows so far."""
 
-    def __init__(self, controller: Controller) -> None:
-        travel = controller.bench.mechanics.travel
-        law = controller.position_law
-        self.low, self.high = (travel.low, travel.high) if travel else (0.0, BANDS * law.band)
-        self.band, self.settled = law.band, 0.1 * law.settled_speed
-        self.slow = 0.1 * law.rest_speed if law.action == "brake" else math.inf
+    def __init__(self, controller: Controller, program: Program, number: Number) -> None:
+        self.program, self.machine, self.double = program, machine_in(program, number), machine(program)
+        self.places = {name: index for index, name in reversed(program.names.items())}
+        self.visits = visits_of(program)
         self.step = controller.bench.encoder.resolution
+        law, limiter = controller.position_law, controller.limiter
+        own = law.band if law is not None else limiter.band if limiter is not None else 0.0
+        self.band = own or COUNTS * self.step
+        travel = controller.bench.mechanics.travel
+        self.low, self.high = (travel.low, travel.high) if travel else (0.0, BANDS * self.band)
+        self.settled, self.slow = _speeds(controller, self.band)
         self.random = random.Random(SEED)
+        self.period = controller.sample_period_s
         self.position = self.counted(0.9 * self.low + 0.1 * self.high)
-        self.parameters = pack(controller)
-        self.state = initial_state(self.parameters, self.position)
+        self.before = self.start = self.position
+        for running in (self.machine, self.double):
+            start_at(running, self.position)
+        self.held = [node for node in program.states.values() if node.index not in program.updates]
+        self.inputs = [*program.inputs.values(), *self.held]
         self.patience = _settling_samples(controller)
         self.rows: list[Row] = []
-        self.modes: list[tuple[float, float]] = []
+        self.counts = dict.fromkeys(self.visits, 0)
+        self.away, self.apart = 0.0, 0
 
     def counted(self, position: float) -> float:
         return math.floor(position / self.step) * self.step
@@ -66,27 +84,60 @@ class _Bench:
         """A position between both ends of the travel."""
         return self.low + fraction * (self.high - self.low)
 
+    def now(self, name: str, otherwise: float) -> float:
+        """A named value at the last sample."""
+        return read(self.machine, self.places[name]) if name in self.places else otherwise
+
     def sample(self, reference: float, jitter: int = 0) -> None:
         position = self.counted(self.position) + self.step * self.random.randint(-jitter, jitter)
-        drive = control_step(self.parameters, self.state, reference, position)
-        self.rows.append((reference, position, drive))
-        self.modes.append((float(self.state[MODE]), float(self.state[LIMITED])))
+        velocity = (position - self.before) / self.period
+        self.before = position
+        output = self.program.output
+        assert output is not None
+        control_step(self.machine, reference, position, velocity)
+        given = [read(self.machine, node.index) for node in self.inputs]
+        drive = read(self.machine, output.index)
+        self.rows.append((*given, drive))
+        asked = dict(zip(self.program.inputs, given, strict=False))
+        other = control_step(self.double, asked["reference"], asked["position"], asked.get("velocity", 0.0))
+        seen = [{name for name, visit in self.visits.items() if visit.made(one)} for one in (self.machine, self.double)]
+        for name in seen[0]:
+            self.counts[name] += 1
+        if seen[0] == seen[1]:
+            self.away = max(self.away, abs(drive - other))
+        else:
+            self.apart += 1
+
+    def schedule(self) -> None:
+        """Other values of the scheduled parameters, some beyond their range."""
+        for node in self.held:
+            width = node.high - node.low
+            value = self.random.uniform(node.low - BEYOND * width, node.high + BEYOND * width)
+            for running in (self.machine, self.double):
+                put(running, node.index, value)
+
+    def moved(self, reference: float) -> None:
+        self.position += (self.now("filtered", reference) - self.position) / LAG
 
     def follow(self, reference: float) -> None:
         """A move that ends at rest, the prefilter at rest as well: at the peak of its overshoot it only seems to be."""
+        self.schedule()
+        rests = [visit for name, visit in self.visits.items() if name in ("rest", "released")]
         for _ in range(self.patience):
             self.sample(reference)
-            self.position += (float(self.state[FILTERED]) - self.position) / LAG
-            arrived = abs(self.state[FILTERED] - reference) <= 0.1 * self.band
-            if self.state[MODE] == REST and arrived and abs(self.state[FILTERED_SPEED]) <= self.settled:
+            self.moved(reference)
+            arrived = abs(self.now("filtered", reference) - reference) <= 0.1 * self.band
+            still = abs(self.now("filtered_speed", 0.0)) <= self.settled and abs(self.position - reference) <= self.band
+            if arrived and still and all(visit.made(self.machine) for visit in rests):
                 break
 
     def shake(self, samples: int) -> None:
         """The axis follows a reference that it never reaches, and the encoder jitters."""
+        self.schedule()
         reference = self.at(self.random.random())
         for _ in range(samples):
             self.sample(reference, jitter=2)
-            self.position += (float(self.state[FILTERED]) - self.position) / LAG
+            self.moved(reference)
 
     def push(self, bands: float) -> None:
         """The axis is pushed out of the band, held until its measured speed has died down, and falls back faster than the speed of rest."""
@@ -94,7 +145,7 @@ class _Bench:
         self.position = start + bands * self.band
         for held in range(PHASE):
             self.sample(reference)
-            if held >= 2 and abs(self.state[SPEED]) <= self.slow:
+            if held >= 2 and abs(self.now("speed", 0.0)) <= self.slow:
                 break
         self.position = start
         for _ in range(60):
@@ -105,9 +156,22 @@ class _Bench:
         limited = 0
         for _ in range(PHASE):
             self.sample(reference)
-            limited += self.state[LIMITED] != 0.0
+            limited += self.visits["limited"].made(self.machine)
             if limited == 50:
                 break
+
+
+def put(running: Machine, place: int, value: float) -> None:
+    """Sets a state of a running program, in double or float: what the caller holds. Fixed point has no scheduled parameters."""
+    (running.real if running.real.size else running.single)[place] = value
+
+
+def _speeds(controller: Controller, band: float) -> tuple[float, float]:
+    """Below which the prefilter counts as settled, and the measured speed as died down."""
+    law, limiter = controller.position_law, controller.limiter
+    stated = law.settled_speed if law is not None else limiter.settled_speed if limiter is not None else None
+    slow = 0.1 * law.rest_speed if law is not None and law.action == "brake" else math.inf
+    return 0.1 * stated if stated is not None else band, slow
 
 
 def _settling_samples(controller: Controller) -> int:
@@ -119,9 +183,12 @@ def _settling_samples(controller: Controller) -> int:
     return math.ceil(min(max(SETTLING / (rate * controller.sample_period_s), PHASE), LONGEST))
 
 
-def golden_vectors(controller: Controller) -> GoldenVectors:
-    """The rows for a controller. Raises NoSolutionError where it leaves the range of numbers on them."""
-    bench = _Bench(controller)
+def golden_vectors(controller: Controller, program: Program, number: Number) -> GoldenVectors:
+    """The rows for a controller's program in a number format.
+
+    Raises NoSolutionError where it leaves the range of numbers on them, DoesNotFit where fixed point cannot be scaled.
+    """
+    bench = _Bench(controller, program, number)
     for _ in range(5):
         bench.sample(bench.position)
     for fraction, push in ((0.9, 3.0), (0.2, -3.0)):
@@ -133,10 +200,9 @@ def golden_vectors(controller: Controller) -> GoldenVectors:
     for _ in range(10):
         bench.shake(60)
     bench.follow(bench.at(0.5))
-    if not all(math.isfinite(drive) for _, _, drive in bench.rows):
+    if not all(math.isfinite(row[-1]) for row in bench.rows):
         raise NoSolutionError(
             f"{controller.name}: the drive leaves the range of numbers on the golden vectors; is a - l c of the anti-windup stable?"
         )
-    modes = [mode for mode, _ in bench.modes]
-    limited = sum(limit != 0.0 for _, limit in bench.modes)
-    return GoldenVectors(tuple(bench.rows), modes.count(RUN), modes.count(BRAKE), modes.count(REST), limited)
+    columns = (*program.inputs, *(program.names[node.index] for node in bench.held), controller.drive)
+    return GoldenVectors(columns, bench.start, tuple(bench.rows), bench.counts, bench.away, bench.apart)

@@ -1,0 +1,125 @@
+"""The controller verified again with its coefficients as a number format of the target keeps them: synthesis's own check, on a document.
+
+At every vertex the sampled loops are rebuilt with the rounded coefficients: stable at every delay that the document names, the modulus
+margin at the bench's as specified, the norm within what is claimed where the document holds the weights that it is of. So is every corner
+of a schedule, around its own plant. What rounds the signals is not in it: the golden vectors measure that (vectors.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+
+from frictool.documents.certificate import CertifiedWeights, Filter
+from frictool.documents.controller import Controller, LinearController, Number
+from frictool.errors import NoSolutionError
+from frictool.plant.generalised import Controlled, FirstOrder, Weights, generalised_plant
+from frictool.plant.polytope import PlantPoint
+from frictool.verify.controller import check_feedback, loop_checks
+from frictool.verify.effective import feedbacks, running, virtual_friction
+from frictool.verify.rounding import held, rounded_linear
+from frictool.verify.speed_loop import performance
+from frictool.verify.stored_forms import limited_radius
+
+CLAIM = 1.01  # a norm may exceed what is claimed by 1 %, as in synthesis
+FINER = {"q15": "--number q31 or float", "q31": "--number float or double", "float": "--number double", "double": "another design"}
+
+
+@dataclass(frozen=True)
+class RoundedLoop:
+    """The worst figures with rounded coefficients, and the vertices where they are. norm is None where the document holds no weights."""
+
+    modulus_margin: float
+    at: str
+    norm: float | None
+    norm_at: str
+
+
+def rounded_loop(controller: Controller, number: Number) -> RoundedLoop:
+    """Raises NoSolutionError (exit 4) naming the vertex and its figure where the loop is unstable, its modulus margin below what is
+    specified or its norm above what is claimed, or where the rounded anti-windup is unstable."""
+    linear = rounded_linear(controller.linear, number)
+    radius = limited_radius(linear, controller.sample_period_s)
+    if radius >= 1.0:
+        raise _refused(controller, number, f"the anti-windup is unstable (spectral radius {radius:.6g} of a - l c)")
+    found = [(_margin(controller, number, one, point, delays), point.name) for one, point, delays in _loops(controller, linear, number)]
+    _brake(controller, number)
+    margin, at = min(found)
+    norms = _norms(controller, linear)
+    worst, norm_at = max(norms, default=(None, ""))
+    claimed = controller.verified.gamma_verified
+    if worst is not None and not worst <= CLAIM * claimed:
+        raise _refused(controller, number, f"at vertex {norm_at} the norm is {worst:.4g}, {claimed:.4g} is claimed")
+    return RoundedLoop(margin, at, worst, norm_at)
+
+
+def _refused(controller: Controller, number: Number, why: str) -> NoSolutionError:
+    return NoSolutionError(f"{controller.name}: not verified with coefficients rounded to {number}: {why}; try {FINER[number]}")
+
+
+def _loops(
+    controller: Controller, linear: LinearController, number: Number
+) -> Iterator[tuple[LinearController, PlantPoint, tuple[int, ...]]]:
+    """Each linear controller with a plant that it is for, and the delays at which that has to be stable, the bench's first."""
+    for vertex in controller.verified.vertices:
+        point = PlantPoint(vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant)
+        yield linear, point, tuple(dict.fromkeys((controller.delay_samples, *(check.delay_samples for check in vertex.checks))))
+    for index, corner in enumerate(controller.schedule.corners if controller.schedule is not None else ()):
+        there = rounded_linear(msgspec.structs.replace(controller.linear, discrete=corner.discrete), number)
+        point = PlantPoint(f"corner {index} of the schedule", corner.inertia, corner.viscous, corner.coulomb, corner.constant)
+        yield there, point, (controller.delay_samples,)
+
+
+def _margin(controller: Controller, number: Number, linear: LinearController, point: PlantPoint, delays: tuple[int, ...]) -> float:
+    """The modulus margin with the bench's delay."""
+    hold, lag = held(number), controller.bench.actuator.loop_time_constant_s
+    loops = feedbacks(controller.structure, linear, controller.position_law, controller.velocity, controller.sample_period_s, hold)
+    required = controller.verified.modulus_margin_specified
+    checks = loop_checks(loops, point, lag, delays)
+    for check in checks:
+        if check.spectral_radius >= 1.0:
+            why = f"at vertex {point.name} the loop is unstable with {check.delay_samples} samples of delay"
+            raise _refused(controller, number, f"{why} (spectral radius {check.spectral_radius:.6g})")
+    if checks[0].modulus_margin < required:
+        raise _refused(
+            controller, number, f"at vertex {point.name} the modulus margin is {checks[0].modulus_margin:.4g}, specified {required:g}"
+        )
+    return checks[0].modulus_margin
+
+
+def _brake(controller: Controller, number: Number) -> None:
+    """The virtual friction of a limiter, at its steepest, comes to rest everywhere."""
+    limiter = controller.limiter
+    if limiter is None or limiter.virtual_coulomb == 0.0:
+        return
+    hold, bench = held(number), controller.bench.actuator
+    slope = hold(limiter.virtual_coulomb / bench.constant.value) * hold(1.0 / limiter.virtual_speed)
+    brake = virtual_friction(slope, controller.velocity, controller.sample_period_s)
+    for _, point, delays in _loops(controller, controller.linear, number):
+        if not all(check_feedback(brake, point.rates, bench.loop_time_constant_s, delay).stable for delay in delays):
+            raise _refused(controller, number, f"at vertex {point.name} the limiter's virtual friction is unstable at rest")
+
+
+def _norms(controller: Controller, linear: LinearController) -> list[tuple[float, str]]:
+    """The norm at each vertex, where the document holds the weights that it is of: with its certificate."""
+    if controller.certificate is None:
+        return []
+    weights, runs = _weights(controller.certificate.weights), running(linear, controller.sample_period_s)
+    controlled: Controlled = "position" if controller.structure == "position" else "speed"
+    lag, period, delay = controller.bench.actuator.loop_time_constant_s, controller.sample_period_s, controller.delay_samples
+    norms = []
+    for vertex in controller.verified.vertices:
+        rates = PlantPoint(vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant).rates
+        norm = performance(runs, generalised_plant(controlled, rates, lag, weights, period, delay))
+        norms.append((norm, vertex.name))
+    return norms
+
+
+def _weights(stored: CertifiedWeights) -> Weights:
+    def weight(one: Filter) -> FirstOrder:
+        return FirstOrder(one.gain, *(np.inf if value is None else value for value in (one.zero, one.pole)))
+
+    return Weights(weight(stored.error), stored.disturbance, stored.drive, stored.command, weight(stored.noise), stored.eta)

@@ -1,0 +1,25 @@
+"""What the states of the blocks in `control/` are, in a few words for the reader of the exported struct."""
+
+from __future__ import annotations
+
+MEANINGS = {
+    "reference_before": "reference at the last sample",
+    "filtered_before": "reference after the prefilter",
+    "filtered_speed_before": "and its derivative",
+    "position_before": "position at the last sample",
+    "difference_before": "last difference quotient of the position",
+    "speed_before": "measured speed, filtered",
+    "difference_before_raw": "last difference quotient of the position",
+    "speed_before_raw": "measured speed after the first of two filters",
+    "mode": "what the band lets run: RUN, BRAKE or REST",
+    "eta_before": "integral(speed reference) - position",
+    "limited_before": "limit that the last drive met: -1, 0, +1",
+    "observed": "state of the disturbance observer",
+    "x": "state of the linear controller",
+    "s": "states of the sections, two a section",
+}
+
+
+def meaning(state: str, held: bool) -> str:
+    """Of a state; `held`: one that the program never changes."""
+    return "scheduled parameter, set by the caller" if held else MEANINGS.get(state, "")

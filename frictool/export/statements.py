@@ -1,0 +1,91 @@
+"""A program as the statements of a C function, in the program's order.
+
+What has a name, is used more than once or is what a state becomes is a constant of its own; the rest stands where it is used, in brackets.
+States are read where they are used and written after everything has been computed.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from typing import Protocol
+
+from frictool.control.program import Node
+from frictool.export.program_names import Names
+
+WIDTH = 128
+INDENT = "    "
+
+
+class Numbers(Protocol):
+    """A number format: how operations, coefficients and vectors are written in it.
+
+    kind: the C type of values, constant_kind: of coefficients. printed, cast: of a value in printf. words: what a row of vectors holds.
+    """
+
+    kind: str
+    constant_kind: str
+    printed: str
+    cast: str
+    words: str
+
+    def literal(self, value: float) -> str: ...
+    def exact(self, value: float, node: Node) -> str: ...
+    def constant(self, node: Node) -> str: ...
+    def number(self, node: Node) -> str: ...
+    def expression(self, node: Node, of: list[str]) -> str: ...
+    def closed(self, node: Node, text: str, within: Node) -> str: ...
+    def note(self, node: Node) -> str: ...
+
+
+def statements(names: Names, numbers: Numbers) -> list[str]:
+    """The lines that compute everything, the output and what the states become, without writing a state."""
+    return _Walk(names, numbers).lines
+
+
+def operand(names: Names, numbers: Numbers, node: Node) -> str:
+    """A value that is a constant, an input, a state or a named result."""
+    if node.index in names.results:
+        return names.results[node.index]
+    if node.index in names.text:
+        return names.text[node.index]
+    return numbers.number(node)
+
+
+class _Walk:
+    def __init__(self, names: Names, numbers: Numbers) -> None:
+        self.names, self.numbers = names, numbers
+        self.inline: dict[int, str] = {}
+        self.lines: list[str] = []
+        comment, pending = "", []
+        for node in names.program.nodes:
+            comment = names.program.comments.get(node.index, comment)
+            if node.op in ("constant", "input", "state") or not names.uses[node.index]:
+                continue
+            if comment:
+                pending.append(comment)
+                comment = ""
+            text = numbers.expression(node, [self._operand(arg, node) for arg in node.args])
+            if node.index in names.results:
+                self._declare(node, text, pending)
+                pending = []
+            else:
+                self.inline[node.index] = text
+
+    def _operand(self, node: Node, within: Node) -> str:
+        if node.index in self.inline:
+            return self.numbers.closed(node, self.inline[node.index], within)
+        return operand(self.names, self.numbers, node)
+
+    def _declare(self, node: Node, text: str, comments: list[str]) -> None:
+        if comments and self.lines:
+            self.lines.append("")
+        for comment in comments:
+            self.lines += wrapped(f"/* {comment} */", " * ")
+        kind = "int" if node.is_logical else self.numbers.kind
+        note = self.numbers.note(node)
+        self.lines += wrapped(f"const {kind} {self.names.results[node.index]} = {text};{note}", INDENT)
+
+
+def wrapped(text: str, hanging: str = INDENT) -> list[str]:
+    """One statement in lines of at most WIDTH characters, broken at blanks."""
+    return [INDENT + line for line in textwrap.wrap(text, WIDTH, subsequent_indent=hanging, break_long_words=False, break_on_hyphens=False)]
