@@ -187,6 +187,7 @@ def _progress(done: int, total: int) -> None:
 def summary(log: Log) -> dict[str, Any]:
     """The machine's view of a step test: what each stream holds and how it ends. The verdict is `frictool report`'s."""
     streams = []
+    plants = log.metadata.get("plants", {})
     for stream in log.streams:
         position, command = stream.signals["position"], stream.signals["command"]
         streams.append(
@@ -198,6 +199,7 @@ def summary(log: Log) -> dict[str, Any]:
                 "command_peak": float(abs(command).max()),
                 "at_rest": bool(stream.signals["velocity"][-1] == 0.0),
                 "units": stream.units,
+                **({"plant": plants[stream.topic]} if stream.topic in plants else {}),
             }
         )
     return {"scenario": log.source, "streams": streams, "warnings": list(log.warnings)}

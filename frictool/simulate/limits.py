@@ -12,7 +12,7 @@ from frictool.documents.scenario import Scenario
 from frictool.simulate.agreement import refuse
 
 Vector = NDArray[np.float64]
-MAX_SAMPLES = 10_000_000  # of all variants together: about 1 GB in memory
+MAX_SAMPLES = 20_000_000  # of all variants together: about 2 GB in memory, 0.6 GB as a log
 SAME_INSTANT = 1e-9  # of the whole
 
 
