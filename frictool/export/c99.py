@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
 import jinja2
 
 from frictool import __version__
+from frictool.control.band import BRAKE, REST, RUN
+from frictool.control.fixed_point import BITS, FixedProgram, fixed_program
 from frictool.control.program import Node, Program
 from frictool.documents.controller import Controller, Number
 from frictool.documents.quantity import si_unit
+from frictool.export.fixed_numbers import FixedNumbers
 from frictool.export.identifier import c_identifier, comment_text
 from frictool.export.origin import Origin
 from frictool.export.program_names import Names, Table
+from frictool.export.proof_table import conversions, field_note, proof_lines
 from frictool.export.real_numbers import RealNumbers
+from frictool.export.rounded_loop import RoundedLoop
 from frictool.export.state_meanings import meaning
 from frictool.export.statements import INDENT, Numbers, operand, statements, wrapped
 from frictool.export.vectors import GoldenVectors
@@ -26,20 +32,25 @@ FILES = {
     "{}_vectors.h": "vectors.h.jinja",
     "{}_selftest.c": "selftest.c.jinja",
 }
+HELPERS = ("shifted", "word", "raised", "bounded", "whole_root", "absolute", "smaller", "larger")
 FOLDER = Path(__file__).parent / "templates"
 
 
-def c_sources(controller: Controller, program: Program, number: Number, vectors: GoldenVectors, origin: Origin) -> dict[str, str]:
-    """File name -> text. `program` is the controller's, `vectors` those of the number format.
+def c_sources(
+    controller: Controller, program: Program, number: Number, vectors: GoldenVectors, loop: RoundedLoop, origin: Origin
+) -> dict[str, str]:
+    """File name -> text. `program` is the controller's, `vectors` those of the number format, `loop` what was verified of it.
 
-    Raises NoSolutionError where a coefficient is beyond the range of the format.
+    Raises NoSolutionError where a coefficient is beyond the range of the format, DoesNotFit where fixed point cannot be scaled.
     """
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(FOLDER), undefined=jinja2.StrictUndefined, keep_trailing_newline=True, autoescape=False
     )
     environment.globals["comment"] = comment_text
-    numbers = RealNumbers(number)
-    context = _about(controller, origin) | _code(program, numbers) | _vectors(program, vectors, numbers) | {"number": number}
+    numbers = FixedNumbers(fixed_program(program, BITS[number])) if number in BITS else RealNumbers(number)
+    names = Names(program)
+    context = _about(controller, origin) | _code(names, numbers) | _vectors(program, vectors, numbers)
+    context |= _format(controller, names, numbers) | {"number": number, "loop": loop}
     return {
         file.format(context["id"]): environment.get_template(template).render(context).rstrip("\n") + "\n"
         for file, template in FILES.items()
@@ -63,29 +74,66 @@ def _about(controller: Controller, origin: Origin) -> dict[str, Any]:
     }
 
 
-def _code(program: Program, numbers: Numbers) -> dict[str, Any]:
+def _code(names: Names, numbers: Numbers) -> dict[str, Any]:
     """The program in C: declarations, fields, statements."""
-    names = Names(program)
+    program = names.program
     assert program.output is not None
-    body = statements(names, numbers)
-    text = "\n".join(body)
+    entering = [line for name, node in program.inputs.items() if names.uses[node.index] for line in numbers.entering(node, name)]
+    body = [f"{INDENT}{line}" for line in entering] + statements(names, numbers)
     held = [node for node in program.states.values() if node.index not in program.updates]
+    starts, writes = _starts(names, numbers), _writes(names, numbers)
+    setters = [(program.names[node.index], numbers.stored(node, None, "value")) for node in held]
+    text = "\n".join([*body, *starts, *writes, *(stored for _, stored in setters)])
+    helpers = [helper for helper in HELPERS if f"{helper}(" in text]
     return {
         "kind": numbers.kind,
-        "suffix": "f" if numbers.kind == "float" else "",
+        "suffix": numbers.suffix,
         "constants": [_constant(table, numbers) for table in names.constants],
-        "fields": [_field(table, numbers, table.nodes[min(table.nodes)] in held) for table in names.states],
-        "starts": _starts(names, numbers),
+        "starts": starts,
+        "started": list(program.starts.values()),
         "body": body,
-        "writes": _writes(names, numbers),
+        "writes": writes,
         "returned": operand(names, numbers, program.output),
         "inputs": list(program.inputs),
-        "unused": [name for name, node in program.inputs.items() if not names.uses[node.index]],
-        "held": [program.names[node.index] for node in held],
-        "helpers": [helper for helper in ("absolute", "smaller", "larger") if f"{helper}(" in text],
-        "number_of": numbers.literal,
-        "has_modes": "mode" in program.states,
+        "parameters": [numbers.parameter(name) for name in program.inputs],
+        "unused": [numbers.parameter(name) for name, node in program.inputs.items() if not names.uses[node.index]],
+        "held": setters,
+        "helpers": [*helpers, "shifted"] if "word" in helpers else helpers,
     }
+
+
+def _format(controller: Controller, names: Names, numbers: Numbers) -> dict[str, Any]:
+    """What differs between numbers and words: limits, conversions, the proof, the struct's notes."""
+    program, scaled = names.program, numbers.scaled if isinstance(numbers, FixedNumbers) else None
+    drive = program.output
+    assert drive is not None
+    mode, limit = program.states.get("mode"), controller.drive_limit
+    if scaled is None:
+        modes = [numbers.literal(value) for value in (RUN, BRAKE, REST)] if mode is not None else []
+        return {
+            "fixed": False,
+            "fields": [_field(table, numbers, program, "") for table in names.states],
+            "period": numbers.literal(controller.sample_period_s),
+            "drive_limit": numbers.literal(limit),
+            "modes": modes,
+            "conversions": [],
+        }
+    word = _words(scaled, mode) if mode is not None else []
+    return {
+        "fixed": True,
+        "fields": [_field(table, numbers, program, field_note(table, scaled)) for table in names.states],
+        "period": repr(controller.sample_period_s),
+        "drive_limit": round(math.ldexp(limit, scaled.fractions[drive.index])),
+        "modes": word,
+        "conversions": conversions(c_identifier(controller.name).upper(), scaled, controller.bench.encoder.resolution, drive),
+        "proof": proof_lines(names, scaled),
+        "longest": scaled.longest,
+        "bits": scaled.bits,
+    }
+
+
+def _words(scaled: FixedProgram, mode: Node) -> list[int]:
+    return [round(math.ldexp(value, scaled.fractions[mode.index])) for value in (RUN, BRAKE, REST)]
 
 
 def _constant(table: Table, numbers: Numbers) -> str:
@@ -101,13 +149,16 @@ def _constant(table: Table, numbers: Numbers) -> str:
         separator = ",\n    " if depth < len(table.shape) - 1 else ", "
         return "{" + ("\n    " if "\n" in separator else "") + separator.join(parts) + ("\n" if "\n" in separator else "") + "}"
 
+    fractions = numbers.fractions(table)
     declared = f"static const {numbers.constant_kind} {table.name}{table.brackets} = {filled(0, ())};"
-    return declared + numbers.note(table.nodes[()]) if not table.shape else declared
+    return declared + numbers.note(table.nodes[()]) if not table.shape else fractions + declared
 
 
-def _field(table: Table, numbers: Numbers, held: bool) -> tuple[str, str]:
+def _field(table: Table, numbers: Numbers, program: Program, note: str) -> tuple[str, str]:
     """A field of the state, and what it is."""
-    return f"{numbers.kind} {table.name}{table.brackets};", meaning(table.name, held)
+    held = all(node.index not in program.updates for node in table.nodes.values())
+    told = [text for text in (meaning(table.name, held), note) if text]
+    return f"{numbers.kind} {table.name}{table.brackets};", "; ".join(told)
 
 
 def _starts(names: Names, numbers: Numbers) -> list[str]:
@@ -116,8 +167,8 @@ def _starts(names: Names, numbers: Numbers) -> list[str]:
     lines = []
     for table in names.states:
         for node in table.nodes.values():
-            value = program.starts.get(node.index) or numbers.literal(node.value)
-            lines.append(f"{INDENT}{names.text[node.index]} = {value};")
+            source = program.inputs[program.starts[node.index]] if node.index in program.starts else None
+            lines.append(f"{INDENT}{names.text[node.index]} = {numbers.started(node, source)};")
     return lines
 
 
@@ -132,7 +183,7 @@ def _writes(names: Names, numbers: Numbers) -> list[str]:
             name = f"held_{len(read)}"
             read.append(f"{INDENT}const {numbers.kind} {name} = {value};")
             value = name
-        written += wrapped(f"{names.text[state]} = {value};")
+        written += wrapped(f"{names.text[state]} = {numbers.stored(program.nodes[state], source, value)};")
     return read + written
 
 

@@ -73,7 +73,7 @@ def exported(controller: Controller, language: str, number: Number, origin: Orig
     program = controller_program(controller)
     try:
         vectors = golden_vectors(controller, program, number)
-        files = c_sources(controller, program, number, vectors, origin)
+        files = c_sources(controller, program, number, vectors, loop, origin)
     except DoesNotFit as error:
         bounds = "a travel and a top speed in the bench bound what is measured" if "no bounds" in str(error) else "rescale the units"
         raise NoSolutionError(f"{controller.name}: {number} cannot be scaled: {error}; {bounds}, or use --number float") from None

@@ -8,6 +8,7 @@ import numpy as np
 
 from frictool.control.program import Node
 from frictool.errors import NoSolutionError
+from frictool.export.program_names import Table
 
 INFIX = {"add": "+", "sub": "-", "mul": "*", "lt": "<", "le": "<=", "and": "&&", "or": "||"}
 MIRRORED = {"lt": ">", "le": ">="}
@@ -48,6 +49,26 @@ class RealNumbers:
         """A number without a name, where it is used."""
         text = self.literal(node.value)
         return f"({text})" if text.startswith("-") else text
+
+    def parameter(self, name: str) -> str:
+        """What the step function calls an input."""
+        return name
+
+    def entering(self, node: Node, name: str) -> list[str]:
+        """Nothing: an input is a value as it comes."""
+        return []
+
+    def started(self, state: Node, source: Node | None) -> str:
+        """Where a state starts: a number, or the position that the caller gives."""
+        return "position" if source is not None else self.literal(state.value)
+
+    def stored(self, state: Node, source: Node | None, text: str) -> str:
+        """What a state becomes."""
+        return text
+
+    def fractions(self, table: Table) -> str:
+        """Nothing: numbers have no fraction of their own."""
+        return ""
 
     def expression(self, node: Node, of: list[str]) -> str:
         """The operation on the texts of its operands, each of which is a name, a number, a call or in brackets."""

@@ -38,12 +38,16 @@ class GoldenVectors:
     """
 
     columns: tuple[str, ...]
-    start: float
     rows: tuple[Row, ...]
     visits: dict[str, int]
     away: float
     apart: int
     seed: int = SEED
+
+    @property
+    def start(self) -> float:
+        """The position at which the controller starts, that of the first row."""
+        return self.rows[0][self.columns.index("position")]
 
     @property
     def samples(self) -> int:
@@ -67,7 +71,7 @@ class _Bench:
         self.random = random.Random(SEED)
         self.period = controller.sample_period_s
         self.position = self.counted(0.9 * self.low + 0.1 * self.high)
-        self.before = self.start = self.position
+        self.before = self.position
         for running in (self.machine, self.double):
             start_at(running, self.position)
         self.held = [node for node in program.states.values() if node.index not in program.updates]
@@ -205,4 +209,4 @@ def golden_vectors(controller: Controller, program: Program, number: Number) -> 
             f"{controller.name}: the drive leaves the range of numbers on the golden vectors; is a - l c of the anti-windup stable?"
         )
     columns = (*program.inputs, *(program.names[node.index] for node in bench.held), controller.drive)
-    return GoldenVectors(columns, bench.start, tuple(bench.rows), bench.counts, bench.away, bench.apart)
+    return GoldenVectors(columns, tuple(bench.rows), bench.counts, bench.away, bench.apart)
