@@ -31,6 +31,6 @@ def limit(program: Program, drive: Node, low: Node, high: Node) -> tuple[Node, N
     program.block("limit of the drive")
     zero, one = program.constant(0.0), program.constant(1.0)
     above, below = program.named("above", drive > high), program.named("below", drive < low)
-    limited = program.named("limited_drive", program.select(above, high, program.select(below, low, drive)))
+    limited = program.named("limited_drive", program.smaller(program.larger(drive, low), high))
     met = program.named("met", program.select(above, one, program.select(below, program.constant(-1.0), zero)))
     return limited, met

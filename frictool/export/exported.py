@@ -45,7 +45,7 @@ class Exported:
         }
         if vectors is not None:
             found["vectors"] = {"samples": vectors.samples, **vectors.visits}
-            found["away_from_double"] = {"drive": vectors.away, "samples_in_another_mode": vectors.apart}
+            found["away_from_double"] = {"drive": vectors.away, "drive_rms": vectors.rms, "samples_in_another_mode": vectors.apart}
         return found
 
     def told(self) -> list[str]:
@@ -62,7 +62,9 @@ class Exported:
             if self.number != "double":
                 unit = si_unit(self.controller.drive, self.controller.axis)
                 apart = f"; {vectors.apart} samples are in another mode" if vectors.apart else ""
-                lines.append(f"rounding of the signals: the drive is at most {vectors.away:.3g} {unit} away from double's{apart}")
+                lines.append(
+                    f"rounding of the signals: the drive is {vectors.away:.3g} {unit} away from double's at most, {vectors.rms:.3g} rms{apart}"
+                )
         return lines
 
 

@@ -14,6 +14,7 @@ from frictool.export.program_names import Names, Table
 
 WIDTH = 128
 INDENT = "    "
+UNBROKEN = "\0"
 
 
 class Numbers(Protocol):
@@ -88,10 +89,11 @@ class _Walk:
         for comment in comments:
             self.lines += wrapped(f"/* {comment} */", " * ")
         kind = "int" if node.is_logical else self.numbers.kind
-        note = self.numbers.note(node)
+        note = self.numbers.note(node).replace(" ", UNBROKEN)
         self.lines += wrapped(f"const {kind} {self.names.results[node.index]} = {text};{note}", INDENT)
 
 
 def wrapped(text: str, hanging: str = INDENT) -> list[str]:
-    """One statement in lines of at most WIDTH characters, broken at blanks."""
-    return [INDENT + line for line in textwrap.wrap(text, WIDTH, subsequent_indent=hanging, break_long_words=False, break_on_hyphens=False)]
+    """One statement in lines of at most WIDTH characters, broken at blanks but not inside the comment behind it."""
+    lines = textwrap.wrap(text, WIDTH, subsequent_indent=hanging, break_long_words=False, break_on_hyphens=False)
+    return [INDENT + line.replace(UNBROKEN, " ") for line in lines]

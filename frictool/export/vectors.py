@@ -34,13 +34,14 @@ Row = tuple[float, ...]
 class GoldenVectors:
     """columns: reference, position [rad | m], perhaps velocity, scheduled parameters, then the drive [A | V]; rows of them as the format
     holds them, in SI. visits: samples in each mode and at each limit. away: how far the drive was from the program's in double at most
-    while both were in the same mode; apart: samples in which they were not.
+    while both were in the same mode, and rms; apart: samples in which they were not.
     """
 
     columns: tuple[str, ...]
     rows: tuple[Row, ...]
     visits: dict[str, int]
     away: float
+    rms: float
     apart: int
     seed: int = SEED
 
@@ -79,7 +80,8 @@ class _Bench:
         self.patience = _settling_samples(controller)
         self.rows: list[Row] = []
         self.counts = dict.fromkeys(self.visits, 0)
-        self.away, self.apart = 0.0, 0
+        self.differences: list[float] = []
+        self.apart = 0
 
     def counted(self, position: float) -> float:
         return math.floor(position / self.step) * self.step
@@ -108,7 +110,7 @@ class _Bench:
         for name in seen[0]:
             self.counts[name] += 1
         if seen[0] == seen[1]:
-            self.away = max(self.away, abs(drive - other))
+            self.differences.append(abs(drive - other))
         else:
             self.apart += 1
 
@@ -208,5 +210,7 @@ def golden_vectors(controller: Controller, program: Program, number: Number) -> 
         raise NoSolutionError(
             f"{controller.name}: the drive leaves the range of numbers on the golden vectors; is a - l c of the anti-windup stable?"
         )
+    away = max(bench.differences, default=0.0)
+    rms = math.sqrt(math.fsum(one * one for one in bench.differences) / max(len(bench.differences), 1))
     columns = (*program.inputs, *(program.names[node.index] for node in bench.held), controller.drive)
-    return GoldenVectors(columns, tuple(bench.rows), bench.counts, bench.away, bench.apart)
+    return GoldenVectors(columns, tuple(bench.rows), bench.counts, away, rms, bench.apart)
