@@ -26,7 +26,7 @@ def robustness(problem: Problem, system: Lti) -> stored.Robustness:
     """Of the sampled loop that `system` closes. Raises NoSolutionError where a plant inside is unstable, or 1 % above the vertices."""
     box = enclosing(problem.box.vertices)
     vertices = worst_norm(system, problem.running, problem.box.vertices)
-    inside = worst_norm(system, problem.running, interior_points(box, POINTS, SEED))
+    inside = worst_norm(system, problem.running, interior_points(box, _count(problem), SEED))
     worst = searched(system, problem.running, box, max(vertices, inside, key=lambda found: found.norm))
     if math.isinf(worst.norm):
         at = worst.point
@@ -43,7 +43,7 @@ def robustness(problem: Problem, system: Lti) -> stored.Robustness:
     plant, blocks = uncertain_plant(problem.controlled, box, problem.lag, problem.weights, problem.period, problem.delay)
     loops = [problem.running(point.rates).closed(system) for point in corners(box)]
     return stored.Robustness(
-        interior_points=POINTS,
+        interior_points=_count(problem),
         interior=worst.norm,
         structured=_found(worst_gain(plant.closed(system), blocks, worst.norm).value),
         parameter_dependent=_found(parameter_dependent_bound(loops).gamma),
@@ -61,7 +61,7 @@ def seen_inside(problem: Problem, loops: Sequence[Feedback]) -> stored.Robustnes
         margin = loop_checks(loops, point, problem.lag, (problem.delay,))[0].modulus_margin
         return 1.0 / margin if margin > 0.0 else math.inf
 
-    points = interior_points(enclosing(problem.box.vertices), POINTS, SEED)
+    points = interior_points(enclosing(problem.box.vertices), _count(problem), SEED)
     vertices, (inside, at) = (
         max(map(sensitivity, problem.box.vertices)),
         max(((sensitivity(p), p) for p in points), key=lambda pair: pair[0]),
@@ -71,7 +71,12 @@ def seen_inside(problem: Problem, loops: Sequence[Feedback]) -> stored.Robustnes
             f"not verified: the largest sensitivity is {inside:.4g} inside the box, at inertia {at.inertia:.4g}, viscous {at.viscous:.4g}, "
             f"coulomb {at.coulomb:.4g}, constant {at.constant:.4g}, where {vertices:.4g} is claimed; narrow the intervals"
         )
-    return stored.Robustness(interior_points=POINTS, interior=max(inside, vertices))
+    return stored.Robustness(interior_points=_count(problem), interior=max(inside, vertices))
+
+
+def _count(problem: Problem) -> int:
+    """One where nothing is uncertain: there is no other plant."""
+    return POINTS if len(problem.box.vertices) > 1 else 1
 
 
 def _found(value: float) -> float | None:

@@ -1,0 +1,173 @@
+"""Method pid: the difference equation is that of the printed controller, and nothing is claimed of it that was not found."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.signal import cont2discrete, dlsim
+
+from frictool.control.composition import controller_program
+from frictool.control.machine import control_step, machine, start_at
+from frictool.documents.controller import Controller
+from frictool.documents.design import Design, Pid
+from frictool.documents.model import Model
+from frictool.documents.provenance import Provenance
+from frictool.documents.quantity import Quantity
+from frictool.documents.registry import load
+from frictool.documents.spec import Spec
+from frictool.errors import NoSolutionError
+from frictool.synth.design import Designed, design_controller, designed
+from frictool.synth.pid import sampled_pid
+from frictool.verify.controller import recheck
+from tests.synth.example import ROOT, clutch_model
+
+RIG = ROOT / "configs/mass"
+HERE = Provenance("a test", "0")
+PERIOD = 1e-3
+
+
+def design(name: str, **changes: Any) -> Design:
+    return msgspec.structs.replace(load(RIG / f"designs/{name}.yaml", Design), **changes)
+
+
+def model(name: str = "model") -> Model:
+    return load(RIG / f"{name}.yaml", Model)
+
+
+def spec() -> Spec:
+    return load(RIG / "spec.yaml", Spec)
+
+
+@cache
+def found(name: str) -> Designed:
+    return designed(model(), spec(), design(name), HERE)
+
+
+def changed(name: str, **gains: Any) -> Controller:
+    asked = design(name)
+    assert asked.pid is not None
+    return design_controller(model(), spec(), msgspec.structs.replace(asked, pid=msgspec.structs.replace(asked.pid, **gains)), HERE)
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    st.floats(0.1, 10.0),
+    st.floats(0.05, 5.0),
+    st.floats(0.05, 5.0),
+    st.floats(5.0, 400.0),
+    st.lists(st.floats(-1.0, 1.0), min_size=2, max_size=30),
+)
+def test_it_is_the_zero_order_hold_equivalent(gain: float, integral: float, derivative: float, ratio: float, errors: list[float]) -> None:
+    lag = derivative / ratio
+    numerator = np.polyadd(np.polymul([lag, 1.0], [integral, 1.0]), [derivative * integral, 0.0, 0.0])
+    continuous = (gain * numerator, np.polymul([lag, 1.0], [integral, 0.0]))
+    _, expected = dlsim(cont2discrete(continuous, PERIOD), np.array(errors))
+    asked = Pid(gain=Quantity(1.0, unit="N/m"), integral_time_s=integral, derivative_time_s=derivative, filter_ratio=ratio)
+    k = sampled_pid(asked, gain, PERIOD)
+    outputs = dlsim((k.a, k.b, k.c, k.d, PERIOD), np.array(errors))[1]
+    np.testing.assert_allclose(outputs, expected, rtol=1e-6, atol=1e-6 * gain * ratio)
+
+
+def test_gains_in_effort_become_gains_in_drive() -> None:
+    base = model()
+    actuator = msgspec.structs.replace(base.bench.actuator, constant=Quantity(value=4.0, unit="N/A"))
+    stronger = msgspec.structs.replace(base, bench=msgspec.structs.replace(base.bench, actuator=actuator))
+    direct = [design_controller(one, spec(), design("pi_root"), HERE).linear.discrete.d[0][0] for one in (base, stronger)]
+    assert direct == pytest.approx([8.0, 2.0])
+
+
+def test_the_printed_integral_time_is_refused() -> None:
+    """Table 5.1 prints T_i = 0.1; without friction its poles are +0.055 +- 1.70j."""
+    with pytest.raises(
+        NoSolutionError, match=r"unstable at vertex v1 .* \(spectral radius 1\.000\d\); lower the gain, or raise integral_time_s"
+    ):
+        changed("pid", integral_time_s=0.1)
+
+
+def test_a_gain_beyond_what_the_sampling_stands_is_refused() -> None:
+    with pytest.raises(NoSolutionError, match="unstable at vertex v1"):
+        changed("pid", gain=Quantity(value=2000.0, unit="N/m"))
+    with pytest.raises(NoSolutionError, match="unstable at vertex v1"):
+        changed("pi_root", speed_gain=Quantity(value=3000.0, unit="N s/m"))
+
+
+def test_without_weights_the_norm_is_the_sensitivity() -> None:
+    for name in ("pid", "pi_p", "pi_root"):
+        verified = found(name).controller.verified
+        assert verified.gamma_verified == pytest.approx(1.0 / min(vertex.modulus_margin for vertex in verified.vertices), rel=1e-5)
+        assert verified.gamma_asked is None
+    assert [one.name for one in found("pid").derived] == ["weights.error"]
+
+
+def test_a_position_loop_is_proved_and_a_speed_loop_says_why_not() -> None:
+    certificate = found("pid").controller.certificate
+    assert certificate is not None
+    assert {bound.of for bound in certificate.bounds} == {"norm", "sensitivity"}
+    certificate = found("pi_p").controller.certificate
+    assert certificate is not None
+    assert not certificate.bounds
+    assert "fed by a speed" in certificate.not_proved["sensitivity"]
+
+
+def test_the_proportional_law_makes_the_whole_loop_the_worse_one() -> None:
+    margins = {name: found(name).controller.verified.vertices[0].modulus_margin for name in ("pi_p", "pi_root")}
+    assert margins["pi_p"] < 0.5 < margins["pi_root"]
+
+
+def test_it_is_verified_again_from_the_document() -> None:
+    for name in ("pid_limiter", "pi_p", "pi_root"):
+        recheck(found(name).controller)
+    controller = found("pi_p").controller
+    law = msgspec.structs.replace(controller.position_law, gain=20.0)  # type: ignore[type-var]  # a cascade has one
+    with pytest.raises(NoSolutionError, match=r"vertex v1 the stored coefficients give a modulus margin of 0\.\d+"):
+        recheck(msgspec.structs.replace(controller, position_law=law))
+
+
+def test_the_integral_is_held_and_not_driven() -> None:
+    linear = found("pid").controller.linear
+    assert linear.conditional
+    assert set(linear.anti_windup) == {0.0}
+    assert linear.discrete.a[0] == (1.0, 0.0)
+
+
+def test_in_sections_it_has_the_gains_of_an_observer() -> None:
+    controller = design_controller(model(), spec(), design("pid", form="sos"), HERE)
+    linear = controller.linear
+    assert (linear.form, linear.conditional) == ("sos", False)
+    assert len(linear.sos_anti_windup) == 2 * len(linear.sos)
+    assert any(linear.sos_anti_windup)
+    recheck(controller)
+    runs, other = (machine(controller_program(one)) for one in (controller, found("pid").controller))
+    start_at(runs, 0.0)
+    start_at(other, 0.0)
+    for position in np.linspace(0.0, 0.004, 50):
+        drives = [control_step(one, 0.002, float(position), 0.0) for one in (runs, other)]
+        assert drives[0] == pytest.approx(drives[1], rel=1e-6)
+        assert abs(drives[0]) < controller.drive_limit
+    spoilt = msgspec.structs.replace(linear, sos_anti_windup=tuple(-value for value in linear.sos_anti_windup))
+    with pytest.raises(NoSolutionError, match=r"anti-windup gains \(linear.sos_anti_windup\) leave the controller unstable"):
+        recheck(msgspec.structs.replace(controller, linear=spoilt))
+
+
+def test_a_proportional_controller_needs_no_state() -> None:
+    controller = changed("pi_p", integral_time_s=None)
+    assert controller.linear.discrete.a == ()
+    assert controller.linear.discrete.d == ((8.0,),)
+    recheck(controller)
+
+
+def test_the_clutch_takes_a_pid_too() -> None:
+    asked = msgspec.structs.replace(
+        design("pid"),
+        axis="rotary",
+        pid=Pid(gain=Quantity(2e-3, unit="N m/rad"), integral_time_s=1.0, derivative_time_s=0.05, filter_ratio=20.0),
+    )
+    controller = design_controller(clutch_model(), load(ROOT / "configs/clutch/spec.yaml", Spec), asked, HERE)
+    assert len(controller.verified.vertices) == 16
+    assert all(vertex.stable and vertex.modulus_margin >= 0.5 for vertex in controller.verified.vertices)
