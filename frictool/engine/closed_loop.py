@@ -60,34 +60,66 @@ def run(
     load: plant/load.py. conditions (n, 8): engine/conditions.py, or (0, 8) where nothing happens.
     Where the status is not OK the record is filled up to the failing sample.
     """
-    p, changing, loaded = axis.copy(), conditions.shape[0] > 0, load.shape[0] > 0
-    parts = PARTS if loaded or axis[RESISTANCE] > 0.0 else 1
-    part = period / parts
-    waiting, measured = np.zeros(delay_samples + 1), measure(state[POSITION], axis[ENCODER_STEP])
+    p, waiting = axis.copy(), np.zeros(delay_samples + 1)
+    measured = measure(state[POSITION], axis[ENCODER_STEP])
     for k in range(reference.shape[0]):
-        reported = measure(state[POSITION], axis[ENCODER_STEP])
-        measured = faulty(reported, axis[ENCODER_STEP], measured, conditions[k]) if changing else reported
+        measured = seen(axis, state, measured, conditions, k)
         command = control_step(controller, reference[k], measured, state[VELOCITY])
-        waiting[k % (delay_samples + 1)] = command
-        acting = waiting[(k + 1) % (delay_samples + 1)]
-        if changing:
-            impose(axis, p, conditions[k])
-            acting = true_command(acting, axis[DRIVE_LIMIT], conditions[k])
-        low, high = drive_range(p, state[VELOCITY])
-        record[k, MEASURED] = measured
-        record[k, TRUE_POSITION] = state[POSITION]
-        record[k, TRUE_VELOCITY] = state[VELOCITY]
-        record[k, LOAD] = state[LOAD_POSITION]
-        record[k, COMMAND] = command
-        drive = state[DRIVE] if axis[LAG] > 0.0 else acting
-        record[k, TRUE_DRIVE] = min(max(drive, low), high)
-        record[k, TRUE_MODE] = state[MODE]
-        offset = p[OFFSET]
-        for _ in range(parts):
-            if loaded:
-                p[OFFSET] = offset + load_effort(load, state[POSITION] + 0.5 * part * state[VELOCITY])
-            status = advance(state, acting, p, part)
-            if status != OK:
-                return status
-        p[OFFSET] = offset
+        status = answered(axis, state, p, waiting, k, measured, command, period, record[k], load, conditions)
+        if status != OK:
+            return status
+    return OK
+
+
+@kernel
+def seen(axis: Vector, state: Vector, last: float, conditions: Vector, k: int) -> float:
+    """What the encoder shows at sample k [rad | m]; `last`: what it showed at the sample before."""
+    reported = measure(state[POSITION], axis[ENCODER_STEP])
+    return faulty(reported, axis[ENCODER_STEP], last, conditions[k]) if conditions.shape[0] > 0 else reported
+
+
+@kernel
+def answered(
+    axis: Vector,
+    state: Vector,
+    p: Vector,
+    waiting: Vector,
+    k: int,
+    measured: float,
+    command: float,
+    period: float,
+    row: Vector,
+    load: Vector,
+    conditions: Vector,
+) -> int:
+    """Sample k after the controller has given its command, up to the next: fills the record's row (7,), moves the state.
+
+    p (a,): the axis's parameters, a copy that conditions write into. waiting (delay_samples + 1,): commands that have yet to act. Both are
+    this loop's own from sample to sample. Returns engine/status.py.
+    """
+    changing, loaded = conditions.shape[0] > 0, load.shape[0] > 0
+    parts = PARTS if loaded or axis[RESISTANCE] > 0.0 else 1
+    part, places = period / parts, waiting.shape[0]
+    waiting[k % places] = command
+    acting = waiting[(k + 1) % places]
+    if changing:
+        impose(axis, p, conditions[k])
+        acting = true_command(acting, axis[DRIVE_LIMIT], conditions[k])
+    low, high = drive_range(p, state[VELOCITY])
+    row[MEASURED] = measured
+    row[TRUE_POSITION] = state[POSITION]
+    row[TRUE_VELOCITY] = state[VELOCITY]
+    row[LOAD] = state[LOAD_POSITION]
+    row[COMMAND] = command
+    drive = state[DRIVE] if axis[LAG] > 0.0 else acting
+    row[TRUE_DRIVE] = min(max(drive, low), high)
+    row[TRUE_MODE] = state[MODE]
+    offset = p[OFFSET]
+    for _ in range(parts):
+        if loaded:
+            p[OFFSET] = offset + load_effort(load, state[POSITION] + 0.5 * part * state[VELOCITY])
+        status = advance(state, acting, p, part)
+        if status != OK:
+            return status
+    p[OFFSET] = offset
     return OK
