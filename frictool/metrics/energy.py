@@ -15,4 +15,5 @@ def energy(time: NDArray[np.float64], drive: NDArray[np.float64], window: float)
     if float(time[-1] - time[0]) + 1.5 * period < window:
         return None
     edges = np.minimum(np.append(time, time[-1] + period) - time[0], window)
-    return float(np.sum(drive**2 * np.diff(edges)) / edges[-1])
+    largest = float(np.max(np.abs(drive))) or 1.0
+    return largest * largest * float(np.sum((drive / largest) ** 2 * np.diff(edges)) / edges[-1])

@@ -10,9 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.metrics.drive_peak import command_peak, drive_peak
+from frictool.metrics.drive_rms import drive_rms
 from frictool.metrics.energy import energy
 from frictool.metrics.noise import noise_deviation, noise_floor
 from frictool.metrics.rest import motion, remainder
+from frictool.metrics.saturation_time import commanded_saturation, measured_saturation
+from frictool.metrics.tracking_error import tracking_error_peak, tracking_error_rms
 
 TIME = np.arange(5000) * 1e-3
 
@@ -73,3 +76,40 @@ def test_remainder_begins_behind_the_time_asked() -> None:
     assert TIME[part][0] == pytest.approx(4.0)
     assert remainder(TIME, 4.995) is None
     assert motion(np.array([1.0, 1.5, 0.5])) == 1.0
+
+
+def test_rms_is_the_square_root_of_the_mean_square() -> None:
+    """Exact: 3 for 1 s, -1 for 4 s."""
+    assert drive_rms(TIME, np.where(TIME < 1.0 - 1e-9, 3.0, -1.0)) == pytest.approx(math.sqrt((9.0 + 4.0) / 5.0), rel=1e-12)
+    assert drive_rms(TIME, 2.0 * np.sin(2 * math.pi * TIME)) == pytest.approx(math.sqrt(2.0), rel=1e-9)
+
+
+def test_rms_does_not_depend_on_an_even_rate() -> None:
+    uneven = np.sort(np.concatenate((TIME, TIME[:1000] + 0.4e-3)))
+    drive = np.where(uneven < 1.0 - 1e-9, 3.0, -1.0)
+    assert drive_rms(uneven, drive) == pytest.approx(math.sqrt((9.0 + 4.0) / 5.0), rel=1e-9)
+    assert drive_rms(np.array([2.0]), np.array([-3.0])) == 3.0
+
+
+def test_rms_and_energy_over_the_same_time_are_one_quantity() -> None:
+    drive = noise(11, 3.0)
+    assert drive_rms(TIME[:280], drive[:280]) ** 2 == pytest.approx(energy(TIME, drive, 0.28), rel=1e-12)
+
+
+def test_saturation_counts_the_time_at_the_limit_on_either_side() -> None:
+    command = np.select([TIME < 0.1 - 1e-9, TIME < 0.15 - 1e-9], [50.0, -50.0], 49.9)
+    assert commanded_saturation(TIME, command, 50.0) == pytest.approx(0.15, rel=1e-9)
+    assert commanded_saturation(TIME, command, 60.0) == 0.0
+
+
+@given(st.integers(0, 10**6), st.floats(0.01, 1.0))
+@settings(max_examples=20)
+def test_a_measured_drive_at_its_limit_is_found_beside_its_noise(seed: int, deviation: float) -> None:
+    drive = np.where(TIME < 0.5 - 1e-9, 50.0, 20.0) + noise(seed, deviation)
+    assert measured_saturation(TIME, drive, 50.0, deviation) == pytest.approx(0.5, rel=0.06)
+
+
+def test_tracking_error() -> None:
+    reference = np.sin(TIME)
+    assert tracking_error_peak(reference, reference + 0.1 * np.cos(2 * math.pi * TIME)) == pytest.approx(0.1)
+    assert tracking_error_rms(reference, reference + 0.1 * np.cos(2 * math.pi * TIME)) == pytest.approx(0.1 / math.sqrt(2.0), rel=1e-9)

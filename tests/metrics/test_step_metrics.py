@@ -10,9 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.metrics.final_value import final_value
-from frictool.metrics.oscillations import oscillations, reversals
+from frictool.metrics.oscillations import oscillations
 from frictool.metrics.overshoot import overshoot_percent
 from frictool.metrics.response_time import response_time_95
+from frictool.metrics.reversals import reversals, turning_points
+from frictool.metrics.rise_time import rise_time
 from frictool.metrics.static_error import static_error
 from tests.metrics.responses import Vector, first_order, overshoot_of, second_order
 
@@ -22,6 +24,30 @@ TIME = np.arange(4000) * 1e-3
 def test_response_time_of_a_first_order_lag_is_three_time_constants() -> None:
     position = 5.0 + 50.0 * first_order(TIME, 0.1)
     assert response_time_95(TIME, position, 5.0, 55.0) == pytest.approx(0.1 * math.log(20.0), abs=1.01e-3)
+
+
+def test_rise_time_of_a_first_order_lag() -> None:
+    position = 5.0 + 50.0 * first_order(TIME, 0.1)
+    assert rise_time(TIME, position, 5.0, 55.0) == pytest.approx(0.1 * math.log(9.0), rel=1e-4)
+
+
+def test_rise_time_is_of_the_way_that_the_axis_goes() -> None:
+    """It stands 2 short of the old reference and stops 3 short of the new one: neither is on its way."""
+    position = 8.0 + 44.0 * first_order(TIME, 0.1)
+    assert rise_time(TIME, position, 10.0, 55.0) == pytest.approx(0.1 * math.log(9.0), rel=1e-4)
+
+
+def test_rise_time_ends_with_the_first_passage() -> None:
+    """Underdamped, it falls below 90 % again."""
+    fine = np.arange(0.0, 4.0, 1e-6)
+    response = second_order(fine, 0.1, 20.0)
+    exact = fine[np.argmax(response >= 0.9)] - fine[np.argmax(response >= 0.1)]
+    assert rise_time(TIME, second_order(TIME, 0.1, 20.0), 0.0, 1.0) == pytest.approx(exact, abs=1e-4)
+
+
+@pytest.mark.parametrize("position", [np.zeros(4000), 0.49 * first_order(TIME, 0.1)])
+def test_what_stops_short_of_half_of_the_step_has_no_rise_time(position: Vector) -> None:
+    assert rise_time(TIME, position, 0.0, 1.0) == math.inf
 
 
 def test_response_time_waits_for_the_last_swing() -> None:
@@ -106,6 +132,8 @@ def test_oscillations_of_drawn_responses(turns: list[float], expected: int, dire
     times = [0.0, *(0.1 * (k + 1) for k in range(len(turns))), 4.0]
     position = direction * np.interp(TIME, times, knots)
     assert oscillations(position, 0.0, direction) == expected
+    assert math.ceil(reversals(position, 0.0, direction) / 2) == expected
+    assert reversals(position, 0.0, direction) == (0 if expected == 0 else len(turns) - 1)
 
 
 def test_a_limit_cycle_has_many_oscillations() -> None:
@@ -139,8 +167,22 @@ def plain_reversals(position: list[float], threshold: float) -> int:
 
 
 @given(st.lists(st.integers(-30, 30), min_size=1, max_size=60), st.integers(0, 20))
-def test_reversals_equal_the_plain_form(values: list[int], threshold: int) -> None:
-    assert reversals(np.array(values, dtype=float), float(threshold)) == plain_reversals([float(v) for v in values], float(threshold))
+def test_turning_points_equal_the_plain_form(values: list[int], threshold: int) -> None:
+    position = np.array(values, dtype=float)
+    found = turning_points(position, float(threshold), 1.0)
+    assert len(found) == plain_reversals([float(v) for v in values], float(threshold))
+    assert found == sorted(set(found))
+    if len(found) > 1:  # neighbours are at least the threshold apart
+        assert np.min(np.abs(np.diff(position[found]))) > threshold
+
+
+@given(st.lists(st.integers(-30, 30), min_size=1, max_size=60), st.integers(0, 20))
+def test_where_the_first_move_tells_the_direction_the_turns_are_those_of_that_direction(values: list[int], threshold: int) -> None:
+    position = np.array(values, dtype=float)
+    found = turning_points(position, float(threshold))
+    both = [turning_points(position, float(threshold), direction) for direction in (1.0, -1.0)]
+    assert found == min(both, key=len) or np.ptp(position) <= threshold
+    assert found == turning_points(-position, float(threshold))
 
 
 @settings(max_examples=60)

@@ -1,0 +1,51 @@
+"""Reversals of the motion after a step has arrived.
+
+A *reversal* is a turn of the motion, after the position has first entered the 95 % zone, from which it moves back by more than two
+sensor steps and more than 1 % of the step.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.metrics.final_value import final_value
+from frictool.metrics.response_time import zone_half_width
+
+LEAST_RETURN = 0.01  # of the step
+LEAST_SENSOR_STEPS = 2.0
+
+
+def turning_points(position: NDArray[np.float64], threshold: float, direction: float = 0.0) -> list[int]:
+    """The samples at which `position` (n,) turns, each followed by a way back of more than `threshold` [rad or m].
+
+    direction: 1 or -1 where it is known which way the motion starts; 0 where its first move beyond the threshold tells.
+    """
+    increments = np.diff(position)
+    moving = np.flatnonzero(increments)
+    turns = moving[1:][np.sign(increments[moving[1:]]) != np.sign(increments[moving[:-1]])]
+    found: list[int] = []
+    low = high = extreme = 0
+    for sample in [*turns.tolist(), position.size - 1]:
+        value = position[sample]
+        if direction == 0.0:
+            low, high = (sample if value < position[low] else low), (sample if value > position[high] else high)
+            if position[high] - position[low] > threshold:
+                direction, extreme = (1.0, high) if high > low else (-1.0, low)
+        elif direction * (value - position[extreme]) > 0.0:
+            extreme = sample
+        elif direction * (position[extreme] - value) > threshold:
+            found.append(extreme)
+            direction, extreme = -direction, sample
+    return found
+
+
+def reversals(position: NDArray[np.float64], origin: float, target: float, resolution: float = 0.0) -> int:
+    """Number of reversals of `position` (n,) after a step; 0 where the 95 % zone around the final value is not reached."""
+    inside = np.flatnonzero(np.abs(position - final_value(position)) <= zone_half_width(origin, target, resolution))
+    if inside.size == 0:
+        return 0
+    threshold = max(LEAST_SENSOR_STEPS * resolution, LEAST_RETURN * abs(target - origin))
+    return len(turning_points(position[inside[0] :], threshold, math.copysign(1.0, target - origin)))

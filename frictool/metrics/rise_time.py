@@ -1,0 +1,32 @@
+"""Rise time, 10 to 90 %."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.metrics.final_value import final_value
+
+FROM, TO = 0.1, 0.9  # of the way that the axis goes
+
+
+def rise_time(time: NDArray[np.float64], position: NDArray[np.float64], origin: float, target: float) -> float:
+    """Time [s] between the first passages through 10 and 90 % of the way from where the axis stood at the step to its final value.
+
+    `time`, `position` (n,): the hold, from the step's sample on; between samples the passage is interpolated. Infinite where the axis stops
+    short of half of the step.
+    """
+    final, start = final_value(position), float(position[0])
+    if abs(target - final) > 0.5 * abs(target - origin) or final == start:
+        return math.inf
+    share = (position - start) / (final - start)
+    return _passage(time, share, TO) - _passage(time, share, FROM)
+
+
+def _passage(time: NDArray[np.float64], share: NDArray[np.float64], level: float) -> float:
+    """When `share`, which begins at 0, first reaches `level`."""
+    k = int(np.argmax(share >= level))
+    part = (level - share[k - 1]) / (share[k] - share[k - 1])
+    return float(time[k - 1] + part * (time[k] - time[k - 1]))
