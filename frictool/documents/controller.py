@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from frictool.documents.bench import Bench, Name, PositiveNumber, SamplePeriod
-from frictool.documents.certificate import Certificate
+from frictool.documents.certificate import Certificate, CertifiedWeights
 from frictool.documents.design import Domain, Method, Scheduled, Structure
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Axis
@@ -260,7 +260,10 @@ class Schedule(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """`controller.yaml`."""
+    """`controller.yaml`.
+
+    weights: of the generalised plant whose norm was verified, where no certificate holds them.
+    """
 
     format: Literal["controller/1"]
     name: Name
@@ -283,7 +286,13 @@ class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     limiter: Limiter | None = None
     friction_compensation: FrictionCompensation | None = None
     certificate: Certificate | None = None
+    weights: CertifiedWeights | None = None
     schedule: Schedule | None = None
+
+    @property
+    def judged_by(self) -> CertifiedWeights | None:
+        """The weights of its norm: the certificate's, or those beside `verified`."""
+        return self.certificate.weights if self.certificate is not None else self.weights
 
     def __post_init__(self) -> None:
         cascade = self.structure == "speed_cascade"

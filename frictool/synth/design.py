@@ -90,6 +90,8 @@ def designed(
         certificate, told = _certificate(posed, linear)
         notes = (*notes, *told, *([WHOLE] if posed.weighs and len(loops) > 1 else []))
         controller = msgspec.structs.replace(controller, certificate=certificate)
+    if controller.certificate is None and posed.weighs:
+        controller = msgspec.structs.replace(controller, weights=certified_weights(posed.weights))
     return Designed(controller, (*chosen.derived, *composed.derived), trade, notes)
 
 
