@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,11 +13,13 @@ import click
 from frictool.cli.output import STDOUT, command_line, existing, json_option, note, output_option, print_json, refuse_inputs, save_text, say
 
 if TYPE_CHECKING:
+    from frictool.documents.bench import Bench
     from frictool.documents.controller import Controller
     from frictool.documents.provenance import Provenance
     from frictool.documents.spec import Spec
     from frictool.logs.log import Log
     from frictool.report.requirement import Verdict
+    from frictool.verify.sensitivity import Sensitivities
 
 HELP = """\b
 Example:
@@ -27,7 +30,8 @@ server, Markdown for a merge request, JSON for programs.
 
 Each requirement is judged by its worst value over all steps of all streams (/axis and every variant /axis/NAME) and is MET, NOT MET or
 CANNOT TELL with the reason: a smooth reference has no step, and a log alone has no modulus margin (give --controller).
-Raw CSV and MAT logs are read by the columns of --bench, or else of the controller's own bench.
+Raw CSV and MAT logs are read by the columns of --bench, or else of the controller's own bench, which tells the drive's limit and the
+backlash too. Several logs are laid over each other, aligned at the steps that they have in common.
 
 Exit code 1 where a requirement is not met, or none can be decided; the outputs are written all the same.
 """
@@ -36,8 +40,8 @@ Exit code 1 where a requirement is not met, or none can be decided; the outputs 
 @click.command("report", help=HELP)
 @click.argument("logs", type=existing, nargs=-1, required=True, metavar="LOG...")
 @click.option("--spec", type=existing, required=True, help="What the closed loop has to do (spec.yaml).")
-@click.option("--controller", type=existing, help="Where the modulus margin comes from (controller.yaml).")
-@click.option("--bench", type=existing, help="How columns of raw logs map to channels (bench.yaml).")
+@click.option("--controller", type=existing, help="Whose loop it is: modulus margin, transfers (controller.yaml).")
+@click.option("--bench", type=existing, help="Columns of raw logs, drive limit, backlash (bench.yaml).")
 @output_option(required=False, help="The page (HTML); - is stdout.")
 @click.option("--junit", type=existing, help="JUnit XML, one test case per requirement.")
 @click.option("--markdown", type=existing, help="Markdown table.")
@@ -57,7 +61,7 @@ def command(
     inputs = [*logs, spec, *(path for path in (controller, bench) if path is not None)]
     targets = [path for path in (output, junit, markdown) if path is not None]
     _check_targets(targets, inputs)
-    spec_document, controller_document, read = _load(logs, spec, controller, bench)
+    documents, read = _load(logs, spec, controller, bench)
 
     for log in read:
         for warning in log.warnings:
@@ -66,13 +70,14 @@ def command(
     from frictool.documents.provenance import record
     from frictool.report.verdict import judge
 
-    verdict = judge(spec_document, read, controller_document)
+    verdict = judge(documents.spec, read, documents.controller, documents.bench)
     arguments = {"logs": logs, "--spec": spec, "--controller": controller, "--bench": bench}
     provenance = record(command_line("report", arguments), inputs)
-    contents = _contents(verdict, spec_document, read, controller_document, provenance, (output, junit, markdown))
+    transfers = _transfers(documents.controller)
+    contents = _contents(verdict, documents, read, transfers, provenance, (output, junit, markdown))
     for target, text in contents.items():
         save_text(target, text, inputs)
-    _tell(verdict, STDOUT if STDOUT in targets else None, as_json)
+    _tell(verdict, documents.spec, transfers, STDOUT if STDOUT in targets else None, as_json)
     if not verdict.passed:
         ctx.exit(1)
 
@@ -84,7 +89,16 @@ def _check_targets(targets: list[Path], inputs: list[Path]) -> None:
         refuse_inputs(target, inputs)
 
 
-def _load(logs: tuple[Path, ...], spec: Path, controller: Path | None, bench: Path | None) -> tuple[Spec, Controller | None, list[Log]]:
+@dataclass(frozen=True)
+class Documents:
+    """What the logs are judged by."""
+
+    spec: Spec
+    controller: Controller | None
+    bench: Bench | None
+
+
+def _load(logs: tuple[Path, ...], spec: Path, controller: Path | None, bench: Path | None) -> tuple[Documents, list[Log]]:
     from frictool.documents.bench import Bench
     from frictool.documents.controller import Controller
     from frictool.documents.registry import load, same_axis
@@ -105,13 +119,13 @@ def _load(logs: tuple[Path, ...], spec: Path, controller: Path | None, bench: Pa
     same_axis(documents)
     read = [read_log(path, columns) for path in logs]
     if controller is None:
-        return spec_document, None, read
+        return Documents(spec_document, None, columns), read
     from frictool.verify.controller import recheck
 
     recheck(documents[controller])
     for log in read:
         _of_this_controller(log, controller)
-    return spec_document, documents[controller], read
+    return Documents(spec_document, documents[controller], columns), read
 
 
 def _of_this_controller(log: Log, controller: Path) -> None:
@@ -124,11 +138,19 @@ def _of_this_controller(log: Log, controller: Path) -> None:
         raise LogError(log.source, f"was simulated with another controller than {controller}; its inputs are {', '.join(inputs)}")
 
 
+def _transfers(controller: Controller | None) -> Sensitivities | str | None:
+    if controller is None:
+        return None
+    from frictool.verify.sensitivity import sensitivities
+
+    return sensitivities(controller)
+
+
 def _contents(
     verdict: Verdict,
-    spec: Spec,
+    documents: Documents,
     logs: list[Log],
-    controller: Controller | None,
+    transfers: Sensitivities | str | None,
     provenance: Provenance,
     targets: tuple[Path | None, Path | None, Path | None],
 ) -> dict[Path, str]:
@@ -138,7 +160,7 @@ def _contents(
     if output is not None:
         from frictool.report.page import page
 
-        contents[output] = page(verdict, spec, logs, controller, provenance)
+        contents[output] = page(verdict, documents.spec, logs, documents.controller, provenance, transfers)
     if junit is not None:
         from frictool.report.junit import junit as as_junit
 
@@ -150,12 +172,12 @@ def _contents(
     return contents
 
 
-def _tell(verdict: Verdict, stdout: Path | None, as_json: bool) -> None:
+def _tell(verdict: Verdict, spec: Spec, transfers: Sensitivities | str | None, stdout: Path | None, as_json: bool) -> None:
     from frictool.report.machine import as_json as machine_view
     from frictool.report.text import lines
 
     if as_json:
-        print_json(machine_view(verdict), stdout)
+        print_json(machine_view(verdict, spec, transfers), stdout)
         return
     stream = sys.stderr if stdout else sys.stdout
     colour = stream.isatty() and not os.environ.get("NO_COLOR")

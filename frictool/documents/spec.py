@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from frictool.documents.bench import Name, PositiveNumber
-from frictool.documents.quantity import Axis, DriveLimit, PositiveLength
+from frictool.documents.quantity import Axis, DriveLimit, NonNegativeLength, PositiveLength
 
 
 class Rest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -25,17 +25,26 @@ class Energy(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Spec(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """`spec.yaml`."""
+    """`spec.yaml`. What each key asks for is defined in docs/theory/report.md.
+
+    limit_cycle: the amplitude, half of the peak to peak, that is let pass. drive_rms: over the whole of a log. saturation_time_s: with the
+    drive at its limit, in one hold. load_static_error: of the mechanical position behind the backlash.
+    """
 
     format: Literal["spec/1"]
     name: Name
     axis: Axis
     drive: Literal["current", "voltage"]
     response_time_95_s: PositiveNumber | None = None
+    rise_time_s: PositiveNumber | None = None
     overshoot_percent: Annotated[float, msgspec.Meta(ge=0)] | None = None
     static_error: PositiveLength | None = None
+    load_static_error: PositiveLength | None = None
     oscillations: Annotated[int, msgspec.Meta(ge=0)] | None = None
+    limit_cycle: NonNegativeLength | None = None
     modulus_margin: Annotated[float, msgspec.Meta(gt=0, lt=1)] | None = None
     drive_peak: DriveLimit | None = None
+    drive_rms: DriveLimit | None = None
+    saturation_time_s: Annotated[float, msgspec.Meta(ge=0)] | None = None
     rest: Rest | None = None
     energy: Energy | None = None

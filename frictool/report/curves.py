@@ -61,7 +61,13 @@ def overview(spec: Spec, evidence: list[Evidence]) -> list[Picture]:
     pictures = []
     if positions:
         pictures.append(_position(positions, unit))
-    driven = [item for item in evidence if item.measured is not None or item.command is not None]
+    smooth = [item for item in positions if item.has("reference") and not any(hold.origin is not None for hold in item.holds)]
+    if smooth:
+        pictures.append(_error(smooth, unit))
+    loaded = [item for item in evidence if item.has_backlash]
+    if loaded:
+        pictures.append(_load(loaded, unit))
+    driven = [item for item in evidence if item.drive is not None]
     if driven:
         pictures.append(_drive(spec, driven))
     moving = [(item, shown) for item in positions if (shown := shown_velocity(item)) is not None]
@@ -81,9 +87,38 @@ def _position(evidence: list[Evidence], unit: str) -> Picture:
         return Picture("Position", render(figure, "position over time"), "Measured position; the reference is dashed.")
 
 
-def drive_of(item: Evidence) -> Vector | None:
-    """The measured drive, or the command where none was measured."""
-    return item.measured if item.measured is not None else item.command
+def draw_load(axes: Axes, item: Evidence, colour: str, time: Vector, part: slice) -> None:
+    """The mechanical position behind the backlash: a curve, or the area between its bounds."""
+    assert item.load is not None
+    low, high = (load[part] for load in item.load)
+    if not item.load_is_bounded:
+        draw(axes, item, colour, time[part], low)
+        return
+    kept = shown_samples(low, high)
+    axes.fill_between(time[part][kept], low[kept], high[kept], color=colour, alpha=0.35 if item.nominal else 0.15, linewidth=0.6)
+
+
+def _load(evidence: list[Evidence], unit: str) -> Picture:
+    colours = log_colours(evidence)
+    with drawing("load"):
+        figure, (axes,) = new_figure()
+        for item in nominal_last(evidence):
+            draw_load(axes, item, colours[item.source], item.stream.time, slice(None))
+        draw_references(axes, evidence)
+        axes.set(xlabel="time [s]", ylabel=f"load [{unit}]")
+        bounded = any(item.load_is_bounded for item in evidence)
+        told = "Where only the motor's position was measured: between the bounds that it and the backlash leave." if bounded else ""
+        return Picture("Mechanical position", render(figure, "load over time"), f"Behind the backlash. {told}".rstrip())
+
+
+def _error(evidence: list[Evidence], unit: str) -> Picture:
+    colours = log_colours(evidence)
+    with drawing("error"):
+        figure, (axes,) = new_figure()
+        for item in nominal_last(evidence):
+            draw(axes, item, colours[item.source], item.stream.time, item.plotted("reference") - item.plotted("position"))
+        axes.set(xlabel="time [s]", ylabel=f"error [{unit}]")
+        return Picture("Tracking error", render(figure, "error over time"), "Reference less position, of the logs without a step.")
 
 
 def _drive(spec: Spec, evidence: list[Evidence]) -> Picture:
@@ -91,9 +126,8 @@ def _drive(spec: Spec, evidence: list[Evidence]) -> Picture:
     with drawing("drive"):
         figure, (axes,) = new_figure()
         for item in nominal_last(evidence):
-            drive = drive_of(item)
-            assert drive is not None
-            draw(axes, item, colours[item.source], item.stream.time, drive)
+            assert item.drive is not None
+            draw(axes, item, colours[item.source], item.stream.time, item.drive)
         axes.set(xlabel="time [s]", ylabel=f"{spec.drive} [{si_unit(spec.drive, spec.axis)}]")
         source = f"Measured {spec.drive}." if all(item.measured is not None for item in evidence) else f"Commanded {spec.drive}."
         return Picture(spec.drive.capitalize(), render(figure, f"{spec.drive} over time"), source)

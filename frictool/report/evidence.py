@@ -16,6 +16,10 @@ from frictool.errors import LogError
 from frictool.logs.log import MAIN_TOPIC, Log, Stream, Vector
 from frictool.logs.quality.quality import encoder_step
 from frictool.metrics.holds import Hold, find_holds
+from frictool.metrics.load_position import load_bounds
+from frictool.report.rig import Rig
+
+UNKNOWN = Rig()
 
 
 @dataclass(frozen=True)
@@ -23,6 +27,7 @@ class Evidence:
     """One stream.
 
     resolution: the position sensor's step [rad or m], 0 where none is known. gaps: what it lacks to be judged, signal -> reason.
+    load: lowest and highest mechanical position behind the backlash (n,); twice the same array where the log has it. drive_limit [A or V].
     nominal: it is the nominal plant's and not a variant's: `/axis`, or the only one of its log. simulated: its log says that it was played
     to a model, so that its topic names a plant; what was measured may hold several streams of one rig.
     """
@@ -36,6 +41,8 @@ class Evidence:
     gaps: dict[str, str]
     nominal: bool
     simulated: bool
+    load: tuple[Vector, Vector] | None = None
+    drive_limit: float | None = None
 
     def has(self, signal: str) -> bool:
         """Whether the stream has this signal, finite or not."""
@@ -47,13 +54,31 @@ class Evidence:
         return np.where(np.isfinite(values), values, np.nan)
 
     @property
+    def drive(self) -> Vector | None:
+        """The measured drive, or the command where none was measured."""
+        return self.measured if self.measured is not None else self.command
+
+    @property
+    def load_is_bounded(self) -> bool:
+        """Whether the mechanical position is only known between bounds."""
+        return self.load is not None and self.load[0] is not self.load[1]
+
+    @property
+    def has_backlash(self) -> bool:
+        """Whether the mechanical position is known, and another than what the sensor shows."""
+        if self.load is None or not self.has("position"):
+            return False
+        apart = float(np.max(np.abs(self.load[1] - self.stream.signals["position"]), initial=0.0))
+        return apart > 1.5 * self.resolution + 1e-9 * float(np.ptp(self.load[1]))
+
+    @property
     def name(self) -> str:
         """The log's name and the topic."""
         return f"{self.source} {self.stream.topic}"
 
 
-def gather(spec: Spec, logs: list[Log], resolution: float = 0.0) -> list[Evidence]:
-    """Every stream of every log, in their order; `resolution` [rad or m] is the sensor's step where a log's positions show none.
+def gather(spec: Spec, logs: list[Log], rig: Rig = UNKNOWN) -> list[Evidence]:
+    """Every stream of every log, in their order; `rig` tells the sensor's step where a log's positions show none, and what no log tells.
 
     Raises LogError where a log has no stream, an empty one, or one whose position is not in the unit of the specification's kind of axis.
     """
@@ -61,7 +86,7 @@ def gather(spec: Spec, logs: list[Log], resolution: float = 0.0) -> list[Evidenc
     for log, label in zip(logs, labels(logs), strict=True):
         if not log.streams:
             raise LogError(log.source, "has no stream; nothing to report on")
-        found += [_evidence(spec, log, label, stream, resolution) for stream in log.streams]
+        found += [_evidence(spec, log, label, stream, rig) for stream in log.streams]
     return found
 
 
@@ -71,7 +96,7 @@ def labels(logs: list[Log]) -> list[str]:
     return [name if names.count(name) == 1 else f"{name} ({names[: k + 1].count(name)})" for k, name in enumerate(names)]
 
 
-def _evidence(spec: Spec, log: Log, label: str, stream: Stream, resolution: float) -> Evidence:
+def _evidence(spec: Spec, log: Log, label: str, stream: Stream, rig: Rig) -> Evidence:
     if stream.time.size == 0:
         raise LogError(log.source, f"stream {stream.topic} has no samples")
     for name in ("position", "reference"):
@@ -90,7 +115,23 @@ def _evidence(spec: Spec, log: Log, label: str, stream: Stream, resolution: floa
     nominal = stream.topic == MAIN_TOPIC or len(log.streams) == 1
     seen = None if position is None else encoder_step(position)
     simulated = log.metadata.get("log", {}).get("kind") == "simulated"
-    return Evidence(label, stream, seen or resolution, holds, command, measured, gaps, nominal, simulated)
+    resolution = seen or rig.resolution
+    load = _load(stream, position, rig, resolution, gaps)
+    if rig.drive_limit is None:
+        gaps["drive_limit"] = "the drive's limit is not known; give --bench or --controller"
+    return Evidence(label, stream, resolution, holds, command, measured, gaps, nominal, simulated, load, rig.drive_limit)
+
+
+def _load(stream: Stream, position: Vector | None, rig: Rig, resolution: float, gaps: dict[str, str]) -> tuple[Vector, Vector] | None:
+    """The mechanical position as the log has it, or its bounds from the motor's and the bench's backlash."""
+    if "load_position" in stream.signals:
+        load = _signal(stream, "load_position", gaps)
+        return None if load is None else (load, load)
+    if position is None or rig.backlash is None:
+        told = "the bench gives no backlash" if rig.known else "no bench tells the backlash (--bench or --controller)"
+        gaps["load_position"] = gaps["position"] if position is None else f"the log has no load_position, and {told}"
+        return None
+    return load_bounds(position, rig.backlash, resolution + 0.5 * rig.backlash_unsure)
 
 
 def _signal(stream: Stream, name: str, gaps: dict[str, str]) -> Vector | None:

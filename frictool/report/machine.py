@@ -1,16 +1,27 @@
-"""The verdict as one JSON object."""
+"""The verdict as one JSON object, with every metric of every hold and stream."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from frictool.documents.spec import Spec
 from frictool.report.evidence import Evidence
-from frictool.report.measure import Measured
+from frictool.report.measure import Measured, energy_window, finite
+from frictool.report.metric_table import HOLD_METRICS, STREAM_METRICS
 from frictool.report.requirement import Verdict
+from frictool.report.stream_metrics import stream_metrics
+from frictool.report.worst import NEVER
+
+if TYPE_CHECKING:
+    from frictool.verify.sensitivity import Sensitivities
 
 
-def as_json(verdict: Verdict) -> dict[str, Any]:
-    """`verdict` is `pass` where no requirement is broken and one is met at least; what the logs cannot tell is under `undecided`."""
+def as_json(verdict: Verdict, spec: Spec, transfers: Sensitivities | str | None = None) -> dict[str, Any]:
+    """`verdict` is `pass` where no requirement is broken and one is met at least; what the logs cannot tell is under `undecided`.
+
+    A metric without a value is null, and `missing` says why; one that is only known to lie between two values is null, with `bounds`.
+    `sensitivity` is null without a controller.
+    """
     return {
         "verdict": "pass" if verdict.passed else "fail",
         "name": verdict.name,
@@ -18,12 +29,16 @@ def as_json(verdict: Verdict) -> dict[str, Any]:
         "plants": len(verdict.plants),
         "undecided": list(verdict.undecided),
         "requirements": [requirement.as_json() for requirement in verdict.requirements],
-        "streams": [_stream(evidence, holds) for evidence, holds in verdict.evidence],
+        "units": {metric.name: metric.unit(spec) for metric in (*HOLD_METRICS.values(), *STREAM_METRICS.values())},
+        "energy_window_s": energy_window(spec),
+        "sensitivity": {"missing": transfers} if isinstance(transfers, str) else _sensitivity(transfers),
+        "streams": [_stream(spec, evidence, holds) for evidence, holds in verdict.evidence],
     }
 
 
-def _stream(evidence: Evidence, holds: tuple[Measured, ...]) -> dict[str, Any]:
+def _stream(spec: Spec, evidence: Evidence, holds: tuple[Measured, ...]) -> dict[str, Any]:
     time = evidence.stream.time
+    values, missing = stream_metrics(spec, evidence)
     return {
         "log": evidence.source,
         "stream": evidence.stream.topic,
@@ -31,6 +46,8 @@ def _stream(evidence: Evidence, holds: tuple[Measured, ...]) -> dict[str, Any]:
         "duration_s": float(time[-1] - time[0]),
         "encoder_step": evidence.resolution or None,
         "gaps": evidence.gaps,
+        **{name: values.get(name) for name in STREAM_METRICS},
+        "missing": missing,
         "holds": [_hold(measured) for measured in holds],
     }
 
@@ -38,4 +55,22 @@ def _stream(evidence: Evidence, holds: tuple[Measured, ...]) -> dict[str, Any]:
 def _hold(measured: Measured) -> dict[str, Any]:
     hold = measured.hold
     place = {"number": measured.number, "start_s": measured.start_s, "from": hold.origin, "to": hold.target}
-    return {**place, **measured.values, "missing": measured.missing}
+    values = {name: finite(measured.values[name]) if name in measured.values else None for name in HOLD_METRICS}
+    never = {name: NEVER for name in measured.values if values[name] is None}
+    return {**place, **values, "bounds": measured.bounds, "missing": {**measured.missing, **never}}
+
+
+def _sensitivity(found: Sensitivities | None) -> dict[str, Any] | None:
+    """Of each transfer its largest gain, and its largest share of the template with the place."""
+    if found is None:
+        return None
+    transfers = {
+        transfer.name: {
+            "largest_gain": float(transfer.gains.max()),
+            "worst_of_template": None if transfer.worst is None else transfer.worst.ratio,
+            "vertex": None if transfer.worst is None else transfer.worst.vertex,
+            "frequency_rad_s": None if transfer.worst is None else transfer.worst.frequency,
+        }
+        for transfer in found.transfers
+    }
+    return {"gamma": found.gamma, "gamma_is": "asked" if found.asked else "verified", "transfers": transfers}

@@ -12,34 +12,38 @@ from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
 from frictool.logs.log import Log
+from frictool.report.controller_blocks import blocks
 from frictool.report.curves import Picture, log_colours, overview
 from frictool.report.evidence import labels
 from frictool.report.margins import margins
-from frictool.report.measure import Measured
+from frictool.report.metric_table import HOLD_METRICS
 from frictool.report.requirement import Verdict, number, unit_shown
-from frictool.report.step_views import MOST_STEPS, step_views
-
-HOLD_COLUMNS = {
-    "response_time_95": "response 95 % [s]",
-    "overshoot": "overshoot [%]",
-    "static_error": "static error",
-    "oscillations": "oscillations",
-    "energy": "energy",
-    "rest_motion": "motion at rest",
-    "rest_drive": "drive at rest",
-}
+from frictool.report.step_views import MOST_STEPS, same_steps, step_views
+from frictool.report.tables import hold_tables, side_by_side, stream_table
+from frictool.report.transfer_views import transfer_views
+from frictool.verify.sensitivity import Sensitivities
 
 
-def page(verdict: Verdict, spec: Spec, logs: list[Log], controller: Controller | None, provenance: Provenance) -> str:
-    """The HTML text; the same inputs give the same bytes. Every text from a file is escaped by the template."""
+def page(
+    verdict: Verdict,
+    spec: Spec,
+    logs: list[Log],
+    controller: Controller | None,
+    provenance: Provenance,
+    transfers: Sensitivities | str | None = None,
+) -> str:
+    """The HTML text; the same inputs give the same bytes. Every text from a file is escaped by the template.
+
+    transfers: those of the controller, or why there are none.
+    """
     template = files("frictool.report").joinpath("page.html.jinja").read_text(encoding="utf-8")
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
     )
     evidence = [item for item, _ in verdict.evidence]
-    pictures, steps = overview(spec, evidence), step_views(spec, verdict.evidence)
     bars = margins(spec, controller) if controller is not None else None
-    shown = {name for _, holds in verdict.evidence for measured in holds for name in measured.values}
+    views = transfer_views(controller, transfers) if controller is not None and isinstance(transfers, Sensitivities) else []
+    shown = {name for _, holds in verdict.evidence for measured in holds for name in (*measured.values, *measured.bounds)}
     return environment.from_string(template).render(
         verdict=verdict,
         number=number,
@@ -47,13 +51,18 @@ def page(verdict: Verdict, spec: Spec, logs: list[Log], controller: Controller |
         unit=si_unit("position", spec.axis),
         drive_unit=si_unit(spec.drive, spec.axis),
         legend=[(name, colour, _variants(verdict, name)) for name, colour in log_colours(evidence).items()],
-        pictures=[_embedded(picture) for picture in pictures],
-        steps=[_embedded(picture) for picture in steps],
-        most_steps=MOST_STEPS,
-        columns={name: title for name, title in HOLD_COLUMNS.items() if name in shown},
-        cell=_cell,
+        pictures=[_embedded(picture) for picture in overview(spec, evidence)],
+        steps=[_embedded(picture) for picture in step_views(spec, verdict.evidence)],
+        undrawn=max(0, len(same_steps(verdict.evidence)) - MOST_STEPS),
+        tables=hold_tables(spec, verdict),
+        streams=stream_table(spec, verdict),
+        comparison=side_by_side(spec, verdict),
+        definitions=[metric for name, metric in HOLD_METRICS.items() if name in shown],
         controller=controller,
+        blocks=[] if controller is None else blocks(controller),
         bars=None if bars is None else _embedded(bars),
+        transfers=[_embedded(picture) for picture in views],
+        without_transfers=transfers if isinstance(transfers, str) else "",
         provenance=provenance,
         logs=list(zip(labels(logs), logs, strict=True)),
     )
@@ -66,9 +75,3 @@ def _embedded(picture: Picture) -> dict[str, str]:
 
 def _variants(verdict: Verdict, name: str) -> int:
     return sum(item.source == name and not item.nominal for item, _ in verdict.evidence)
-
-
-def _cell(measured: Measured, name: str) -> str:
-    """A metric of a hold in the table: its value, `never` where infinite, a dash where it has none."""
-    value = measured.values.get(name)
-    return "–" if value is None else "never" if value == float("inf") else number(value)

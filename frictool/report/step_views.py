@@ -11,11 +11,12 @@ from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
 from frictool.metrics.final_value import final_value
 from frictool.metrics.response_time import zone_half_width
-from frictool.report.curves import Picture, draw, drive_of, log_colours
+from frictool.report.curves import Picture, draw, draw_load, log_colours
 from frictool.report.evidence import Evidence
 from frictool.report.figures import INK, LIMIT, MUTED, ZONE, drawing, new_figure
 from frictool.report.measure import Measured
 from frictool.report.requirement import number
+from frictool.report.velocity import shown_velocity
 from frictool.svg import render
 
 if TYPE_CHECKING:
@@ -23,19 +24,40 @@ if TYPE_CHECKING:
 
 Judged = tuple[tuple[Evidence, tuple[Measured, ...]], ...]
 MOST_STEPS = 12
+NEAR_ORIGIN = 0.05  # of the amplitude
 BEYOND_SETTLING = 1.6  # times the slowest response
 
 
 def step_views(spec: Spec, judged: Judged) -> list[Picture]:
-    """One picture for each step, with every stream that plays the same step; the first twelve."""
-    groups: dict[tuple[int, float, float], list[tuple[Evidence, Measured]]] = {}
+    """One picture for each step, with every stream that plays the same step, aligned at it; the first twelve."""
+    return [_view(spec, plays) for plays in same_steps(judged)[:MOST_STEPS]]
+
+
+def same_steps(judged: Judged) -> list[list[tuple[Evidence, Measured]]]:
+    """The steps of all streams, those together that go from one reference to the same other, whenever they were played (5.32, 5.33).
+
+    A sequence that plays a step twice has it twice: the first of one stream stands with the first of another.
+    """
+    groups: list[list[tuple[Evidence, Measured]]] = []
     for evidence, holds in judged:
         for measured in holds:
             if measured.hold.origin is not None:
-                key = (measured.number, round(measured.start_s, 6), measured.hold.target)
-                groups.setdefault(key, []).append((evidence, measured))
-    shown = sorted(groups.items())[:MOST_STEPS]
-    return [_view(spec, plays) for _, plays in shown]
+                own = next((g for g in groups if _same(g[0][1], measured) and all(e is not evidence for e, _ in g)), None)
+                if own is None:
+                    groups.append([(evidence, measured)])
+                else:
+                    own.append((evidence, measured))
+    return groups
+
+
+def _same(one: Measured, other: Measured) -> bool:
+    """Whether both go to one reference from near the same other: a record's first step begins where the sensor says."""
+    assert one.hold.origin is not None
+    assert other.hold.origin is not None
+    amplitude = abs(one.hold.target - one.hold.origin)
+    return (
+        abs(one.hold.target - other.hold.target) <= 1e-6 * amplitude and abs(one.hold.origin - other.hold.origin) <= NEAR_ORIGIN * amplitude
+    )
 
 
 def window(spec: Spec, plays: list[tuple[Evidence, Measured]]) -> float:
@@ -47,32 +69,50 @@ def window(spec: Spec, plays: list[tuple[Evidence, Measured]]) -> float:
 
 
 def _view(spec: Spec, plays: list[tuple[Evidence, Measured]]) -> Picture:
-    """Position above, drive below where one is known; time counts from the step."""
+    """Position, load behind the backlash, velocity and drive below each other, where they are known; time counts from the step."""
     plays = sorted(plays, key=lambda play: play[0].nominal)
     colours = log_colours([evidence for evidence, _ in plays])
     length = window(spec, plays)
-    driven = any(drive_of(evidence) is not None for evidence, _ in plays)
-    unit, top = si_unit("position", spec.axis), plays[-1]
+    unit, top, panels = si_unit("position", spec.axis), plays[-1], _panels(spec, plays)
     with drawing(f"step {top[1].number}"):
-        figure, axes = new_figure(2 if driven else 1, 4.2 if driven else 2.7)
+        figure, drawn = new_figure(len(panels), 1.2 + 1.5 * len(panels))
+        axes = dict(zip(panels, drawn, strict=True))
         for evidence, measured in plays:
             _curves(axes, evidence, measured, colours[evidence.source], length)
-        _limits(axes[0], spec, *top)
-        axes[0].set(ylabel=f"position [{unit}]")
-        axes[-1].set(xlabel="time since the step [s]", xlim=(-0.03 * length, length))
-        if driven:
-            axes[1].set(ylabel=f"{spec.drive} [{si_unit(spec.drive, spec.axis)}]")
+        _limits(axes["position"], spec, *top)
+        if "load" in axes:
+            axes["load"].axhline(top[1].hold.target, color=INK, linewidth=1.0, linestyle=(0, (4, 2)), zorder=4.0)
+        for name, label in panels.items():
+            axes[name].set(ylabel=label)
+        drawn[-1].set(xlabel="time since the step [s]", xlim=(-0.03 * length, length))
+        figure.align_ylabels(drawn)
         svg = render(figure, f"step {top[1].number} enlarged")
-    return Picture(_title(top[1], unit), svg, _caption(spec, plays))
+    return Picture(_title(plays, unit), svg, _caption(spec, plays))
 
 
-def _curves(axes: list[Axes], evidence: Evidence, measured: Measured, colour: str, length: float) -> None:
+def _panels(spec: Spec, plays: list[tuple[Evidence, Measured]]) -> dict[str, str]:
+    """What is drawn below each other, with the ordinate's label."""
+    unit = si_unit("position", spec.axis)
+    panels = {"position": f"position [{unit}]"}
+    if any(evidence.has_backlash for evidence, _ in plays):
+        panels["load"] = f"load [{unit}]"
+    panels["velocity"] = f"velocity [{unit}/s]"
+    if any(evidence.drive is not None for evidence, _ in plays):
+        panels["drive"] = f"{spec.drive} [{si_unit(spec.drive, spec.axis)}]"
+    return panels
+
+
+def _curves(axes: dict[str, Axes], evidence: Evidence, measured: Measured, colour: str, length: float) -> None:
     time = evidence.stream.time - measured.start_s
     part = slice(*np.searchsorted(time, (-0.03 * length, 1.02 * length)).tolist())
-    draw(axes[0], evidence, colour, time[part], evidence.stream.signals["position"][part])
-    drive = drive_of(evidence)
-    if drive is not None:
-        draw(axes[1], evidence, colour, time[part], drive[part])
+    draw(axes["position"], evidence, colour, time[part], evidence.stream.signals["position"][part])
+    if "load" in axes and evidence.load is not None:
+        draw_load(axes["load"], evidence, colour, time, part)
+    velocity = shown_velocity(evidence)
+    if velocity is not None:
+        draw(axes["velocity"], evidence, colour, time[part], velocity[0][part])
+    if evidence.drive is not None:
+        draw(axes["drive"], evidence, colour, time[part], evidence.drive[part])
 
 
 def _limits(axes: Axes, spec: Spec, evidence: Evidence, measured: Measured) -> None:
@@ -90,8 +130,12 @@ def _limits(axes: Axes, spec: Spec, evidence: Evidence, measured: Measured) -> N
         axes.axvline(spec.response_time_95_s, color=MUTED, linewidth=1.0, linestyle=(0, (1, 1.5)), zorder=1.0)
 
 
-def _title(measured: Measured, unit: str) -> str:
-    return f"Step {measured.number}: {number(measured.hold.origin)} to {number(measured.hold.target)} {unit}, at {measured.start_s:.4g} s"
+def _title(plays: list[tuple[Evidence, Measured]], unit: str) -> str:
+    """From where to where, and when, unless the streams play it at different times."""
+    top = plays[-1][1]
+    starts = {round(measured.start_s, 6) for _, measured in plays}
+    at = f", at {top.start_s:.4g} s" if len(starts) == 1 else ", aligned at the step"
+    return f"Step {top.number}: {number(top.hold.origin)} to {number(top.hold.target)} {unit}{at}"
 
 
 def _caption(spec: Spec, plays: list[tuple[Evidence, Measured]]) -> str:
@@ -103,4 +147,6 @@ def _caption(spec: Spec, plays: list[tuple[Evidence, Measured]]) -> str:
         marks.append("red dots: overshoot allowed")
     if spec.response_time_95_s is not None:
         marks.append("grey dots: response time allowed")
+    if any(evidence.has_backlash and evidence.load_is_bounded for evidence, _ in plays):
+        marks.append("load: between the bounds that the position and the backlash leave")
     return f"{told}{'; '.join(marks).capitalize()}."

@@ -20,7 +20,8 @@ ROOT = Path(__file__).parents[2]
 PERIOD = 1e-3
 ENCODER_STEP = 2 * math.pi / 56
 REFERENCES = ((55.0, 1.1), (5.0, 1.1), (35.0, 1.1), (15.0, 20.0))
-UNITS = {"position": "rad", "reference": "rad", "velocity": "rad/s", "current": "A", "command": "A"}
+UNITS = {"position": "rad", "reference": "rad", "velocity": "rad/s", "current": "A", "command": "A", "load_position": "rad"}
+HOSTILE = '<script>document.title="run";alert("x")</script><img src="http://127.0.0.1:9/x.png" onerror="alert(1)">'
 
 
 def clutch_spec(**changes: object) -> Spec:
@@ -68,6 +69,12 @@ def clutch_log(variants: int = 0, **options: object) -> Log:
     slower = [{"topic": f"/axis/v{k:02d}", "damping": 0.8 - 0.01 * k, "frequency": 25.0 - 0.3 * k} for k in range(variants)]
     streams = [stream(**{**options, **change}) for change in [{}, *slower]]  # type: ignore[arg-type]
     return Log(tuple(streams), {"provenance": {"command": "frictool simulate model.yaml", "frictool": "0.1.0"}}, "run.mcap")
+
+
+def hostile_log() -> Log:
+    """A log whose name, streams, channels and metadata would run a script and fetch an image, if a page let them."""
+    named = Stream(f"/axis/{HOSTILE}", stream().time, {**stream(damping=0.5).signals, HOSTILE: stream().time}, {**UNITS, HOSTILE: HOSTILE})
+    return Log((stream(), named), {HOSTILE: {HOSTILE: HOSTILE}}, f"{HOSTILE}.mcap")
 
 
 def smooth_log() -> Log:

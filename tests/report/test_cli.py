@@ -61,6 +61,8 @@ def test_all_outputs_at_once(rig: Rig) -> None:
     assert [s["stream"] for s in view["streams"]] == ["/axis", "/axis/v00"]
     html = page.read_text()
     assert "MET: 7 of 7 requirements met" in html
+    assert view["sensitivity"]["gamma_is"] == "asked"
+    assert html.count('at every vertex"') == 4
     assert str(rig.folder) not in html
     assert "frictool report run.mcap --spec spec.yaml --controller controller.yaml" in html
     assert ET.parse(suite).getroot().get("tests") == "7"
@@ -142,7 +144,15 @@ def test_the_measured_record_is_reported_on_with_the_same_command(tmp_path: Path
     view = json.loads(result.stdout)
     assert view["undecided"] == ["response_time_95", "overshoot", "static_error", "modulus_margin"]
     assert next(r["value"] for r in view["requirements"] if r["name"] == "drive_peak") == pytest.approx(4.3, abs=0.05)
-    assert view["streams"][0]["encoder_step"] == pytest.approx(5e-8, rel=1e-3)
+    (only,) = view["streams"]
+    assert only["encoder_step"] == pytest.approx(5e-8, rel=1e-3)
+    assert only["tracking_error_peak"] == pytest.approx(0.85e-3, abs=0.05e-3)
+    assert 0.0 < only["drive_rms"] < only["drive_peak"]
+    assert (only["saturation_time"], only["holds"]) == (0.0, [])
+    html = page.read_text()
+    assert html.count("CANNOT TELL") == 4
+    for picture in ("position", "error", "voltage", "velocity"):
+        assert f'aria-label="{picture} over ' in html
     assert page.stat().st_size < 500_000
 
 

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictool.logs.log import Log
+from frictool.logs.log import Log, Stream
 from frictool.report.evidence import gather
-from frictool.report.step_views import window
+from frictool.report.step_views import same_steps, step_views, window
 from frictool.report.thinning import COLUMNS, path_samples, shown_samples
 from frictool.report.velocity import shown_velocity
 from frictool.report.verdict import judge
@@ -73,3 +73,33 @@ def test_a_step_is_shown_past_its_response_and_whole_where_it_never_settles() ->
     ringing = stream(damping=0.01)
     ((item, holds),) = judge(spec, [Log((ringing,), {}, "run.mcap")]).evidence
     assert window(spec, [(item, holds[0])]) == pytest.approx(1.1, abs=2e-3)
+
+
+def test_several_logs_are_aligned_at_the_steps_that_they_have_in_common() -> None:
+    """The same steps at other times, one more in between, and one step played twice."""
+    plan = ((55.0, 1.1), (5.0, 1.1), (35.0, 1.1), (15.0, 2.0))
+    other = ((55.0, 2.0), (5.0, 1.3), (25.0, 1.0), (5.0, 1.0), (35.0, 1.1), (15.0, 1.0), (35.0, 1.0), (15.0, 1.0))
+    logs = [Log((stream(references=plan),), {}, "one.mcap"), Log((stream(references=other, start=5.0),), {}, "two.mcap")]
+    groups = same_steps(judge(clutch_spec(), logs).evidence)
+    shared = [
+        [(e.source, round(m.start_s, 3), m.hold.target) for e, m in group] for group in groups if len({e.source for e, _ in group}) == 2
+    ]
+    assert shared == [
+        [("one.mcap", 0.0, 55.0), ("two.mcap", 0.0, 55.0)],
+        [("one.mcap", 1.1, 5.0), ("two.mcap", 2.0, 5.0)],
+        [("one.mcap", 2.2, 35.0), ("two.mcap", 5.3, 35.0)],
+        [("one.mcap", 3.3, 15.0), ("two.mcap", 6.4, 15.0)],
+    ]
+    alone = [[m.hold.target for _, m in group] for group in groups if len(group) == 1]
+    assert alone == [[25.0], [5.0], [35.0], [15.0]]
+    titles = [picture.title for picture in step_views(clutch_spec(), judge(clutch_spec(), logs).evidence)]
+    assert titles[0].endswith("at 0 s")
+    assert titles[1] == "Step 2: 55 to 5 rad, aligned at the step"
+
+
+def test_a_load_that_differs_from_the_sensor_has_a_picture_and_one_that_does_not_has_none() -> None:
+    signals = {**stream().signals, "load_position": stream().signals["position"]}
+    together = Stream("/axis", stream().time, signals, stream().units)
+    behind = Stream("/axis", stream().time, {**signals, "load_position": signals["position"] - 1.5}, stream().units)
+    found = [gather(clutch_spec(), [Log((one,), {}, "run.mcap")])[0].has_backlash for one in (stream(), together, behind)]
+    assert found == [False, False, True]

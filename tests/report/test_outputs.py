@@ -6,15 +6,21 @@ import json
 import xml.etree.ElementTree as ET
 
 import msgspec
+import numpy as np
 import pytest
 
+from frictool.documents.certificate import CertifiedWeights, Filter
+from frictool.documents.quantity import Quantity
+from frictool.documents.spec import Energy
 from frictool.logs.log import Log
 from frictool.report.junit import junit
 from frictool.report.machine import as_json
 from frictool.report.markdown import markdown
+from frictool.report.metric_table import HOLD_METRICS, STREAM_METRICS
 from frictool.report.requirement import Verdict
 from frictool.report.text import lines
 from frictool.report.verdict import judge
+from frictool.verify.sensitivity import sensitivities
 from tests.report.example import clutch_log, clutch_spec, controller, smooth_log, stream
 
 HOSTILE = "/axis/<script>alert(1)</script>|`x`\x1b[31m"
@@ -43,7 +49,7 @@ def test_colour_only_dresses_the_text(mixed: Verdict) -> None:
 
 
 def test_json_carries_each_requirement_and_each_hold(mixed: Verdict) -> None:
-    view = json.loads(json.dumps(as_json(mixed)))
+    view = json.loads(json.dumps(as_json(mixed, clutch_spec())))
     assert view["verdict"] == "fail"
     assert view["undecided"] == ["modulus_margin"]
     by_name = {r["name"]: r for r in view["requirements"]}
@@ -56,9 +62,76 @@ def test_json_carries_each_requirement_and_each_hold(mixed: Verdict) -> None:
     assert only["encoder_step"] == pytest.approx(0.1122, abs=1e-4)
 
 
+def test_json_has_every_metric_of_every_hold_and_stream_or_says_why_not() -> None:
+    """Of logs with a load and without, of a smooth one, and of one that has next to nothing."""
+    bare = Log((stream(without=("load_position", "current", "command")),), {}, "bare.mcap")
+    for log in (clutch_log(1), bare, smooth_log(), Log((stream(references=((55.0, 0.1), (5.0, 0.1))),), {}, "short.mcap")):
+        for controlled in (None, controller()):
+            view = json.loads(json.dumps(as_json(judge(clutch_spec(), [log], controlled), clutch_spec()), allow_nan=False))
+            for found in view["streams"]:
+                assert all(found[name] is not None or found["missing"][name] for name in STREAM_METRICS)
+                for hold in found["holds"]:
+                    for name in HOLD_METRICS:
+                        told = (hold[name] is not None, name in hold["bounds"], bool(hold["missing"].get(name)))
+                        assert sum(told) == 1, name
+    assert set(view["units"]) == {*HOLD_METRICS, *STREAM_METRICS}
+
+
+def test_json_tells_a_response_that_never_comes_as_null_with_the_reason() -> None:
+    stalled = stream()
+    stalled.signals["position"][:] = 31.0
+    stalled.signals["position"][:40] = np.linspace(5.0, 31.0, 40)
+    hold = as_json(judge(clutch_spec(), [Log((stalled,), {}, "run.mcap")]), clutch_spec())["streams"][0]["holds"][1]
+    assert hold["response_time_95"] is None
+    assert "stops short of half" in hold["missing"]["response_time_95"]
+    assert hold["static_error"] == pytest.approx(26.0)
+
+
+def test_json_tells_how_far_each_transfer_is_into_its_template() -> None:
+    controlled = msgspec.structs.replace(controller(), weights=CertifiedWeights(Filter(31.5, 40.0, 0.63), 0.03, 0.5))
+    verdict = judge(clutch_spec(), [clutch_log()], controlled)
+    view = as_json(verdict, clutch_spec(), sensitivities(controlled))["sensitivity"]
+    assert list(view["transfers"]) == ["error", "drive", "disturbance", "output"]
+    assert view["transfers"]["error"]["worst_of_template"] > 0.0
+    assert view["transfers"]["error"]["vertex"] in {"v00", "v01", "v02"}
+    assert view["transfers"]["output"]["worst_of_template"] is None
+    assert as_json(verdict, clutch_spec())["sensitivity"] is None
+    assert as_json(verdict, clutch_spec(), "no vertex")["sensitivity"] == {"missing": "no vertex"}
+
+
+def test_junit_has_one_case_for_each_requirement_that_can_be_asked() -> None:
+    quantity = Quantity(value=3.0, unit="rad")
+    spec = clutch_spec(
+        rise_time_s=0.2,
+        load_static_error=quantity,
+        limit_cycle=quantity,
+        drive_rms=Quantity(value=20.0, unit="A"),
+        saturation_time_s=0.1,
+        energy=Energy(0.28, 400.0),
+    )
+    verdict = judge(spec, [clutch_log()], controller())
+    cases = [case.get("name") for case in ET.fromstring(junit(verdict)).iter("testcase")]
+    assert cases == [
+        "response_time_95",
+        "rise_time",
+        "overshoot",
+        "static_error",
+        "load_static_error",
+        "oscillations",
+        "limit_cycle",
+        "modulus_margin",
+        "drive_peak",
+        "drive_rms",
+        "saturation_time",
+        "rest",
+        "energy",
+    ]
+    assert [row.split(" | ")[0].strip("| ").replace(" ", "_") for row in markdown(verdict).splitlines()[4:]] == cases
+
+
 def test_json_says_pass_where_nothing_is_broken() -> None:
-    assert as_json(judge(clutch_spec(), [clutch_log()], controller()))["verdict"] == "pass"
-    assert as_json(judge(clutch_spec(drive_peak=None), [smooth_log()]))["verdict"] == "fail"
+    assert as_json(judge(clutch_spec(), [clutch_log()], controller()), clutch_spec())["verdict"] == "pass"
+    assert as_json(judge(clutch_spec(drive_peak=None), [smooth_log()]), clutch_spec())["verdict"] == "fail"
 
 
 def test_junit_counts_its_cases(mixed: Verdict) -> None:

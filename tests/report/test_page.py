@@ -13,9 +13,11 @@ from frictool.documents.certificate import Bound, Box, Certificate, CertifiedWei
 from frictool.documents.controller import Controller, Margins
 from frictool.documents.provenance import Input, Provenance
 from frictool.logs.log import Log, Stream
+from frictool.report.metric_table import HOLD_METRICS
 from frictool.report.page import page
 from frictool.report.verdict import judge
-from tests.report.example import clutch_log, clutch_spec, controller, smooth_log, stream
+from frictool.verify.sensitivity import sensitivities
+from tests.report.example import HOSTILE, clutch_log, clutch_spec, controller, hostile_log, smooth_log, stream
 
 MADE = Provenance("frictool report run.mcap --spec spec.yaml", "0.1.0", (Input("run.mcap", "ab" * 32),))
 SVG_NAMESPACES = ("http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink")
@@ -42,7 +44,8 @@ class Page(HTMLParser):
 
 def made(*logs: Log, controlled: Controller | None = None) -> str:
     spec = clutch_spec()
-    return page(judge(spec, list(logs), controlled), spec, list(logs), controlled, MADE)
+    transfers = None if controlled is None else sensitivities(controlled)
+    return page(judge(spec, list(logs), controlled), spec, list(logs), controlled, MADE, transfers)
 
 
 @pytest.fixture(name="full", scope="module")
@@ -60,18 +63,20 @@ def test_the_verdict_comes_first_then_why_then_the_plots(full: str) -> None:
     sections = re.findall(r"<h2>(.*?)</h2>", full)
     assert banner < full.index("<h2>")
     assert sections[:4] == ["Requirements", "Curves", "Each step", "Every hold of every stream"]
-    assert sections[4:] == ["Controller", "Definitions", "Provenance"]
+    assert sections[4:] == ["Each stream as a whole", "Controller", "Definitions", "Provenance"]
 
 
 def test_every_plot_is_there(full: str) -> None:
     labels = re.findall(r'<svg role="img" aria-label="([^"]*)"', full)
     assert labels == [
         "position over time",
+        "load over time",
         "current over time",
         "velocity over time",
         "velocity over position",
         *(f"step {k} enlarged" for k in (1, 2, 3, 4)),
         "modulus margin of each vertex",
+        *(f"transfer of the {name} at every vertex" for name in ("error", "drive", "disturbance", "output")),
     ]
 
 
@@ -102,11 +107,9 @@ def test_the_vertices_and_the_provenance_are_listed(full: str) -> None:
 
 
 def test_text_from_logs_is_escaped() -> None:
-    hostile = '<script>alert("x")</script>'
-    log = Log((stream(), stream(f"/axis/{hostile}", damping=0.5)), {hostile: {hostile: hostile}}, f"{hostile}.mcap")
-    html = made(log)
+    html = made(hostile_log(), controlled=msgspec.structs.replace(controller(), name=HOSTILE))
     assert "<script" not in html
-    assert hostile in Page(html).text
+    assert HOSTILE in Page(html).text
 
 
 def test_dollars_in_a_name_are_no_formula() -> None:
@@ -122,6 +125,7 @@ def test_a_log_without_steps_has_a_page_with_reasons() -> None:
 
 def test_logs_laid_over_each_other_have_their_own_colours() -> None:
     html = made(clutch_log(), Log((stream(damping=0.6),), {}, "bench.mcap"))
+    assert "The logs side by side" in html
     legend = re.findall(r'stroke="(#[0-9a-f]{6})" stroke-width="2.4"/></svg>([^<]*)<', html)
     assert [name for _, name in legend] == ["run.mcap", "bench.mcap"]
     colours = {colour for colour, _ in legend}
@@ -152,6 +156,28 @@ def test_broken_samples_do_not_break_the_page(value: float) -> None:
     for signal in ("position", "current", "reference"):
         broken.signals[signal][1000:1010] = value
     assert "<h2>Curves</h2>" in made(Log((broken,), {}, "broken.mcap"))
+
+
+def test_a_broken_requirement_is_said_under_the_verdict_with_its_place() -> None:
+    text = " ".join(Page(made(Log((stream(damping=0.5),), {}, "run.mcap"))).text.split())
+    assert re.search(r"overshoot 16\.\d+ % where ≤ 5 % is asked: run\.mcap /axis, step \d at [\d.]+ s", text)
+    assert "Cannot tell: modulus margin; the table says why" in text
+
+
+def test_the_templates_of_a_controller_with_weights_are_drawn_and_their_shares_said() -> None:
+    weights = CertifiedWeights(Filter(31.5, 40.0, 0.63), 0.03, 0.5)
+    html = made(clutch_log(), controlled=msgspec.structs.replace(controller(), weights=weights))
+    assert html.count("Dashed: the template γ/") == 3
+    assert html.count("no template") == 0
+    assert "ω<sub>c</sub>" in html
+    assert made(clutch_log(), controlled=controller()).count("no template") == 3
+
+
+def test_every_metric_that_is_shown_is_defined() -> None:
+    text = Page(made(clutch_log(), controlled=controller())).text
+    for metric in HOLD_METRICS.values():
+        assert (metric.title in text) == (metric.definition in text)
+    assert text.count("half the peak to peak of an oscillation that is kept up") == 1
 
 
 def test_what_one_count_asks_for_and_what_the_certificate_states_are_shown() -> None:

@@ -28,12 +28,19 @@ def one(**options: object) -> Log:
 
 def test_every_key_of_the_specification_has_its_judge_in_order() -> None:
     assert list(JUDGES) == [name for name in Spec.__struct_fields__ if name not in ("format", "name", "axis", "drive")]
-    full = clutch_spec(energy=Energy(0.28, 400.0))
+    full = clutch_spec(
+        energy=Energy(0.28, 400.0),
+        rise_time_s=0.2,
+        load_static_error=Quantity(value=2.0, unit="rad"),
+        limit_cycle=Quantity(value=0.0, unit="rad"),
+        drive_rms=Quantity(value=20.0, unit="A"),
+        saturation_time_s=0.1,
+    )
     verdict = judge(full, [clutch_log()], controller())
     assert [r.key for r in verdict.requirements] == list(JUDGES)
     assert all(r.met for r in verdict.requirements)
     assert verdict.passed
-    assert verdict.headline == "MET: 8 of 8 requirements met, on 1 recorded stream"
+    assert verdict.headline == "MET: 13 of 13 requirements met, on 1 recorded stream"
 
 
 def simulated(*topics: str) -> Log:
@@ -55,7 +62,7 @@ def test_the_verdict_says_on_what_it_was_found(logs: list[Log], told: str) -> No
     verdict = judge(clutch_spec(modulus_margin=None), logs)
     assert verdict.headline == f"MET: 6 of 6 requirements met, on {told}"
     assert lines(verdict)[-1] == verdict.headline
-    assert as_json(verdict)["plants"] == (int(told.partition(" ")[0]) if "plant" in told else 0)
+    assert as_json(verdict, clutch_spec())["plants"] == (int(told.partition(" ")[0]) if "plant" in told else 0)
 
 
 def test_only_what_is_asked_is_judged() -> None:

@@ -1,0 +1,39 @@
+"""What the specification asks of the mechanical position behind the backlash: exact, or decided by its bounds, or open between them."""
+
+from __future__ import annotations
+
+from frictool.documents.controller import Controller
+from frictool.documents.quantity import si_unit
+from frictool.documents.spec import Spec
+from frictool.report.requirement import Requirement
+from frictool.report.worst import Judged, place, reasons
+
+METRIC = "load_static_error"
+BOUNDED = "bound from the motor's position and the backlash"
+
+
+def judge_load(spec: Spec, evidence: Judged, controller: Controller | None) -> Requirement:
+    """The largest static error of the load: met where its upper bound is, broken where its lower bound is above the limit."""
+    assert spec.load_static_error is not None
+    limit, unit = spec.load_static_error.value, si_unit("position", spec.axis)
+    found = [
+        (m.bounds.get(METRIC) or (m.values[METRIC], m.values[METRIC]), e, m)
+        for e, holds in evidence
+        for m in holds
+        if METRIC in m.values or METRIC in m.bounds
+    ]
+    told = "; ".join(reasons(METRIC, tuple((e, holds) for e, holds in evidence if not any(METRIC in m.bounds for m in holds))))
+    if not found:
+        lacking = [item.gaps["load_position"] for item, _ in evidence if "load_position" in item.gaps]
+        reason = f"{evidence[0][0].name}: {lacking[0]}" if lacking else told or "the log has no hold"
+        return Requirement(METRIC, METRIC, None, limit, unit, None, reason=reason)
+    (least, _), item, hold = max(found, key=lambda entry: entry[0][0])
+    if least > limit:
+        reason = f"lower {BOUNDED}" if METRIC in hold.bounds else told
+        return Requirement(METRIC, METRIC, least, limit, unit, False, reason=reason, where=place(item, hold))
+    (least, most), item, hold = max(found, key=lambda entry: entry[0][1])
+    if most <= limit:
+        reason = f"upper {BOUNDED}" if METRIC in hold.bounds else told
+        return Requirement(METRIC, METRIC, most, limit, unit, True, reason=reason, where=place(item, hold))
+    reason = f"between {least:.4g} and {most:.4g} {unit}: {BOUNDED}"
+    return Requirement(METRIC, METRIC, None, limit, unit, None, reason=reason, where=place(item, hold))

@@ -1,0 +1,36 @@
+"""The metrics of a whole stream, held or not: they are all that a smooth reference leaves to be told."""
+
+from __future__ import annotations
+
+from frictool.documents.spec import Spec
+from frictool.metrics.drive_rms import drive_rms
+from frictool.metrics.tracking_error import tracking_error_peak, tracking_error_rms
+from frictool.report.evidence import Evidence
+from frictool.report.measure import no_drive, peak, saturation
+
+WHOLE = slice(None)
+OF_THE_DRIVE = ("drive_peak", "drive_rms", "saturation_time")
+OF_THE_TRACK = ("tracking_error_peak", "tracking_error_rms")
+
+
+def stream_metrics(spec: Spec, evidence: Evidence) -> tuple[dict[str, float], dict[str, str]]:
+    """Each of STREAM_METRICS: name -> value in SI, and name -> reason where it has none."""
+    values: dict[str, float] = {}
+    missing: dict[str, str] = {}
+    drive, signals = evidence.drive, evidence.stream.signals
+    if drive is None:
+        missing.update(dict.fromkeys(OF_THE_DRIVE, no_drive(spec, evidence)))
+    else:
+        values["drive_peak"] = peak(evidence, WHOLE)
+        values["drive_rms"] = drive_rms(evidence.stream.time, drive)
+        if evidence.drive_limit is None:
+            missing["saturation_time"] = evidence.gaps["drive_limit"]
+        else:
+            values["saturation_time"] = saturation(evidence, WHOLE)
+    gaps = [evidence.gaps[name] for name in ("position", "reference") if name in evidence.gaps]
+    if gaps:
+        missing.update(dict.fromkeys(OF_THE_TRACK, gaps[0]))
+    else:
+        values["tracking_error_peak"] = tracking_error_peak(signals["reference"], signals["position"])
+        values["tracking_error_rms"] = tracking_error_rms(signals["reference"], signals["position"])
+    return values, missing

@@ -1,0 +1,107 @@
+"""The tables of the page, each cell as it is shown."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from frictool.documents.spec import Spec
+from frictool.logs.quality.quality import time_base
+from frictool.report.evidence import Evidence
+from frictool.report.measure import Measured
+from frictool.report.metric_table import HOLD_METRICS, STREAM_METRICS, Metric
+from frictool.report.requirement import Verdict, number, unit_shown
+from frictool.report.stream_metrics import stream_metrics
+
+MOTION = (
+    "response_time_95",
+    "rise_time",
+    "overshoot",
+    "static_error",
+    "reversals",
+    "oscillations",
+    "limit_cycle_amplitude",
+    "limit_cycle_period",
+)
+NOTHING = "–"
+
+
+@dataclass(frozen=True)
+class Table:
+    """headings, the first of the row's name; rows likewise."""
+
+    title: str
+    headings: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+def hold_tables(spec: Spec, verdict: Verdict) -> list[Table]:
+    """Every hold of every stream: how it moved, and what the drive and the load did; columns that nobody has are left out."""
+    held = [(evidence, measured) for evidence, holds in verdict.evidence for measured in holds]
+    found = {name for _, measured in held for name in (*measured.values, *measured.bounds)}
+    groups = {"Motion": [], "Drive, load and rest": []}  # type: dict[str, list[Metric]]
+    for name, metric in HOLD_METRICS.items():
+        if name in found:
+            groups["Motion" if name in MOTION else "Drive, load and rest"].append(metric)
+    tables = []
+    for title, metrics in groups.items():
+        heads = ("Stream", "hold", "at [s]", "from", "to", *(heading(metric, spec) for metric in metrics))
+        rows = tuple((*_hold(e, m), *(cell(m, metric.name) for metric in metrics)) for e, m in held)
+        if metrics:
+            tables.append(Table(title, heads, rows))
+    return tables
+
+
+def heading(metric: Metric, spec: Spec) -> str:
+    """Title and unit."""
+    unit = metric.unit(spec)
+    return f"{metric.title} [{unit_shown(unit)}]" if unit else metric.title
+
+
+def _hold(evidence: Evidence, measured: Measured) -> tuple[str, ...]:
+    hold = measured.hold
+    return evidence.name, str(measured.number), f"{measured.start_s:.4g}", number(hold.origin), number(hold.target)
+
+
+def cell(measured: Measured, name: str) -> str:
+    """A metric of a hold: its value, `never` where infinite, both bounds where it lies between, a dash where it has none."""
+    if name in measured.bounds:
+        return " to ".join(dict.fromkeys(number(bound) for bound in measured.bounds[name]))
+    return _shown(measured.values.get(name))
+
+
+def _shown(value: float | None) -> str:
+    return NOTHING if value is None else "never" if math.isinf(value) else number(value)
+
+
+def stream_table(spec: Spec, verdict: Verdict) -> Table:
+    """Each stream as a whole: how it was sampled, and what can be told of a record that is never held."""
+    heads = ("Stream", "samples", "duration [s]", "rate [Hz]", "gaps", "sensor step", *(heading(m, spec) for m in STREAM_METRICS.values()))
+    rows = []
+    for evidence, _ in verdict.evidence:
+        base, (values, _) = time_base(evidence.stream.time), stream_metrics(spec, evidence)
+        sampled = (str(base.samples), number(base.duration_s), number(base.rate_hz), str(base.gaps), number(evidence.resolution or None))
+        rows.append((evidence.name, *sampled, *(_shown(values.get(name)) for name in STREAM_METRICS)))
+    return Table("", heads, tuple(rows))
+
+
+def side_by_side(spec: Spec, verdict: Verdict) -> Table | None:
+    """The worst value of each metric in each log, where there are several (table 5.3); None for one log."""
+    sources = list(dict.fromkeys(evidence.source for evidence, _ in verdict.evidence))
+    if len(sources) < 2:
+        return None
+    rows = []
+    for name, metric in HOLD_METRICS.items():
+        columns = [[m for e, holds in verdict.evidence if e.source == source for m in holds] for source in sources]
+        cells = [_worst(holds, name) for holds in columns]
+        if any(told != NOTHING for told in cells):
+            rows.append((heading(metric, spec), *cells))
+    return Table("", ("worst of all holds", *sources), tuple(rows)) if rows else None
+
+
+def _worst(holds: list[Measured], name: str) -> str:
+    """Of bounds the hold with the highest."""
+    having = [m for m in holds if name in m.values or name in m.bounds]
+    if not having:
+        return NOTHING
+    return cell(max(having, key=lambda m: m.bounds[name][1] if name in m.bounds else m.values[name]), name)
