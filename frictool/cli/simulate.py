@@ -26,7 +26,9 @@ from frictool.cli.progress import tell_of_compiling
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
+    from frictool.documents.controller import Controller, Number
     from frictool.logs.log import Log
+    from frictool.simulate.target import Target
 
 KEYS = """\b
 scenario.yaml, key by key (quantities are {value, unit}; docs/formats.md has an example of each):
@@ -52,6 +54,7 @@ HELP = f"""\b
 Example:
   frictool simulate model.yaml --controller controller.yaml --scenario scenarios/steps.yaml -o run.mcap
   frictool simulate nonlinear.yaml --controller controller.yaml --scenario scenarios/random.yaml -o plants.mcap
+  frictool simulate model.yaml --controller controller.yaml --scenario scenarios/steps.yaml --target c/ -o target.mcap
   frictool simulate model.yaml --excitation sines.mcap --position-gain 30 --speed-gain 0.1 -o bench_log.mcap
 
 Play a scenario to the model under its controller and write what a bench would have logged.
@@ -61,6 +64,7 @@ rest below its breakaway stays where it is, exactly. The controller is sampled, 
 the bench's computational delay.
 The log holds what a bench would have (position, reference, drive, effort) and what only a simulation knows (position_true, velocity,
 load_position, the true drive, command). Each plant is a stream: /axis is the model, /axis/NAME a vertex or a drawn plant.
+With --number the controller runs in float or in fixed point as on the target; with --target the exported C itself runs, compiled here.
 
 {KEYS}
 With --excitation a test that `frictool excite` wrote as MCAP is played as the bench would play it: ramps by their rule, a reference under
@@ -74,6 +78,10 @@ MOST_LINES = 40  # of streams that are told to people
 @click.argument("model", type=existing)
 @click.option("--controller", type=existing, help="The controller (controller.yaml).")
 @click.option("--scenario", type=existing, help="What is played: keys above (scenario.yaml).")
+@click.option("--target", type=existing, help="The folder of `frictool export --lang c`: its code, compiled, in place of the simulation's.")
+@click.option(
+    "-n", "--number", type=click.Choice(["double", "float", "q31", "q15"]), help="Number format the controller runs in. [default: double]"
+)
 @click.option("--excitation", type=existing, help="Instead: a test of `frictool excite` (.mcap).")
 @servo_options
 @click.option("--drive-noise", type=FiniteRange(0.0), help="--excitation: standard deviation of the measured drive, A | V. [default: 0]")
@@ -84,6 +92,8 @@ def command(
     model: Path,
     controller: Path | None,
     scenario: Path | None,
+    target: Path | None,
+    number: Number | None,
     excitation: Path | None,
     output: Path,
     as_json: bool,
@@ -94,16 +104,18 @@ def command(
     waiting.compiling = lambda: tell_of_compiling(everywhere=True)  # the engine takes longest of all
     gains = Gains(servo["position_gain"], servo["speed_gain"], servo["integral_gain"])
     if excitation is not None:
-        if controller is not None or scenario is not None:
-            raise click.UsageError("--excitation is played by the bench: leave out --controller and --scenario.")
+        if any(given is not None for given in (controller, scenario, target, number)):
+            raise click.UsageError("--excitation is played by the bench: leave out --controller, --scenario, --target and --number.")
         log = _bench_test(model, excitation, gains, drive_noise, seed, output)
         views = bench_summary, bench_table
     elif controller is None or scenario is None:
         raise click.UsageError("give --controller and --scenario, or --excitation.")
     elif gains.given or drive_noise is not None or seed is not None:
         raise click.UsageError("gains, --drive-noise and --seed belong to --excitation; a scenario has its own.")
+    elif target is not None and number is not None:
+        raise click.UsageError("the sources in --target say their number format: leave out --number.")
     else:
-        log = _step_test(model, controller, scenario, output)
+        log = _step_test(model, controller, scenario, target, number, output)
         views = summary, table
     if as_json:
         print_json(views[0](log), output)
@@ -133,7 +145,7 @@ def _bench_test(model: Path, excitation: Path, gains: Gains, noise: float | None
     return log
 
 
-def _step_test(model: Path, controller: Path, scenario: Path, output: Path) -> Log:
+def _step_test(model: Path, controller: Path, scenario: Path, target: Path | None, number: Number | None, output: Path) -> Log:
     """The log of a scenario, saved."""
     from frictool.documents.controller import Controller
     from frictool.documents.model import Model
@@ -150,10 +162,23 @@ def _step_test(model: Path, controller: Path, scenario: Path, output: Path) -> L
     from frictool.simulate.step_test import step_test
 
     log = None if recorded is None else _recorded(recorded, scenario, documents[0].bench)
-    provenance = record(command_line("simulate", {"model": model, "--controller": controller, "--scenario": scenario}), inputs)
-    played = step_test(*documents, provenance, Names(str(model), str(controller), str(scenario)), _progress, log)
+    code = None if target is None else _target(target, controller, documents[1])
+    inputs += [] if code is None else code.sources
+    words = {"model": model, "--controller": controller, "--scenario": scenario, "--target": target, "--number": number}
+    provenance = record(command_line("simulate", words), inputs)
+    names = Names(str(model), str(controller), str(scenario))
+    played = step_test(*documents, provenance, names, _progress, log, number or "double", code)
     _save(played, output, inputs)
     return played
+
+
+def _target(folder: Path, controller: Path, document: Controller) -> Target:
+    """The compiled code of the controller."""
+    from frictool.control.composition import controller_program
+    from frictool.documents.provenance import digest
+    from frictool.simulate.target import compiled_target
+
+    return compiled_target(folder, digest(controller), str(controller), tuple(controller_program(document).inputs))
 
 
 def _recorded(path: Path, scenario: Path, bench: Bench) -> Log:

@@ -14,23 +14,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.control.composition import controller_program
-from frictool.control.machine import machine
-from frictool.documents.controller import Controller
+from frictool.control.fixed_point import DoesNotFit
+from frictool.control.machine import Machine
+from frictool.control.number_format import machine_in
+from frictool.documents.controller import Controller, Number
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import si_unit
 from frictool.documents.scenario import Scenario
 from frictool.engine import closed_loop
 from frictool.engine.conditions import SENSOR_GAIN, SENSOR_OFFSET
+from frictool.errors import NoSolutionError
 from frictool.logs.log import Log
 from frictool.logs.provenance import with_provenance
 from frictool.plant.axis_model import load_of
 from frictool.simulate.agreement import Names, check_agreement
 from frictool.simulate.limits import check_instants, check_length, check_path, check_steps
 from frictool.simulate.playing import play
+from frictool.simulate.playing_target import play_target
 from frictool.simulate.reference import parts_of
 from frictool.simulate.replay import gaps_of, replayed
 from frictool.simulate.streams import Sensors
+from frictool.simulate.target import Target
 from frictool.simulate.timeline import conditions_of
 from frictool.simulate.variants import Variant, count, variants_of
 
@@ -46,11 +51,14 @@ def step_test(
     names: Names = DOCUMENTS,
     progress: Callable[[int, int], None] = lambda done, total: None,
     recorded: Log | None = None,
+    number: Number = "double",
+    target: Target | None = None,
 ) -> Log:
     """The log of the scenario, one stream a variant, with warnings for people.
 
     `progress(done, total)` is told before the first variants and after each batch of them; `names` are what messages call the documents;
-    `recorded` is the log of a scenario that replays one. Raises InputFileError where the documents do not fit together, LogError where
+    `recorded` is the log of a scenario that replays one; `number` is the format in which the controller runs; `target` runs in its place.
+    Raises InputFileError where the documents do not fit together, LogError where
     the log cannot be replayed, NoSolutionError where a variant cannot be simulated.
     """
     check_agreement(model, controller, scenario, names)
@@ -58,15 +66,26 @@ def step_test(
     period = controller.sample_period_s
     check_instants(scenario, reference.size * period, period, names.scenario)
     variants, conditions = variants_of(model, controller, scenario, names.model), conditions_of(scenario, reference.size, period)
-    sensors, running = Sensors(model, controller, scenario, reference, conditions), machine(controller_program(controller))
+    sensors = Sensors(model, controller, scenario, reference, conditions)
     acting, streams, warnings = _acting(conditions, controller), [], [] if recorded is None else _of_log(scenario, recorded)
-    played = play(variants, running, controller, start, reference, load_of(model), acting, progress)
+    given = controller, start, reference, load_of(model), acting, progress
+    played = play(variants, _machine(controller, number), *given) if target is None else play_target(variants, target, *given)
     for index, (variant, record) in enumerate(played):
         streams.append(sensors.stream(variant.topic, index, record))
         warnings += _against_stops(model, variant, record)
     about = {"kind": "simulated", "scenario": scenario.name, "model": model.name, "controller": controller.name}
     metadata = {"log": about, **_plants(model, variants)}
     return with_provenance(Log(tuple(streams), metadata, scenario.name, tuple(warnings)), provenance)
+
+
+def _machine(controller: Controller, number: Number) -> Machine:
+    """The controller as the simulation runs it in a number format."""
+    try:
+        return machine_in(controller_program(controller), number)
+    except DoesNotFit as error:
+        raise NoSolutionError(
+            f"{controller.name}: {number} cannot be scaled: {error}; bound what is measured in the bench, or use float"
+        ) from None
 
 
 def _reference(model: Model, controller: Controller, scenario: Scenario, names: Names, recorded: Log | None) -> tuple[Vector, float]:

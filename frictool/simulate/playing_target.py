@@ -1,0 +1,56 @@
+"""The closed loop of each variant with compiled code in place of the simulation's controller: engine/closed_loop.py, sample by sample."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.controller import Controller
+from frictool.engine.closed_loop import RECORD_SIZE, answered, measure, seen
+from frictool.engine.status import MESSAGES, OK
+from frictool.errors import NoSolutionError
+from frictool.plant.axis import ENCODER_STEP, POSITION, VELOCITY, rest
+from frictool.plant.load import Load
+from frictool.simulate.target import Target
+from frictool.simulate.variants import Variant
+
+Vector = NDArray[np.float64]
+
+
+def play_target(
+    variants: Sequence[Variant],
+    target: Target,
+    controller: Controller,
+    start: float,
+    reference: Vector,
+    load: Load,
+    conditions: Vector,
+    progress: Callable[[int, int], None],
+) -> Iterator[tuple[Variant, Vector]]:
+    """simulate/playing.py `play`, one variant after the other, with the drive from `target`."""
+    progress(0, len(variants))
+    for done, variant in enumerate(variants):
+        record = np.zeros((reference.size, RECORD_SIZE))
+        status = _run(variant.axis.as_array(), target, controller, start, reference, record, load.as_array(), conditions)
+        if status != OK:
+            raise NoSolutionError(f"{variant.topic}: {MESSAGES[status]}; check the model's parameters")
+        yield variant, record
+        progress(done + 1, len(variants))
+
+
+def _run(
+    axis: Vector, target: Target, controller: Controller, start: float, reference: Vector, record: Vector, load: Vector, conditions: Vector
+) -> int:
+    """engine/closed_loop.py `run`, the controller's step outside of it."""
+    state, p, waiting = rest(start), axis.copy(), np.zeros(controller.delay_samples + 1)
+    measured = float(measure(state[POSITION], axis[ENCODER_STEP]))
+    target.start(measured)
+    for k in range(reference.size):
+        measured = seen(axis, state, measured, conditions, k)
+        command = target.step(reference[k], measured, state[VELOCITY])
+        status = answered(axis, state, p, waiting, k, measured, command, controller.sample_period_s, record[k], load, conditions)
+        if status != OK:
+            return int(status)
+    return OK
