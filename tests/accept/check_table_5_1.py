@@ -1,4 +1,5 @@
-"""Table 5.1's loops over holds of 600 s: overshoot, response, static error and limit cycle within 2 % of what is known of them.
+"""Table 5.1's loops over holds of 600 s, as the product plays them: overshoot, response, static error and limit cycle within 2 % of what
+is known of them.
 
     python -m tests.accept build/accept.json table_5_1_pid table_5_1_pid_limiter ...
 
@@ -12,6 +13,7 @@ import math
 from typing import Any
 
 from tests.engine.loops51 import FIGURES, LOOPS, TOLERANCE, deviation, figures, missed
+from tests.engine.product51 import played
 
 SECONDS = 600.0
 
@@ -19,7 +21,7 @@ SECONDS = 600.0
 def loop_figures(name: str) -> dict[str, Any]:
     """The figures of one loop, null where it never settles or nothing recurs, and how far they are from the print [%]."""
     loop = LOOPS[name]
-    found = figures(loop.step(SECONDS))
+    found = figures(played(name, SECONDS))
     away = {figure: deviation(found[figure], printed) for figure, printed in zip(FIGURES, loop.printed, strict=True)}
     beyond, wrong = [figure for figure in FIGURES if abs(away[figure]) > TOLERANCE], missed(found, loop.printed)
     shown = {figure: value if math.isfinite(value) else None for figure, value in found.items()}

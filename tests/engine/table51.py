@@ -86,6 +86,24 @@ def run_pid(axis: Vector, limiter: float, coulomb: float, virtual: float, slope:
 
 
 @kernel
+def run_printed(axis: Vector, virtual: float, slope: float, coulomb: float, positions: Vector) -> int:
+    """(5.41) with its branches as they are printed: the PID inside (5.7), -F_cv tanh(v/v_r) outside of it, from rest."""
+    state, memory = np.zeros(STATE_SIZE), np.zeros(2)
+    for k in range(positions.shape[0]):
+        positions[k] = state[POSITION]
+        error, velocity = 1.0 - state[POSITION], state[VELOCITY]
+        command = pid_output(memory, error)
+        if on_the_way(error, velocity, coulomb + virtual):
+            integrate(memory, error, command)
+        else:
+            command = -virtual * math.tanh(velocity / slope)
+        status = advance(state, limited(command), axis, PERIOD)
+        if status != OK:
+            return status
+    return OK
+
+
+@kernel
 def run_cascade(axis: Vector, root_gain: float, positions: Vector) -> int:
     """PI of the speed under the position's gain (`root_gain` 0) or under k sqrt(|e|) sign(e) (5.19), (5.42).
 
@@ -112,6 +130,13 @@ def pid_step(seconds: float, axis: AxisParameters = DRY, limiter: float = NO_LIM
     """Positions (n,) [m] of a hold of `seconds`."""
     positions = np.empty(round(seconds / PERIOD))
     assert run_pid(axis.as_array(), limiter, axis.coulomb, virtual, slope, positions) == OK
+    return positions
+
+
+def printed_step(seconds: float) -> Vector:
+    """Positions (n,) [m] of a hold of `seconds` under (5.41) as printed, with the friction of 5.2.5 and F_cv = 1 N."""
+    positions = np.empty(round(seconds / PERIOD))
+    assert run_printed(SMOOTH.as_array(), 1.0, 0.01, SMOOTH.coulomb, positions) == OK
     return positions
 
 

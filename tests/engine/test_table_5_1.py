@@ -1,4 +1,4 @@
-"""Table 5.1's loops: the figures that are known of them, and that the controllers are what table51.py says."""
+"""Table 5.1's loops: the figures that are known of them, as the product plays them, and that the reference is what table51.py says."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from frictool.engine.axis import advance
 from frictool.engine.status import OK
 from frictool.plant.axis import POSITION, VELOCITY, rest
 from tests.engine.loops51 import LOOPS, figures, missed
+from tests.engine.product51 import played
 from tests.engine.table51 import (
     DERIVATIVE_TIME,
     DRY,
@@ -28,15 +29,30 @@ from tests.engine.table51 import (
     on_the_way,
     pid_output,
     pid_step,
+    printed_step,
 )
 
 SECONDS = 240.0  # the PID's cycle is steady after two minutes; 600 s in tests/accept/check_table_5_1.py
 
 
 @pytest.mark.parametrize("name", LOOPS)
-def test_loop_has_its_figures(name: str) -> None:
-    found = figures(LOOPS[name].step(SECONDS))
+def test_the_product_has_the_figures(name: str) -> None:
+    found = figures(played(name, SECONDS))
     assert missed(found, LOOPS[name].printed) == [], found
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_the_product_is_the_slow_reference(name: str) -> None:
+    """Written down twice, independently: documents and a program of operations here, the text's loop in plain kernels there."""
+    seconds = 3.0  # a limit cycle lets what differs grow from one breakaway to the next
+    apart = 2e-6 if name != "smooth_limiter_virtual" else 3e-5  # the encoder's 1 nm; the function that the target has in place of tanh
+    np.testing.assert_allclose(played(name, seconds), LOOPS[name].step(seconds), rtol=0.0, atol=apart)
+
+
+def test_the_virtual_friction_as_printed_does_not_move() -> None:
+    """(5.41): outside the band, where the mass rests, the printed branch is -F_cv tanh(0) = 0."""
+    assert np.all(printed_step(60.0) == 0.0)
+    assert np.max(played("smooth_limiter_virtual", 60.0)) > 0.97
 
 
 @pytest.mark.parametrize(
