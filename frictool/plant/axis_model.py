@@ -3,29 +3,26 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
-
-import numpy as np
 
 from frictool.documents.laws import Laws as LawsDocument
 from frictool.documents.laws import Load as LoadDocument
 from frictool.documents.laws import Polynomial
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
-from frictool.friction.position_polynomial import mean_over, normalised
 from frictool.plant.axis import BACKLASH_BREAKAWAY_RATIO, AxisParameters
 from frictool.plant.axis_laws import Laws, Levels, Regime, Shape, Sides
+from frictool.plant.friction_levels import coulomb_factor, viscous_factor
 from frictool.plant.load import Harmonic, Load
 
 
 def axis_of(model: Model, **overrides: float) -> AxisParameters:
     """The model's axis in SI, its end stops those of the bench's travel; `overrides` replaces fields of AxisParameters.
 
-    A Coulomb friction that is overridden is the mean of the model's over the bench's travel and both directions: one factor on F_c and
-    breakaway of both directions, on their map over position and on the friction inside the backlash, so that the map keeps its shape. A
-    breakaway that is given too stays as given. A viscous friction that is overridden holds for both directions and at every speed: a
-    vertex of the polytope is a bound for the regimes. Friction inside the backlash is a part of the axis's friction (motor and brushes,
-    thesis 4.4.4) and never above it; where the bench does not say, it is all of it. Raises ValueError naming what is out of range.
+    A Coulomb or viscous friction that is overridden multiplies the model's friction as plant/friction_levels.py says; a breakaway that is
+    given too stays as given. Friction inside the backlash is a part of the axis's friction (motor and brushes, thesis 4.4.4) and never
+    above it; where the bench does not say, it is all of it. Raises ValueError naming what is out of range.
     """
     bench, today = model.bench, model.parameters
     values: dict[str, Any] = {
@@ -42,24 +39,34 @@ def axis_of(model: Model, **overrides: float) -> AxisParameters:
         "supply": bench.actuator.winding.voltage_v if bench.actuator.winding else math.inf,
         **overrides,
     }
-    backward = _backward(model)
-    scale = 1.0
-    if "coulomb" in overrides:
-        scale = _scale(model, backward, overrides["coulomb"])
-        if backward is not None or (model.laws is not None and model.laws.position is not None):
-            values["coulomb"] = scale * today.coulomb.value
-    if backward is not None:
-        backward = backward._replace(coulomb=scale * backward.coulomb, breakaway=scale * backward.breakaway)
-    if backward is not None and "viscous" in overrides:
-        backward = backward._replace(viscous=overrides["viscous"])
+    dry, slope = _dry(model, overrides), _slope(model, overrides)
+    laws = _laws(model, dry, slope)
+    if model.laws is not None:
+        values |= {"coulomb": dry * today.coulomb.value, "viscous": slope(today.viscous.value)}
+    backward = laws.backward
     ratio = today.breakaway.value / today.coulomb.value if today.coulomb.value > 0.0 else 0.0
     values.setdefault("breakaway", ratio * values["coulomb"] if ratio else today.breakaway.value)
     loose, least = bench.mechanics.backlash_coulomb, min(values["coulomb"], backward.coulomb if backward else values["coulomb"])
-    values.setdefault("backlash_coulomb", min(scale * loose.value, least) if loose else least)
+    values.setdefault("backlash_coulomb", min(dry * loose.value, least) if loose else least)
     values.setdefault("backlash_breakaway", BACKLASH_BREAKAWAY_RATIO * values["backlash_coulomb"])
-    axis = AxisParameters(**values, laws=_laws(model, backward, regimes="viscous" not in overrides))
+    axis = AxisParameters(**values, laws=laws)
     axis.as_array()  # checks the laws too
     return axis.checked()
+
+
+def _dry(model: Model, overrides: dict[str, float]) -> float:
+    """What all dry friction is multiplied by."""
+    if "coulomb" not in overrides or (model.laws is None and model.parameters.coulomb.value == 0.0):
+        return 1.0
+    return coulomb_factor(model, overrides["coulomb"])
+
+
+def _slope(model: Model, overrides: dict[str, float]) -> Callable[[float], float]:
+    """What becomes of a viscous friction of the model, of any regime and direction."""
+    if "viscous" not in overrides:
+        return lambda value: value
+    wanted, factor = overrides["viscous"], viscous_factor(model, overrides["viscous"])
+    return (lambda value: wanted) if factor is None else (lambda value: factor * value)
 
 
 def load_of(model: Model) -> Load:
@@ -77,29 +84,8 @@ def load_law(document: LoadDocument) -> Load:
     return Load(document.stiffness.value if document.stiffness is not None else 0.0, tuple(harmonics))
 
 
-def _scale(model: Model, backward: Levels | None, wanted: float) -> float:
-    """The factor on all dry friction that makes its mean over the travel and both directions `wanted` [N m | N]."""
-    levels = (model.parameters.coulomb.value, backward.coulomb if backward is not None else model.parameters.coulomb.value)
-    mean = 0.5 * sum(level * factor for level, factor in zip(levels, _mean_factors(model), strict=True))
-    if mean > 0.0:
-        return wanted / mean
-    if backward is None and model.laws is None:
-        return 1.0  # nothing that could be scaled: the friction is the wanted one
-    raise ValueError("coulomb is 0 in both directions; allowed: > 0 where it is varied")
-
-
-def _mean_factors(model: Model) -> tuple[float, float]:
-    """Forward, backward: the mean over the travel of what the map multiplies the Coulomb level of the direction by."""
-    travel, shape = model.bench.mechanics.travel, None if model.laws is None else _shape(model.laws)
-    if travel is None or shape is None or not travel.low < travel.high:
-        return 1.0, 1.0
-    ends = shape.low, shape.high
-    forward, backward = (mean_over(normalised(np.array(b), *ends)[0], *ends, travel.low, travel.high) for b in shape.coulomb)
-    return forward, backward
-
-
-def _backward(model: Model) -> Levels | None:
-    """The levels of the negative direction, where the model has its own."""
+def _backward(model: Model, dry: float, slope: Callable[[float], float]) -> Levels | None:
+    """The levels of the negative direction, where the model has its own, scaled."""
     given = model.laws.backward if model.laws else None
     if given is None:
         return None
@@ -108,21 +94,20 @@ def _backward(model: Model) -> Levels | None:
     def level(own: Quantity | None, common: Quantity) -> float:
         return (own or common).value
 
-    return Levels(level(given.viscous, today.viscous), level(given.coulomb, today.coulomb), level(given.breakaway, today.breakaway))
+    coulomb, breakaway = level(given.coulomb, today.coulomb), level(given.breakaway, today.breakaway)
+    return Levels(slope(level(given.viscous, today.viscous)), dry * coulomb, dry * breakaway)
 
 
-def _laws(model: Model, backward: Levels | None, regimes: bool) -> Laws:
+def _laws(model: Model, dry: float, slope: Callable[[float], float]) -> Laws:
     travel, velocity = model.bench.mechanics.travel, model.parameters.stribeck_velocity
-    laws = Laws(backward=backward, stribeck_velocity=velocity.value if velocity else 0.0)
+    laws = Laws(backward=_backward(model, dry, slope), stribeck_velocity=velocity.value if velocity else 0.0)
     if travel is not None:
         laws = laws._replace(stops=(travel.low, travel.high))
     document = model.laws
     if document is None:
         return laws
-    if regimes:
-        laws = laws._replace(
-            regimes=tuple(Regime(r.above.value, r.viscous.value, (r.backward or r.viscous).value) for r in document.regimes)
-        )
+    slopes = [(r.above.value, r.viscous.value, (r.backward or r.viscous).value) for r in document.regimes]
+    laws = laws._replace(regimes=tuple(Regime(above, slope(forward), slope(backward)) for above, forward, backward in slopes))
     if document.dwell is not None:
         laws = laws._replace(fresh=document.dwell.fresh, rise_time=document.dwell.rise_time_s)
     return laws._replace(shape=_shape(document), stribeck_exponent=document.stribeck_exponent, restitution=document.restitution)

@@ -3,8 +3,7 @@
 A random plant has inertia, viscous and Coulomb friction and constant drawn independently and uniformly from the ranges that the bench gives
 over the product's life; where it gives none, from the model's interval. Plant number i of a seed is the same however many there are.
 
-A vertex and a drawn plant are four numbers; a model may say more of its friction. What they mean there is said in plant/axis_model.py:
-the Coulomb friction is the mean of the map over the travel and both directions, and everything that is dry friction scales with it.
+A vertex and a drawn plant are four numbers; what they mean for a model that says more of its friction: plant/friction_levels.py.
 """
 
 from __future__ import annotations
@@ -21,6 +20,7 @@ from frictool.errors import FrictoolError
 from frictool.logs.log import MAIN_TOPIC
 from frictool.plant.axis import AxisParameters
 from frictool.plant.axis_model import axis_of
+from frictool.plant.friction_levels import coulomb_level, viscous_level
 
 PARAMETERS = ("inertia", "viscous", "coulomb", "constant")
 PLANTS_STREAM = 1 << 32  # beside the seed: noise is drawn from (seed, variant)
@@ -65,22 +65,13 @@ def variants_of(model: Model, controller: Controller, scenario: Scenario, owner:
 
 def ranges(model: Model) -> dict[str, tuple[float, float]]:
     """(low, high) of each of PARAMETERS [SI]: the bench's range over the product's life, or else the model's interval."""
-    known, today = model.bench.mechanics, model.parameters
-    backward = model.laws.backward if model.laws is not None else None
-    opposite = (backward.coulomb if backward is not None else None) or today.coulomb
+    known = model.bench.mechanics
     return {
-        "inertia": _range(known.inertia, today.inertia.interval),
-        "viscous": _range(known.viscous, today.viscous.interval),
-        "coulomb": _range(
-            known.coulomb,
-            (_middle(today.coulomb.interval[0], opposite.interval[0]), _middle(today.coulomb.interval[1], opposite.interval[1])),
-        ),
+        "inertia": _range(known.inertia, model.parameters.inertia.interval),
+        "viscous": _range(known.viscous, viscous_level(model)),
+        "coulomb": _range(known.coulomb, coulomb_level(model)),
         "constant": model.bench.actuator.constant.interval,
     }
-
-
-def _middle(first: float, second: float) -> float:
-    return 0.5 * (first + second)
 
 
 def _range(given: Quantity, otherwise: tuple[float, float]) -> tuple[float, float]:

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import msgspec
 import numpy as np
 import pytest
 
 from frictool.documents.bench import Mechanics
-from frictool.documents.laws import Backward
+from frictool.documents.laws import Backward, Regime
 from frictool.documents.model import Model
-from frictool.documents.quantity import Quantity, Span
+from frictool.documents.quantity import Estimate, Quantity, Span
 from frictool.documents.registry import load
 from frictool.engine.axis_friction import breakaway_at, coulomb_at
 from frictool.plant.axis_laws import PLAIN_SIZE
 from frictool.plant.axis_model import axis_of
+from frictool.plant.friction_levels import coulomb_level, viscous_level
 from frictool.plant.polytope import intervals
 from tests.synth.example import ROOT, clutch_model
 
@@ -83,16 +85,51 @@ def test_the_published_clutch_has_the_published_breakaway(direction: float, x: f
     assert coulomb_at(array, direction, x) == pytest.approx(expected / 1.1, rel=1e-4)
 
 
-def test_a_vertex_scales_the_map_and_bounds_the_regimes() -> None:
-    """Its Coulomb friction is the mean of both directions; its viscous friction holds at every speed."""
+def test_a_vertex_scales_the_map_and_keeps_its_knees() -> None:
     model = load(NONLINEAR, Model)
     today, vertex = axis_of(model), axis_of(model, coulomb=0.18, viscous=7.62e-4)
     assert 0.5 * (vertex.coulomb + vertex.laws.backward.coulomb) == pytest.approx(0.18, rel=1e-12)
     scale = vertex.coulomb / today.coulomb
     assert vertex.laws.backward.breakaway == pytest.approx(scale * today.laws.backward.breakaway, rel=1e-12)
     assert vertex.breakaway == pytest.approx(scale * today.breakaway, rel=1e-12)
-    assert (vertex.viscous, vertex.laws.backward.viscous, vertex.laws.regimes) == (7.62e-4, 7.62e-4, ())
-    assert today.laws.regimes[0] == (260.0, 3.81e-4, 3.81e-4)
+    assert (vertex.viscous, vertex.laws.backward.viscous) == (0.0, 0.0)
+    assert vertex.laws.regimes == ((260.0, 7.62e-4, 7.62e-4),)
+    assert today.laws.regimes == ((260.0, 3.81e-4, 3.81e-4),)
+
+
+def _viscous(value: float) -> Estimate:
+    return Estimate(value=value, unit="N m s/rad", source="identified")
+
+
+@pytest.mark.parametrize("own", [0.0, 2e-4])
+def test_a_vertex_with_the_models_own_numbers_is_the_model(own: float) -> None:
+    """Whatever its laws: directions that differ, knees, a map over a part of the travel."""
+    model = load(NONLINEAR, Model)
+    laws = msgspec.structs.replace(
+        model.laws,
+        backward=msgspec.structs.replace(model.laws.backward, viscous=_viscous(1e-4)),
+        regimes=(Regime(Quantity(value=90.0, unit="rad/s"), _viscous(5e-4), _viscous(3e-4)), *model.laws.regimes),
+        position=msgspec.structs.replace(model.laws.position, over=Span(10.0, 40.0, "rad")),
+    )
+    changed = msgspec.structs.replace(model, laws=laws, parameters=msgspec.structs.replace(model.parameters, viscous=_viscous(own)))
+    for plant in (clutch_model(), model, changed):
+        coulomb, viscous = _middle(plant.parameters.coulomb, plant, coulomb_level), _middle(plant.parameters.viscous, plant, viscous_level)
+        again = axis_of(plant, coulomb=coulomb, viscous=viscous, inertia=1.32e-5, constant=13.4e-3).as_array()
+        np.testing.assert_allclose(again, axis_of(plant).as_array(), rtol=1e-12)
+
+
+def _middle(own: Quantity, plant: Model, level: Callable[[Model], tuple[float, float]]) -> float:
+    """The level of the model's values: that of its intervals where it has none."""
+    low, high = level(plant)
+    return own.value if plant.laws is None else 0.5 * (low + high)
+
+
+def test_without_any_viscous_friction_a_vertex_has_it_at_every_speed() -> None:
+    model = load(NONLINEAR, Model)
+    regimes = tuple(msgspec.structs.replace(regime, viscous=_viscous(0.0)) for regime in model.laws.regimes)
+    dry = msgspec.structs.replace(model, laws=msgspec.structs.replace(model.laws, regimes=regimes))
+    vertex = axis_of(dry, viscous=7.62e-4)
+    assert (vertex.viscous, vertex.laws.backward.viscous, vertex.laws.regimes[0][1:]) == (7.62e-4, 7.62e-4, (7.62e-4, 7.62e-4))
 
 
 def test_everything_dry_scales_with_a_vertex_to_the_mean_of_its_map() -> None:
