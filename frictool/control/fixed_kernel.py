@@ -37,9 +37,10 @@ from frictool.control.operations import (
     SUB,
     TERM_SHIFT,
 )
-from frictool.kernels import kernel
+from frictool.kernels import bare_kernel, kernel
 
 Places = NDArray[np.int64]
+Rows = NDArray[np.uint32]
 
 
 @kernel
@@ -84,9 +85,9 @@ def to_real(form: Places, word: int) -> float:
     return math.ldexp(float(word), -form[FRACTION])
 
 
-@kernel
-def run_words(code: Places, terms: Places, writes: Places, formats: Places, w: Places) -> None:
-    """One sample on words: control/machine.py `_run` in integers."""
+@bare_kernel
+def run_words(code: Rows, terms: Rows, writes: Rows, formats: Places, w: Places) -> None:
+    """One sample on words: control/machine.py `run_values` in integers."""
     for k in range(code.shape[0]):
         operation, d, a, b, c = code[k, 0], code[k, 1], code[k, 2], code[k, 3], code[k, 4]
         sa, sb, s = formats[d, SHIFT_A], formats[d, SHIFT_B], formats[d, SHIFT]

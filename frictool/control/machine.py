@@ -43,10 +43,11 @@ from frictool.control.operations import (
     SUB,
 )
 from frictool.control.program import Program
-from frictool.kernels import kernel
+from frictool.kernels import bare_kernel, kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
+Rows = NDArray[np.uint32]  # no sign: an index that may be negative costs a comparison each time
 Values = NDArray[np.float64] | NDArray[np.float32]
 
 DOUBLE, FLOAT, FIXED = 0, 1, 2
@@ -61,9 +62,9 @@ class Machine(NamedTuple):
     """
 
     number: int
-    code: Places
-    terms: Places
-    writes: Places
+    code: Rows
+    terms: Rows
+    writes: Rows
     ports: Places
     starts: Places
     real: Vector
@@ -89,9 +90,9 @@ def machine(program: Program, *, single: bool = False) -> Machine:
             code.append([CODES[node.op], node.index, *args, *[0] * (3 - len(args))])
     return Machine(
         FLOAT if single else DOUBLE,
-        np.array(code, dtype=np.int64).reshape(-1, 5),
-        np.array(terms, dtype=np.int64).reshape(-1, 3),
-        np.array([(state, source.index) for state, source in program.updates.items()], dtype=np.int64).reshape(-1, 2),
+        np.array(code, dtype=np.uint32).reshape(-1, 5),
+        np.array(terms, dtype=np.uint32).reshape(-1, 3),
+        np.array([(state, source.index) for state, source in program.updates.items()], dtype=np.uint32).reshape(-1, 2),
         ports(program),
         np.array(list(program.starts), dtype=np.int64),
         np.empty(0) if single else values,
@@ -141,7 +142,7 @@ def start_at(machine: Machine, position: float) -> None:
             machine.word[place] = min(max(word, form[LOW]), form[HIGH])
 
 
-@kernel
+@bare_kernel
 def control_step(machine: Machine, reference: float, position: float, velocity: float) -> float:
     """The drive [A | V] for a reference, a measured position [rad | m] and a measured velocity [per s] where the controller has one.
 
@@ -157,10 +158,10 @@ def control_step(machine: Machine, reference: float, position: float, velocity: 
         return to_real(machine.formats[ports[3]], machine.word[ports[3]])
     if machine.number == FLOAT:
         _give(machine.single, ports, reference, position, velocity)
-        _run(machine.code, machine.terms, machine.writes, machine.single)
+        run_values(machine.code, machine.terms, machine.writes, machine.single)
         return float(machine.single[ports[3]])
     _give(machine.real, ports, reference, position, velocity)
-    _run(machine.code, machine.terms, machine.writes, machine.real)
+    run_values(machine.code, machine.terms, machine.writes, machine.real)
     return float(machine.real[ports[3]])
 
 
@@ -174,7 +175,7 @@ def read(machine: Machine, place: int) -> float:
     return float(machine.real[place])
 
 
-@kernel
+@bare_kernel
 def _give(v: Values, ports: Places, reference: float, position: float, velocity: float) -> None:
     if ports[0] >= 0:
         v[ports[0]] = reference
@@ -184,8 +185,8 @@ def _give(v: Values, ports: Places, reference: float, position: float, velocity:
         v[ports[2]] = velocity
 
 
-@kernel
-def _run(code: Places, terms: Places, writes: Places, v: Values) -> None:
+@bare_kernel
+def run_values(code: Rows, terms: Rows, writes: Rows, v: Values) -> None:
     """One sample on values v of one type: every operation in the order of `code`, each rounded to that type; then the states move."""
     for k in range(code.shape[0]):
         operation, d, a, b, c = code[k, 0], code[k, 1], code[k, 2], code[k, 3], code[k, 4]
