@@ -291,7 +291,9 @@ class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 
     @property
     def judged_by(self) -> CertifiedWeights | None:
-        """The weights of its norm: the certificate's, or those beside `verified`."""
+        """The weights of its norm: the certificate's, or those beside `verified`; a loop that is fed by a speed is weighed by none."""
+        if self.linear.input == "speed_error":
+            return None
         return self.certificate.weights if self.certificate is not None else self.weights
 
     def __post_init__(self) -> None:

@@ -104,10 +104,10 @@ def _brake(controller: Controller, number: Number) -> None:
 
 
 def _norms(controller: Controller, linear: LinearController) -> list[tuple[float, str]]:
-    """The norm at each vertex, where the document holds the weights that it is of: with its certificate."""
-    if controller.certificate is None:
+    """The norm at each vertex, where the document holds the weights that it is of."""
+    if controller.judged_by is None:
         return []
-    weights, runs = _weights(controller.certificate.weights), running(linear, controller.sample_period_s)
+    weights, runs = _weights(controller.judged_by), running(linear, controller.sample_period_s)
     controlled: Controlled = "position" if controller.structure == "position" else "speed"
     lag, period, delay = controller.bench.actuator.loop_time_constant_s, controller.sample_period_s, controller.delay_samples
     norms = []
