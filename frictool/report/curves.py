@@ -67,6 +67,9 @@ def overview(spec: Spec, evidence: list[Evidence]) -> list[Picture]:
     loaded = [item for item in evidence if item.has_backlash]
     if loaded:
         pictures.append(_load(loaded, unit))
+    wrong = [item for item in positions if item.sensor_error is not None]
+    if wrong:
+        pictures.append(_sensor(wrong, unit))
     driven = [item for item in evidence if item.drive is not None]
     if driven:
         pictures.append(_drive(spec, driven))
@@ -109,6 +112,19 @@ def _load(evidence: list[Evidence], unit: str) -> Picture:
         bounded = any(item.load_is_bounded for item in evidence)
         told = "Where only the motor's position was measured: between the bounds that it and the backlash leave." if bounded else ""
         return Picture("Mechanical position", render(figure, "load over time"), f"Behind the backlash. {told}".rstrip())
+
+
+def _sensor(evidence: list[Evidence], unit: str) -> Picture:
+    colours = log_colours(evidence)
+    with drawing("sensor"):
+        figure, (axes,) = new_figure()
+        for item in nominal_last(evidence):
+            error = item.sensor_error
+            assert error is not None
+            draw(axes, item, colours[item.source], item.stream.time, error)
+        axes.set(xlabel="time [s]", ylabel=f"error [{unit}]")
+        caption = "What the position sensor shows less the true position. Everything else is judged by what it shows."
+        return Picture("Sensor error", render(figure, "sensor error over time"), caption)
 
 
 def _error(evidence: list[Evidence], unit: str) -> Picture:

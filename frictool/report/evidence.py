@@ -72,6 +72,14 @@ class Evidence:
         return apart > 1.5 * self.resolution + 1e-9 * float(np.ptp(self.load[1]))
 
     @property
+    def sensor_error(self) -> Vector | None:
+        """What the sensor shows less the true position (n,), where the log knows both and it is more than rounding."""
+        if not (self.has("position") and self.has("position_true")):
+            return None
+        error: Vector = self.plotted("position") - self.plotted("position_true")
+        return error if float(np.max(np.abs(error), initial=0.0)) > 1.5 * self.resolution + 1e-9 * float(np.ptp(error)) else None
+
+    @property
     def name(self) -> str:
         """The log's name and the topic."""
         return f"{self.source} {self.stream.topic}"

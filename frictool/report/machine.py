@@ -20,28 +20,32 @@ def as_json(verdict: Verdict, spec: Spec, transfers: Sensitivities | str | None 
     """`verdict` is `pass` where no requirement is broken and one is met at least; what the logs cannot tell is under `undecided`.
 
     A metric without a value is null, and `missing` says why; one that is only known to lie between two values is null, with `bounds`.
-    `sensitivity` is null without a controller.
+    `sensitivity` is null without a controller. A stream `meets_all` where it breaks none of the logs' requirements by itself.
     """
     return {
         "verdict": "pass" if verdict.passed else "fail",
         "name": verdict.name,
         "summary": verdict.headline,
         "plants": len(verdict.plants),
+        "streams_meeting_all": sum(verdict.meets),
         "undecided": list(verdict.undecided),
         "requirements": [requirement.as_json() for requirement in verdict.requirements],
         "units": {metric.name: metric.unit(spec) for metric in (*HOLD_METRICS.values(), *STREAM_METRICS.values())},
         "energy_window_s": energy_window(spec),
         "sensitivity": {"missing": transfers} if isinstance(transfers, str) else _sensitivity(transfers),
-        "streams": [_stream(spec, evidence, holds) for evidence, holds in verdict.evidence],
+        "streams": [
+            _stream(spec, evidence, holds, meets) for (evidence, holds), meets in zip(verdict.evidence, verdict.meets, strict=True)
+        ],
     }
 
 
-def _stream(spec: Spec, evidence: Evidence, holds: tuple[Measured, ...]) -> dict[str, Any]:
+def _stream(spec: Spec, evidence: Evidence, holds: tuple[Measured, ...], meets: bool) -> dict[str, Any]:
     time = evidence.stream.time
     values, missing = stream_metrics(spec, evidence)
     return {
         "log": evidence.source,
         "stream": evidence.stream.topic,
+        "meets_all": meets,
         "samples": int(time.size),
         "duration_s": float(time[-1] - time[0]),
         "encoder_step": evidence.resolution or None,

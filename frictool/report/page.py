@@ -18,9 +18,11 @@ from frictool.report.evidence import labels
 from frictool.report.margins import margins
 from frictool.report.metric_table import HOLD_METRICS
 from frictool.report.requirement import Verdict, number, unit_shown
+from frictool.report.selection import shown
 from frictool.report.step_views import MOST_STEPS, same_steps, step_views
 from frictool.report.tables import hold_tables, side_by_side, stream_table
 from frictool.report.transfer_views import transfer_views
+from frictool.report.worst import Judged
 from frictool.verify.sensitivity import Sensitivities
 
 
@@ -40,24 +42,28 @@ def page(
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
     )
-    evidence = [item for item, _ in verdict.evidence]
+    streams = shown(verdict)
+    evidence = [item for item, _ in streams]
     bars = margins(spec, controller) if controller is not None else None
     views = transfer_views(controller, transfers) if controller is not None and isinstance(transfers, Sensitivities) else []
-    shown = {name for _, holds in verdict.evidence for measured in holds for name in (*measured.values, *measured.bounds)}
+    told = {name for _, holds in verdict.evidence for measured in holds for name in (*measured.values, *measured.bounds)}
     return environment.from_string(template).render(
         verdict=verdict,
+        shown=streams,
         number=number,
         unit_shown=unit_shown,
         unit=si_unit("position", spec.axis),
         drive_unit=si_unit(spec.drive, spec.axis),
-        legend=[(name, colour, _variants(verdict, name)) for name, colour in log_colours(evidence).items()],
+        legend=[
+            (name, colour, _variants(streams, name), _variants(verdict.evidence, name)) for name, colour in log_colours(evidence).items()
+        ],
         pictures=[_embedded(picture) for picture in overview(spec, evidence)],
-        steps=[_embedded(picture) for picture in step_views(spec, verdict.evidence)],
-        undrawn=max(0, len(same_steps(verdict.evidence)) - MOST_STEPS),
-        tables=hold_tables(spec, verdict),
-        streams=stream_table(spec, verdict),
+        steps=[_embedded(picture) for picture in step_views(spec, streams)],
+        undrawn=max(0, len(same_steps(streams)) - MOST_STEPS),
+        tables=hold_tables(spec, streams),
+        streams=stream_table(spec, streams),
         comparison=side_by_side(spec, verdict),
-        definitions=[metric for name, metric in HOLD_METRICS.items() if name in shown],
+        definitions=[metric for name, metric in HOLD_METRICS.items() if name in told],
         controller=controller,
         blocks=[] if controller is None else blocks(controller),
         bars=None if bars is None else _embedded(bars),
@@ -73,5 +79,5 @@ def _embedded(picture: Picture) -> dict[str, str]:
     return {"title": picture.title, "svg": Markup(picture.svg), "caption": picture.caption}
 
 
-def _variants(verdict: Verdict, name: str) -> int:
-    return sum(item.source == name and not item.nominal for item, _ in verdict.evidence)
+def _variants(streams: Judged, name: str) -> int:
+    return sum(item.source == name and not item.nominal for item, _ in streams)

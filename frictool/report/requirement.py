@@ -58,11 +58,15 @@ class Requirement:
 
 @dataclass(frozen=True)
 class Verdict:
-    """All requirements in the specification's order, and the evidence with the metrics of each hold."""
+    """All requirements in the specification's order, and the evidence with the metrics of each hold.
+
+    meets: for each stream, whether it breaks none of them by itself and meets one; the modulus margin, which is the controller's, aside.
+    """
 
     name: str
     requirements: tuple[Requirement, ...]
     evidence: tuple[tuple[Evidence, tuple[Measured, ...]], ...]
+    meets: tuple[bool, ...] = ()
 
     @property
     def undecided(self) -> tuple[str, ...]:
@@ -105,7 +109,8 @@ class Verdict:
         parts += [f"{broken} broken"] if broken else []
         parts += [f"{undecided} undecided"] if undecided else []
         caveat = " as far as the logs tell" if undecided and not broken else ""
-        return f"{self.outcome}{caveat}: {', '.join(parts)}, on {self.played_on}"
+        counted = f"; {sum(self.meets)} of {len(self.meets)} meet them all" if broken and len(self.meets) > 1 else ""
+        return f"{self.outcome}{caveat}: {', '.join(parts)}, on {self.played_on}{counted}"
 
 
 def number(value: float | None) -> str:

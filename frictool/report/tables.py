@@ -12,6 +12,7 @@ from frictool.report.measure import Measured
 from frictool.report.metric_table import HOLD_METRICS, STREAM_METRICS, Metric
 from frictool.report.requirement import Verdict, number, unit_shown
 from frictool.report.stream_metrics import stream_metrics
+from frictool.report.worst import Judged
 
 MOTION = (
     "response_time_95",
@@ -35,9 +36,9 @@ class Table:
     rows: tuple[tuple[str, ...], ...]
 
 
-def hold_tables(spec: Spec, verdict: Verdict) -> list[Table]:
-    """Every hold of every stream: how it moved, and what the drive and the load did; columns that nobody has are left out."""
-    held = [(evidence, measured) for evidence, holds in verdict.evidence for measured in holds]
+def hold_tables(spec: Spec, streams: Judged) -> list[Table]:
+    """Every hold of the streams: how it moved, and what the drive and the load did; columns that nobody has are left out."""
+    held = [(evidence, measured) for evidence, holds in streams for measured in holds]
     found = {name for _, measured in held for name in (*measured.values, *measured.bounds)}
     groups = {"Motion": [], "Drive, load and rest": []}  # type: dict[str, list[Metric]]
     for name, metric in HOLD_METRICS.items():
@@ -74,11 +75,11 @@ def _shown(value: float | None) -> str:
     return NOTHING if value is None else "never" if math.isinf(value) else number(value)
 
 
-def stream_table(spec: Spec, verdict: Verdict) -> Table:
+def stream_table(spec: Spec, streams: Judged) -> Table:
     """Each stream as a whole: how it was sampled, and what can be told of a record that is never held."""
     heads = ("Stream", "samples", "duration [s]", "rate [Hz]", "gaps", "sensor step", *(heading(m, spec) for m in STREAM_METRICS.values()))
     rows = []
-    for evidence, _ in verdict.evidence:
+    for evidence, _ in streams:
         base, (values, _) = time_base(evidence.stream.time), stream_metrics(spec, evidence)
         sampled = (str(base.samples), number(base.duration_s), number(base.rate_hz), str(base.gaps), number(evidence.resolution or None))
         rows.append((evidence.name, *sampled, *(_shown(values.get(name)) for name in STREAM_METRICS)))

@@ -7,9 +7,9 @@ from frictool.documents.controller import Controller
 from frictool.documents.spec import Spec
 from frictool.logs.log import Log
 from frictool.report.drive_judges import judge_energy, judge_peak, judge_rest, judge_rms, judge_saturation
-from frictool.report.evidence import gather
+from frictool.report.evidence import Evidence, gather
 from frictool.report.load_judge import judge_load
-from frictool.report.measure import measure
+from frictool.report.measure import Measured, measure
 from frictool.report.requirement import Requirement, Verdict, Where
 from frictool.report.rig import Rig
 from frictool.report.worst import Judge, Judged, per_hold
@@ -22,8 +22,16 @@ def judge(spec: Spec, logs: list[Log], controller: Controller | None = None, ben
     """
     rig = Rig.of(bench if bench is not None or controller is None else controller.bench)
     evidence = tuple((item, tuple(measure(spec, item))) for item in gather(spec, logs, rig))
-    requirements = tuple(make(spec, evidence, controller) for name, make in JUDGES.items() if getattr(spec, name) is not None)
-    return Verdict(spec.name, requirements, evidence)
+    asked = {name: make for name, make in JUDGES.items() if getattr(spec, name) is not None}
+    requirements = tuple(make(spec, evidence, controller) for make in asked.values())
+    of_logs = [make for name, make in asked.items() if name != "modulus_margin"]
+    return Verdict(spec.name, requirements, evidence, tuple(_meets(spec, one, of_logs) for one in evidence))
+
+
+def _meets(spec: Spec, stream: tuple[Evidence, tuple[Measured, ...]], judges: list[Judge]) -> bool:
+    """Whether one stream, by itself, breaks nothing and meets something."""
+    found = [make(spec, (stream,), None).met for make in judges]
+    return False not in found and True in found
 
 
 def _modulus_margin(spec: Spec, evidence: Judged, controller: Controller | None) -> Requirement:

@@ -8,12 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.logs.log import Log, Stream
+from frictool.report.curves import overview
 from frictool.report.evidence import gather
 from frictool.report.step_views import same_steps, step_views, window
 from frictool.report.thinning import COLUMNS, path_samples, shown_samples
 from frictool.report.velocity import shown_velocity
 from frictool.report.verdict import judge
-from tests.report.example import clutch_spec, stream
+from tests.report.example import ENCODER_STEP, clutch_spec, stream
 
 
 @given(st.integers(1, 20_000), st.integers(0, 10**6))
@@ -103,3 +104,14 @@ def test_a_load_that_differs_from_the_sensor_has_a_picture_and_one_that_does_not
     behind = Stream("/axis", stream().time, {**signals, "load_position": signals["position"] - 1.5}, stream().units)
     found = [gather(clutch_spec(), [Log((one,), {}, "run.mcap")])[0].has_backlash for one in (stream(), together, behind)]
     assert found == [False, False, True]
+
+
+def test_a_sensor_that_is_wrong_by_more_than_its_rounding_has_a_picture() -> None:
+    """As after lost counts: simulated logs know the true position."""
+    plain = stream()
+    rounding = plain.signals["position"] + 0.9 * ENCODER_STEP
+    lost = plain.signals["position"] + np.where(plain.time > 2.0, 9 * ENCODER_STEP, 0.0)
+    for true, pictured in ((rounding, False), (lost, True)):
+        signals = {**plain.signals, "position_true": true}
+        evidence = gather(clutch_spec(), [Log((Stream("/axis", plain.time, signals, plain.units),), {}, "run.mcap")])
+        assert ("Sensor error" in [picture.title for picture in overview(clutch_spec(), evidence)]) is pictured
