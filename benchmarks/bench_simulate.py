@@ -1,4 +1,4 @@
-"""One step of 1.1 s of the clutch: the engine in closed loop against scipy's `solve_ivp` with events.
+"""One step of 1.1 s of the clutch, and of 1000 clutches drawn at random: the closed loop against scipy's `solve_ivp` with events.
 
 The peer gets the commands that the closed loop computed and only moves the plant (its controller would come on top): a quantiser
 in the loop amplifies any difference, so that trajectories are compared in replay. Errors are those of the position at the samples,
@@ -10,18 +10,24 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.timing import pair
 from frictool.control.composition import controller_program
 from frictool.control.machine import Machine, copied, machine, start_at
+from frictool.documents.provenance import Provenance
+from frictool.documents.quantity import Quantity
+from frictool.documents.scenario import Scenario, Step
 from frictool.engine.closed_loop import COMMAND, RECORD_SIZE, TRUE_POSITION, measure, run
 from frictool.engine.conditions import NO_CONDITIONS
 from frictool.plant.axis import AxisParameters, rest
 from frictool.plant.load import Load
+from frictool.simulate.step_test import step_test
 from tests.control.example import clutch_controller
 from tests.engine.reference import TIGHT, event_integration
+from tests.synth.example import clutch_model
 
 PERIOD, SAMPLES, TARGET, START = 1e-3, 1100, 55.0, 5.0
 CLUTCH = AxisParameters(
@@ -29,7 +35,7 @@ CLUTCH = AxisParameters(
     backlash=3.0, backlash_coulomb=0.05, backlash_breakaway=0.055, encoder_step=2 * math.pi / 56,
 )  # fmt: skip
 USUAL: dict[str, Any] = {"method": "RK45", "rtol": 1e-6, "max_step": np.inf}
-ROUNDS, STEPS = 5, 200
+ROUNDS, STEPS, PLANTS = 5, 200, 1000
 
 
 def closed_loop(controller: Machine) -> NDArray[np.float64]:
@@ -70,4 +76,35 @@ def simulate_clutch_step() -> dict[str, Any]:
     }
 
 
-ROWS = [simulate_clutch_step]
+def simulate_random_plants() -> dict[str, Any]:
+    """Wall time of a plant of a scenario with 1000 of them, from documents to a log in memory; of one of two that the peer moves."""
+    controller, model = clutch_controller(), clutch_model()
+    step = Step(Quantity(value=TARGET, unit="rad"), PERIOD * SAMPLES)
+    start = Quantity(value=START, unit="rad")
+    scenario = Scenario("scenario/1", "step", "rotary", start=start, steps=(step,), variants="random", plants=PLANTS)
+    acting = np.concatenate([[0.0], closed_loop(machine(controller_program(controller)))[:-1, COMMAND]])
+    here, log = Provenance("a benchmark", "0"), None
+
+    def ours() -> None:
+        nonlocal log
+        log = step_test(model, controller, scenario, here)
+
+    all_of_them, two = pair(ours, lambda: [replay(acting, USUAL) for _ in range(2)], ROUNDS)
+    seconds, theirs = all_of_them / PLANTS, two / 2
+    assert log is not None
+    assert len(log.streams) == 1 + PLANTS
+    return {
+        "id": "simulate.random_plants",
+        "peer": "scipy solve_ivp, a plant of 2",
+        "ours": seconds,
+        "theirs": theirs,
+        "unit": "s",
+        "ratio": theirs / seconds,
+        "accuracy": (
+            f"{PLANTS} plants for {SAMPLES * PERIOD:g} s with their controllers, {len(log.main.signals)} channels each, in {all_of_them:.2g} s "
+            f"on {numba.get_num_threads()} threads"
+        ),
+    }
+
+
+ROWS = [simulate_clutch_step, simulate_random_plants]

@@ -23,7 +23,7 @@ from frictool.control.machine import Machine, control_step
 from frictool.engine.axis import advance, drive_range
 from frictool.engine.conditions import faulty, impose, true_command
 from frictool.engine.status import OK
-from frictool.kernels import kernel
+from frictool.kernels import inner_kernel, kernel
 from frictool.plant.axis import DRIVE, DRIVE_LIMIT, ENCODER_STEP, LAG, LOAD_POSITION, MODE, OFFSET, POSITION, RESISTANCE, VELOCITY
 from frictool.plant.load import load_effort
 
@@ -71,14 +71,14 @@ def run(
     return OK
 
 
-@kernel
+@inner_kernel
 def seen(axis: Vector, state: Vector, last: float, conditions: Vector, k: int) -> float:
     """What the encoder shows at sample k [rad | m]; `last`: what it showed at the sample before."""
     reported = measure(state[POSITION], axis[ENCODER_STEP])
     return faulty(reported, axis[ENCODER_STEP], last, conditions[k]) if conditions.shape[0] > 0 else reported
 
 
-@kernel
+@inner_kernel
 def answered(
     axis: Vector,
     state: Vector,

@@ -262,6 +262,21 @@ def test_every_key_of_a_scenario_is_in_the_help() -> None:
         assert key in ("format", "name", "axis") or f"\n    {key} " in text, key
 
 
+def test_the_scenario_of_the_formats_page_is_one(tmp_path: Path) -> None:
+    """Its example has every key; the replay's stands in place of the steps."""
+    page = (ROOT / "docs/formats.md").read_text().partition("### What a scenario plays")[2].partition("\n### ")[0]
+    whole, replay = (block.partition("\n```")[0] for block in page.split("```yaml\n")[1:])
+    example, other = tmp_path / "example.yaml", tmp_path / "replay.yaml"
+    example.write_text(whole)
+    other.write_text("format: scenario/1\nname: replay\naxis: rotary\n" + replay)
+    found = load(example, Scenario)
+    left = {name for name in Scenario.__struct_fields__ if f"\n{name}:" not in f"\n{whole}"}
+    assert left == {"reference"}
+    assert len(found.steps) == 4
+    assert {fault.kind for fault in found.sensor_faults} == {"lost_counts", "encoder_stuck", "drive_offset", "drive_gain"}
+    assert load(other, Scenario).reference.shift.value == 5.0
+
+
 def test_a_scenario_survives_writing_and_reading(tmp_path: Path) -> None:
     for path in READY.glob("*.yaml"):
         copy = tmp_path / path.name

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from frictool.documents.bench import Bench
-from frictool.documents.controller import Controller, StateSpace
+from frictool.documents.conditions import SensorFault
+from frictool.documents.controller import Controller, StateSpace, Velocity
 from frictool.documents.laws import Polynomial
 from frictool.documents.model import Model
 from frictool.documents.provenance import Input, Provenance
@@ -93,6 +94,43 @@ def test_metadata_says_simulated_and_from_what() -> None:
     metadata = log_of(scenario()).metadata
     assert metadata["log"] == {"kind": "simulated", "scenario": "steps", "model": "clutch", "controller": "speed"}
     assert metadata["provenance"] == {"command": "frictool simulate", "frictool": "0", "input_1": "model.yaml sha256:" + "ab" * 32}
+
+
+def test_a_measured_speed_is_in_the_log_and_in_the_loop() -> None:
+    """Of a sensor of its own: the true speed, and no other controller than the one that differences the encoder."""
+    by = controller()
+    law = msgspec.structs.replace(by.position_law, action="brake", rest_speed=40.0)
+    by = msgspec.structs.replace(by, position_law=law)
+    sensed = msgspec.structs.replace(by, velocity=Velocity(source="measured"))
+    logs = [log_of(scenario(), by=one).main for one in (by, sensed)]
+    assert "velocity_measured" not in logs[0].signals
+    np.testing.assert_array_equal(logs[1].signals["velocity_measured"], logs[1].signals["velocity"])
+    assert logs[1].units["velocity_measured"] == "rad/s"
+    assert not np.array_equal(logs[0].signals["position_true"], logs[1].signals["position_true"])
+
+
+def test_a_wrong_current_moves_otherwise_than_a_sound_one() -> None:
+    faults = (SensorFault("drive_offset", 0.1, offset=Quantity(value=3.0, unit="A")), SensorFault("drive_gain", 0.2, gain_error=0.2))
+    sound, wrong = log_of(scenario()).main, log_of(scenario(sensor_faults=faults)).main
+    shown, true = wrong.signals["current"], wrong.signals["current_true"]
+    np.testing.assert_array_equal(shown[:100], true[:100])
+    np.testing.assert_allclose(shown[200:], 1.2 * true[200:] + 3.0, rtol=1e-12)
+    np.testing.assert_allclose(wrong.signals["effort"], 13.4e-3 * shown, rtol=1e-15)  # as the bench computes it
+    np.testing.assert_array_equal(sound.signals["current"], sound.signals["current_true"])
+    assert not np.array_equal(sound.signals["position_true"], wrong.signals["position_true"])
+
+
+def test_the_knee_and_the_backlash_of_the_published_clutch_are_played() -> None:
+    """Without the knee's viscous friction it goes faster, once it is above it and not before; the load is within half a backlash."""
+    model = load(ROOT / "configs/clutch/nonlinear.yaml", Model)
+    bare = msgspec.structs.replace(model, laws=msgspec.structs.replace(model.laws, regimes=()))
+    far = msgspec.structs.replace(controller(), prefilter=None)
+    kneed, free = (log_of(scenario(60.0, 5.0), plant, far).main.signals for plant in (model, bare))
+    first = int(np.flatnonzero(np.abs(kneed["velocity"]) > 260.0)[0])
+    np.testing.assert_array_equal(kneed["position_true"][:first], free["position_true"][:first])
+    assert np.max(np.abs(free["velocity"])) > np.max(np.abs(kneed["velocity"])) + 1.0
+    gap = kneed["position_true"] - kneed["load_position"]
+    assert np.max(np.abs(gap)) == pytest.approx(1.5)
 
 
 def test_progress_counts_the_variants_batch_by_batch() -> None:
@@ -208,3 +246,9 @@ def test_a_voltage_drive_of_a_linear_axis() -> None:
     assert (stream.units["position"], stream.units["voltage"], stream.units["effort"]) == ("m", "V", "N")
     np.testing.assert_array_equal(stream.signals["voltage"][1:], stream.signals["command"][:-1])  # one sample of delay
     assert stream.signals["position_true"][-1] == pytest.approx(0.1, abs=2e-3)
+    fault = SensorFault("drive_offset", 0.0, offset=Quantity(value=0.5, unit="V"))
+    with pytest.raises(InputFileError, match="scenario: drive: found current; allowed: drive: voltage"):
+        log_of(msgspec.structs.replace(played, sensor_faults=(fault,)), model, by)
+    wrong = log_of(msgspec.structs.replace(played, sensor_faults=(fault,), drive="voltage"), model, by).main
+    np.testing.assert_array_equal(wrong.signals["voltage"], stream.signals["voltage"] + 0.5)  # a voltage is not fed back
+    np.testing.assert_array_equal(wrong.signals["position_true"], stream.signals["position_true"])
