@@ -11,30 +11,41 @@ from frictool.cli.output import command_line, existing, json_option, output_opti
 
 if TYPE_CHECKING:
     from frictool.documents.controller import Number
+    from frictool.export.exported import Language
 
 HELP = """\b
 Example:
   frictool export controller.yaml --lang c --number float -o c/
   cc c/*.c -lm -o selftest && ./selftest
+  frictool export controller.yaml --lang matlab -o simulink/
 
-Write a controller as C99: NAME.h and NAME.c to run on the target, NAME_vectors.h and NAME_selftest.c to check it there.
+Write a controller for its target, or for another tool.
 
-The source allocates nothing and calls nothing but sqrt. The golden vectors come from the simulation's own controller in the same number
-format; the self-test exits 0 when the compiled code gives every one of them bit by bit. The loop is verified again with the coefficients
-as the format keeps them: exit 4 where that breaks the margin. Files of the same names in the folder are replaced, others are left alone.
-With -o - the files are written to stdout as a tar archive.
+\b
+  c       C99: NAME.h and NAME.c to run on the target, NAME_vectors.h and NAME_selftest.c to check it there
+  json    NAME.json: every coefficient as the number format keeps it, with its conventions
+  cmsis   NAME_cmsis.h: the linear controller as biquad arrays for CMSIS-DSP, in float, q31 or q15
+  matlab  NAME.mat: a, b, c, d, sos, Ts and the blocks' parameters, for MATLAB and Simulink
+
+The C allocates nothing and calls nothing but sqrt. Its golden vectors come from the simulation's own controller in the same number
+format; the self-test exits 0 when the compiled code gives every one of them bit by bit. q31 and q15 are fixed point, proved free of
+overflow. Whatever is written, the loop is verified again with the coefficients as the format keeps them: exit 4 where that breaks the
+margin. Files of the same names in the folder are replaced, others are left alone. With -o - the files are a tar archive on stdout.
 """
 
 
 @click.command("export", help=HELP)
 @click.argument("controller", type=existing)
-@click.option("--lang", type=click.Choice(["c"]), default="c", show_default=True, help="Programming language.")
+@click.option("--lang", type=click.Choice(["c", "json", "cmsis", "matlab"]), default="c", show_default=True, help="What is written.")
 @click.option(
-    "-n", "--number", type=click.Choice(["double", "float", "q31", "q15"]), default="double", show_default=True, help="Number format."
+    "-n",
+    "--number",
+    type=click.Choice(["double", "float", "q31", "q15"]),
+    help="Number format. [default: double; of cmsis float]",
 )
 @output_option(help="The folder to write into; - is a tar archive on stdout.")
 @json_option
-def command(controller: Path, lang: str, number: Number, output: Path, as_json: bool) -> None:
+def command(controller: Path, lang: Language, number: Number | None, output: Path, as_json: bool) -> None:
     from frictool.cli.folder import save_folder
     from frictool.documents.controller import Controller
     from frictool.documents.provenance import digest
@@ -44,6 +55,7 @@ def command(controller: Path, lang: str, number: Number, output: Path, as_json: 
     from frictool.export.exported import exported
     from frictool.export.origin import Origin
 
+    number = number or ("float" if lang == "cmsis" else "double")
     words = command_line("export", {"controller": controller, "--lang": lang, "--number": number})
     found = exported(document, lang, number, Origin(digest(controller), words))
     save_folder(output, found.files, [controller], overwrite=True)

@@ -6,14 +6,15 @@ import io
 import sys
 import tarfile
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 from frictool.cli.output import STDOUT, refuse_inputs
 from frictool.errors import OutputError
 
 
-def save_folder(target: Path, files: dict[str, str], inputs: list[Path], *, overwrite: bool) -> None:
-    """Writes `files` (relative name -> text) into `target`; other files there stay as they are. `-` writes a tar archive to stdout.
+def save_folder(target: Path, files: Mapping[str, str | bytes], inputs: list[Path], *, overwrite: bool) -> None:
+    """Writes `files` (relative name -> content) into `target`; other files there stay as they are. `-` writes a tar archive to stdout.
 
     Raises OutputError, having changed nothing, where a file is an input, cannot be written, or exists and `overwrite` is false.
     """
@@ -28,7 +29,7 @@ def save_folder(target: Path, files: dict[str, str], inputs: list[Path], *, over
             staged = Path(temporary) / "files"
             for name, text in files.items():
                 (staged / name).parent.mkdir(parents=True, exist_ok=True)
-                (staged / name).write_text(text, encoding="utf-8", newline="\n")
+                (staged / name).write_bytes(_bytes(text))
             if not target.exists():
                 staged.rename(target)
                 return
@@ -52,12 +53,16 @@ def _refuse(target: Path, places: list[Path], inputs: list[Path], overwrite: boo
         refuse_inputs(place, inputs)
 
 
-def archive(files: dict[str, str]) -> bytes:
+def _bytes(content: str | bytes) -> bytes:
+    return content if isinstance(content, bytes) else content.encode()
+
+
+def archive(files: Mapping[str, str | bytes]) -> bytes:
     """An uncompressed tar archive of the files, without owners and times: the same files give the same bytes."""
     buffer = io.BytesIO()
     with tarfile.open(fileobj=buffer, mode="w", format=tarfile.USTAR_FORMAT) as tar:
         for name, text in files.items():
-            data = text.encode()
+            data = _bytes(text)
             entry = tarfile.TarInfo(name)
             entry.size = len(data)
             tar.addfile(entry, io.BytesIO(data))

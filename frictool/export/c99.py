@@ -32,6 +32,7 @@ FILES = {
     "{}_vectors.h": "vectors.h.jinja",
     "{}_selftest.c": "selftest.c.jinja",
 }
+NOTHING = [("char nothing;", "no state is kept between samples")]
 HELPERS = ("shifted", "word", "raised", "bounded", "whole_root", "absolute", "smaller", "larger")
 FOLDER = Path(__file__).parent / "templates"
 
@@ -96,7 +97,8 @@ def _code(names: Names, numbers: Numbers) -> dict[str, Any]:
         "returned": operand(names, numbers, program.output),
         "inputs": list(program.inputs),
         "parameters": [numbers.parameter(name) for name in program.inputs],
-        "unused": [numbers.parameter(name) for name, node in program.inputs.items() if not names.uses[node.index]],
+        "unused": ["state"] * ("state->" not in "".join([*body, *writes]))
+        + [numbers.parameter(name) for name, node in program.inputs.items() if not names.uses[node.index]],
         "held": setters,
         "helpers": [*helpers, "shifted"] if "word" in helpers else helpers,
     }
@@ -112,7 +114,7 @@ def _format(controller: Controller, names: Names, numbers: Numbers) -> dict[str,
         modes = [numbers.literal(value) for value in (RUN, BRAKE, REST)] if mode is not None else []
         return {
             "fixed": False,
-            "fields": [_field(table, numbers, program, "") for table in names.states],
+            "fields": [_field(table, numbers, program, "") for table in names.states] or NOTHING,
             "period": numbers.literal(controller.sample_period_s),
             "drive_limit": numbers.literal(limit),
             "modes": modes,
@@ -121,7 +123,7 @@ def _format(controller: Controller, names: Names, numbers: Numbers) -> dict[str,
     word = _words(scaled, mode) if mode is not None else []
     return {
         "fixed": True,
-        "fields": [_field(table, numbers, program, field_note(table, scaled)) for table in names.states],
+        "fields": [_field(table, numbers, program, field_note(table, scaled)) for table in names.states] or NOTHING,
         "period": repr(controller.sample_period_s),
         "drive_limit": round(math.ldexp(limit, scaled.fractions[drive.index])),
         "modes": word,
@@ -169,7 +171,7 @@ def _starts(names: Names, numbers: Numbers) -> list[str]:
         for node in table.nodes.values():
             source = program.inputs[program.starts[node.index]] if node.index in program.starts else None
             lines.append(f"{INDENT}{names.text[node.index]} = {numbers.started(node, source)};")
-    return lines
+    return lines or [f"{INDENT}state->nothing = 0;"]  # C knows no empty struct
 
 
 def _writes(names: Names, numbers: Numbers) -> list[str]:

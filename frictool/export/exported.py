@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from frictool.control.composition import controller_program
 from frictool.control.fixed_point import DoesNotFit
@@ -11,25 +12,30 @@ from frictool.documents.controller import Controller, Number
 from frictool.documents.quantity import si_unit
 from frictool.errors import NoSolutionError
 from frictool.export.c99 import c_sources
+from frictool.export.cmsis import cmsis_arrays, cmsis_header
+from frictool.export.coefficients import json_file, matlab_file
 from frictool.export.origin import Origin
 from frictool.export.rounded_loop import RoundedLoop, rounded_loop
 from frictool.export.vectors import GoldenVectors, golden_vectors
 from frictool.export.visits import visits_of
 from frictool.verify.controller import recheck
 
+Language = Literal["c", "json", "cmsis", "matlab"]
+LANGUAGES: tuple[Language, ...] = ("c", "json", "cmsis", "matlab")
+
 
 @dataclass(frozen=True)
 class Exported:
-    """files: name -> text. vectors: None where the language has none."""
+    """files: name -> content. vectors: None where the language has none; more: further lines for people."""
 
     controller: Controller
-    language: str
+    language: Language
     number: Number
     origin: Origin
-    files: dict[str, str]
+    files: Mapping[str, str | bytes]
     loop: RoundedLoop
-    vectors: GoldenVectors | None
-    visited: dict[str, str]
+    vectors: GoldenVectors | None = None
+    more: tuple[str, ...] = ()
 
     def summary(self) -> dict[str, Any]:
         """The machine's view."""
@@ -50,34 +56,59 @@ class Exported:
 
     def told(self) -> list[str]:
         """The same for people."""
-        loop, vectors = self.loop, self.vectors
-        norm = "" if loop.norm is None else f", norm {loop.norm:.4g} at {loop.norm_at}"
-        lines = [
+        norm = "" if self.loop.norm is None else f", norm {self.loop.norm:.4g} at {self.loop.norm_at}"
+        return [
             f"{', '.join(self.files)}: {self.language}, {self.number}",
-            f"verified with coefficients rounded to {self.number}: modulus margin {loop.modulus_margin:.4f} at {loop.at}{norm}",
+            f"verified with coefficients rounded to {self.number}: modulus margin {self.loop.modulus_margin:.4f} at {self.loop.at}{norm}",
+            *self.more,
         ]
-        if vectors is not None:
-            counted = ", ".join(f"{count} {self.visited[name]}" for name, count in vectors.visits.items())
-            lines.append(f"golden vectors: {vectors.samples} samples, {counted}")
-            if self.number != "double":
-                unit = si_unit(self.controller.drive, self.controller.axis)
-                apart = f"; {vectors.apart} samples are in another mode" if vectors.apart else ""
-                lines.append(
-                    f"rounding of the signals: the drive is {vectors.away:.3g} {unit} away from double's at most, {vectors.rms:.3g} rms{apart}"
-                )
-        return lines
 
 
-def exported(controller: Controller, language: str, number: Number, origin: Origin) -> Exported:
+def exported(controller: Controller, language: Language, number: Number, origin: Origin) -> Exported:
     """Raises NoSolutionError where the document is not what it says, the rounded loop is not verified, or the format cannot hold it."""
     recheck(controller)
-    loop = rounded_loop(controller, number)
-    program = controller_program(controller)
     try:
-        vectors = golden_vectors(controller, program, number)
-        files = c_sources(controller, program, number, vectors, loop, origin)
+        return {"c": _c, "json": _json, "cmsis": _cmsis, "matlab": _matlab}[language](controller, number, origin)
     except DoesNotFit as error:
         bounds = "a travel and a top speed in the bench bound what is measured" if "no bounds" in str(error) else "rescale the units"
         raise NoSolutionError(f"{controller.name}: {number} cannot be scaled: {error}; {bounds}, or use --number float") from None
-    visited = {name: visit.text for name, visit in visits_of(program).items()}
-    return Exported(controller, language, number, origin, files, loop, vectors, visited)
+
+
+def _c(controller: Controller, number: Number, origin: Origin) -> Exported:
+    loop, program = rounded_loop(controller, number), controller_program(controller)
+    vectors = golden_vectors(controller, program, number)
+    files = c_sources(controller, program, number, vectors, loop, origin)
+    visits = visits_of(program)
+    counted = ", ".join(f"{count} {visits[name].text}" for name, count in vectors.visits.items())
+    more = [f"golden vectors: {vectors.samples} samples, {counted}"]
+    if number != "double":
+        unit = si_unit(controller.drive, controller.axis)
+        apart = f"; {vectors.apart} sample(s) are in another mode" if vectors.apart else ""
+        more.append(
+            f"rounding of the signals: the drive is {vectors.away:.3g} {unit} away from double's at most, {vectors.rms:.3g} rms{apart}"
+        )
+    return Exported(controller, "c", number, origin, files, loop, vectors, tuple(more))
+
+
+def _json(controller: Controller, number: Number, origin: Origin) -> Exported:
+    loop = rounded_loop(controller, number)
+    return Exported(controller, "json", number, origin, json_file(controller, number, loop, origin), loop)
+
+
+def _matlab(controller: Controller, number: Number, origin: Origin) -> Exported:
+    loop = rounded_loop(controller, number)
+    return Exported(controller, "matlab", number, origin, matlab_file(controller, number, loop, origin), loop)
+
+
+def _cmsis(controller: Controller, number: Number, origin: Origin) -> Exported:
+    """Verified with the biquads as CMSIS-DSP keeps them: in fixed point all of them share one shift, and a gain is in every stage."""
+    if number == "double":
+        raise NoSolutionError(f"{controller.name}: CMSIS-DSP's direct form I biquads have no double; use --number float, q31 or q15")
+    arrays = cmsis_arrays(controller, number)
+    loop = rounded_loop(controller, number, arrays.linear)
+    files = cmsis_header(controller, number, arrays, loop.modulus_margin, origin)
+    more = ["linear controller only: the prefilter, the position law, the limits and the anti-windup are in --lang c"]
+    if number != "float":
+        unit = si_unit(controller.drive, controller.axis)
+        more.append(f"rounding of the signals moves the drive by at most {arrays.biquads.noise:.3g} {unit}")
+    return Exported(controller, "cmsis", number, origin, files, loop, None, tuple(more))

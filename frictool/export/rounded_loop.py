@@ -38,17 +38,23 @@ class RoundedLoop:
     norm_at: str
 
 
-def rounded_loop(controller: Controller, number: Number) -> RoundedLoop:
-    """Raises NoSolutionError (exit 4) naming the vertex and its figure where the loop is unstable, its modulus margin below what is
-    specified or its norm above what is claimed, or where the rounded anti-windup is unstable."""
-    linear = rounded_linear(controller.linear, number)
+def rounded_loop(controller: Controller, number: Number, biquads: LinearController | None = None) -> RoundedLoop:
+    """`biquads`: the linear controller of other, rounded coefficients that runs instead, without anti-windup.
+
+    Raises NoSolutionError (exit 4) naming the vertex and its figure where the loop is unstable, its modulus margin below what is
+    specified or its norm above what is claimed, or where the rounded anti-windup is unstable.
+    """
+    linear = biquads or rounded_linear(controller.linear, number)
     radius = limited_radius(linear, controller.sample_period_s)
-    if radius >= 1.0:
+    if biquads is None and radius >= 1.0:
         raise _refused(controller, number, f"the anti-windup is unstable (spectral radius {radius:.6g} of a - l c)")
-    found = [(_margin(controller, number, one, point, delays), point.name) for one, point, delays in _loops(controller, linear, number)]
-    _brake(controller, number)
+    try:
+        found = [(_margin(controller, number, one, point, delays), point.name) for one, point, delays in _loops(controller, linear, number)]
+        _brake(controller, number)
+        norms = _norms(controller, linear)
+    except (ValueError, np.linalg.LinAlgError, FloatingPointError):  # a rounded pole on the unit circle itself
+        raise _refused(controller, number, "a pole of the loop lies on the unit circle") from None
     margin, at = min(found)
-    norms = _norms(controller, linear)
     worst, norm_at = max(norms, default=(None, ""))
     claimed = controller.verified.gamma_verified
     if worst is not None and not worst <= CLAIM * claimed:

@@ -12,7 +12,8 @@ import math
 import random
 from dataclasses import dataclass
 
-from frictool.control.machine import Machine, control_step, machine, read, start_at
+from frictool.control.fixed_kernel import from_real
+from frictool.control.machine import FIXED, FLOAT, Machine, control_step, machine, read, start_at
 from frictool.control.number_format import machine_in
 from frictool.control.program import Program
 from frictool.documents.controller import Controller, Number
@@ -168,8 +169,11 @@ class _Bench:
 
 
 def put(running: Machine, place: int, value: float) -> None:
-    """Sets a state of a running program, in double or float: what the caller holds. Fixed point has no scheduled parameters."""
-    (running.real if running.real.size else running.single)[place] = value
+    """Sets a state of a running program: what the caller holds."""
+    if running.number == FIXED:
+        running.word[place] = from_real(running.formats[place], value)
+    else:
+        (running.single if running.number == FLOAT else running.real)[place] = value
 
 
 def _speeds(controller: Controller, band: float) -> tuple[float, float]:

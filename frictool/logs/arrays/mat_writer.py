@@ -7,7 +7,7 @@ mat_elements.py reads; the file says nothing of clock and machine.
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import BinaryIO
 
 from frictool.errors import OutputError
@@ -28,9 +28,15 @@ def write(streams: Sequence[Outgoing], notes: Notes, target: BinaryIO) -> None:
         units: Mapping[str, Value] = dict(zip(stream.names, stream.units, strict=True))
         values[key] = {**dict(zip(stream.names, stream.whole(), strict=True)), "units": units}
     top: Mapping[str, Value] = next(iter(values.values())) if len(values) == 1 else {"streams": values}
-    target.write(b"MATLAB 5.0 MAT-file, written by frictool".ljust(HEAD_BYTES - 4) + b"\x00\x01IM")
-    for name, value in {**top, "notes": notes}.items():
-        target.write(_matrix(name, value))
+    for piece in pieces({**top, "notes": notes}):
+        target.write(piece)
+
+
+def pieces(values: Mapping[str, Value]) -> Iterator[bytes]:
+    """A whole file of named variables: texts, structures, arrays (n,) as columns, (n, m). Raises OutputError where one is too long."""
+    yield b"MATLAB 5.0 MAT-file, written by frictool".ljust(HEAD_BYTES - 4) + b"\x00\x01IM"
+    for name, value in values.items():
+        yield _matrix(name, value)
 
 
 def _matrix(name: str, value: Value) -> bytes:
@@ -46,7 +52,8 @@ def _matrix(name: str, value: Value) -> bytes:
     if isinstance(value, str):
         text = value.encode("utf-16-le")
         return _array(name, "char", (1, len(text) // 2), _element(UINT16, text))
-    return _array(name, "double", (value.size, 1), _element(DOUBLE, value.astype("<f8").tobytes()))
+    shape = (value.shape[0], value.shape[1]) if value.ndim == 2 else (value.size, 1)
+    return _array(name, "double", shape, _element(DOUBLE, value.astype("<f8").tobytes(order="F")))
 
 
 def _array(name: str, kind: str, shape: tuple[int, int], content: bytes) -> bytes:

@@ -1,0 +1,98 @@
+"""The linear controller as arrays for CMSIS-DSP's biquads: one header. The blocks around it are in the exported C only."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import jinja2
+import msgspec
+
+from frictool import __version__
+from frictool.control.composition import controller_program
+from frictool.control.fixed_point import BITS, fixed_program
+from frictool.documents.controller import Controller, LinearController, Number
+from frictool.documents.quantity import si_unit
+from frictool.errors import NoSolutionError
+from frictool.export.biquads import Biquads, fixed_biquads, float_biquads
+from frictool.export.identifier import c_identifier, comment_text
+from frictool.export.origin import Origin
+from frictool.export.real_numbers import RealNumbers
+
+FOLDER = Path(__file__).parent / "templates"
+KINDS = {"float": "float", "q31": "int32_t", "q15": "int16_t"}
+
+
+@dataclass(frozen=True)
+class CmsisArrays:
+    """The stages, and the linear controller that they are with their rounded coefficients, for another verification."""
+
+    biquads: Biquads
+    linear: LinearController
+
+
+def cmsis_arrays(controller: Controller, number: Number) -> CmsisArrays:
+    """Raises NoSolutionError where there are no sections, or they cannot be scaled; DoesNotFit where what enters has no bound."""
+    linear = controller.linear
+    if controller.schedule is not None:
+        raise NoSolutionError(f"{controller.name}: scheduled coefficients are no constant arrays; use --lang c")
+    if not linear.sos:
+        raise NoSolutionError(f"{controller.name}: the document holds no second-order sections; use --lang c")
+    if number == "float":
+        found = float_biquads(linear.sos)
+    else:
+        found = fixed_biquads(controller.name, linear.sos, number, _entering(controller, number))
+    runs = found.sections(number)
+    return CmsisArrays(found, _as_sections(linear, runs))
+
+
+def _as_sections(linear: LinearController, sections: tuple[tuple[float, ...], ...]) -> LinearController:
+    return msgspec.structs.replace(linear, form="sos", sos=sections, sos_anti_windup=(0.0,) * (2 * len(sections)), conditional=False)
+
+
+def _entering(controller: Controller, number: Number) -> float:
+    """How large what enters the linear controller may be: the interval that the fixed-point program proves."""
+    program = controller_program(controller)
+    scaled = fixed_program(program, BITS[number])
+    places = {name: index for index, name in program.names.items()}
+    place = places[_signal(controller)]
+    return math.ldexp(max(map(abs, scaled.words[place])), -scaled.fractions[place])
+
+
+def _signal(controller: Controller) -> str:
+    if controller.structure == "position":
+        return "error"
+    return "eta" if controller.linear.input == "eta" else "speed_error"
+
+
+def cmsis_header(controller: Controller, number: Number, arrays: CmsisArrays, margin: float, origin: Origin) -> dict[str, str]:
+    """File name -> text."""
+    name, found = c_identifier(controller.name), arrays.biquads
+    values = RealNumbers("float").literal if number == "float" else str
+    padded = [[*stage[:1], 0, *stage[1:]] if number == "q15" else list(stage) for stage in found.stages]
+    environment = jinja2.Environment(loader=jinja2.FileSystemLoader(FOLDER), undefined=jinja2.StrictUndefined, autoescape=False)
+    environment.globals["comment"] = comment_text
+    position, drive = si_unit("position", controller.axis), si_unit(controller.drive, controller.axis)
+    signals = {
+        "error": f"filtered reference - position, {position}",
+        "eta": f"integral(speed reference) - position, {position}",
+        "speed_error": f"speed reference - speed, {si_unit('velocity', controller.axis)}",
+    }
+    text = environment.get_template("cmsis.h.jinja").render(
+        id=name,
+        ID=name.upper(),
+        controller=controller,
+        number=number,
+        kind=KINDS[number],
+        rows=[[values(value) for value in stage] for stage in padded],
+        found=found,
+        bits=BITS.get(number, 0),
+        step=math.ldexp(found.output_scale, -BITS[number]) if number in BITS else 0.0,
+        margin=margin,
+        signal=signals[_signal(controller)],
+        drive_unit=drive,
+        origin=origin,
+        version=__version__,
+    )
+    return {f"{name}_cmsis.h": text.rstrip("\n") + "\n"}
