@@ -61,6 +61,8 @@ def coefficient(value: float, bits: int) -> tuple[int, int]:
         return int(value), 0
     fraction = min(bits - math.frexp(value)[1], FINEST)
     word = round(math.ldexp(value, fraction))
+    if word == 0:  # below the finest fraction
+        return 0, 0
     if abs(word) >= 2**bits:  # rounded up to the next power of two
         return round(math.ldexp(value, fraction - 1)), fraction - 1
     return word, fraction
@@ -126,7 +128,7 @@ class _Scaling:
         for state, source in self.program.updates.items():
             writes[state] = self.fraction[source.index] - self.fraction[state]
             for word in self.words[source.index]:
-                self._long(self.program.nodes[state], _moved(word, writes[state]))
+                self._after(self.program.nodes[state], word, writes[state])
         return FixedProgram(
             self.program, self.bits, self.fraction, self.shifts, self.terms, writes, self.constants, self.words, self.longest
         )
@@ -233,14 +235,13 @@ class _Scaling:
             for arg, shift in zip(node.args, self.shifts.get(node.index, (0, 0))[:2], strict=False):
                 if node.op in ("lt", "le"):
                     for word in self.words[arg.index]:
-                        self._long(node, _moved(word, shift))
+                        self._after(node, word, shift)
             return 0, 1
         of = [self.words[arg.index] for arg in node.args]
         sa, sb, s = self.shifts.get(node.index, (0, 0, 0))
 
         def after(word: int, shift: int) -> int:
-            self._long(node, abs(word) + (1 << max(shift, 1) >> 1))
-            return self._long(node, _moved(word, shift))
+            return self._after(node, word, shift)
 
         match node.op:
             case "add":
@@ -258,7 +259,9 @@ class _Scaling:
                 choose = min if node.op == "min" else max
                 return choose(after(of[0][0], sa), after(of[1][0], sb)), choose(after(of[0][1], sa), after(of[1][1], sb))
             case "sqrt":
-                return 0, math.isqrt(self._long(node, max(of[0][1], 0) << s))
+                if of[0][0] < 0:
+                    raise DoesNotFit(f"{self._called(node)} is the root of what may be negative")
+                return 0, math.isqrt(self._long(node, of[0][1] << s))
             case "select":
                 then, otherwise = [after(word, sa) for word in of[1]], [after(word, sb) for word in of[2]]
                 return min(then[0], otherwise[0]), max(then[1], otherwise[1])
@@ -269,6 +272,11 @@ class _Scaling:
                     ends = [after(p * q, shift) for p in c for q in x]
                     low, high = self._long(node, low + min(ends)), self._long(node, high + max(ends))
                 return after(low, s), after(high, s)
+
+    def _after(self, node: Node, word: int, shift: int) -> int:
+        """The word shifted, and the sum that rounds it has room."""
+        self._long(node, abs(word) + (1 << max(shift, 1) >> 1))
+        return self._long(node, _moved(word, shift))
 
     def _long(self, node: Node, value: int) -> int:
         if abs(value) >= LONG:
