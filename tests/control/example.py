@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import msgspec
+import numpy as np
 from scipy import signal
 
 from frictool.control.composition import controller_program
@@ -12,6 +14,11 @@ from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller, DelayCheck, LinearController, PositionLaw, Prefilter, Velocity, Verified, Vertex
 from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
+from frictool.engine.closed_loop import MEASURED, RECORD_SIZE, measure, run
+from frictool.engine.conditions import NO_CONDITIONS
+from frictool.engine.status import OK
+from frictool.plant.axis import AxisParameters, rest
+from frictool.plant.load import Load
 from frictool.plant.lti import Lti
 from frictool.synth.realisation import stored_forms
 
@@ -62,3 +69,37 @@ def started(controller: Controller, position: float) -> Machine:
     made = machine(controller_program(controller))
     start_at(made, position)
     return made
+
+
+def emps_controller() -> Controller:
+    """A controller of the EMPS carriage: encoder of 50 nm, 1 ms, 10 V; crosses over at some 80 rad/s, and brakes with virtual friction."""
+    continuous = signal.zpk2ss([-20.0], [-1500.0, -2500.0], 210.0 * 1500.0 * 2500.0)
+    linear = stored_forms(Lti(*signal.cont2discrete(continuous, 1e-3, "bilinear")[:4], 1e-3))
+    law = PositionLaw(gain=1.45, formula="sqrt(2F/J)", band=1e-4, action="brake", settled_speed=1e-3, rest_speed=2e-3)
+    return msgspec.structs.replace(
+        clutch_controller(BRAKE_LAW, speed=linear, limit=10.0),
+        axis="linear",
+        drive="voltage",
+        position_law=law,
+        velocity=Velocity(bandwidth_rad_s=500.0),
+        prefilter=Prefilter(natural_frequency_rad_s=15.0, damping=0.9),
+        bench=load(ROOT / "configs/emps/bench.yaml", Bench),
+    )
+
+
+def closed_loop_inputs(controller: Controller, start: float, target: float, samples: int = 1200) -> list[dict[str, float]]:
+    """What the controller sees on the axis of its bench, a sample a row: a step there, and half-way back."""
+    bench = controller.bench
+    mechanics, actuator = bench.mechanics, bench.actuator
+    axis = AxisParameters(
+        inertia=mechanics.inertia.value, viscous=mechanics.viscous.value, coulomb=mechanics.coulomb.value,
+        breakaway=1.1 * mechanics.coulomb.value, constant=actuator.constant.value, lag=actuator.loop_time_constant_s,
+        drive_limit=actuator.limit.value, encoder_step=bench.encoder.resolution,
+    )  # fmt: skip
+    references = np.where(np.arange(samples) < samples // 2, target, 0.5 * (start + target))
+    record = np.zeros((samples, RECORD_SIZE))
+    made = started(controller, measure(start, axis.encoder_step))
+    status = run(axis.as_array(), rest(start), made, references, bench.sample_period_s, 1, record, Load().as_array(), NO_CONDITIONS)
+    assert status == OK
+    positions = record[:, MEASURED]
+    return [{"reference": float(r), "position": float(y)} for r, y in zip(references, positions, strict=True)]

@@ -1,52 +1,70 @@
-"""The controller once more, in plain Python on named values: slow, and read beside the thesis rather than beside the kernels."""
+"""The controller once more, in plain Python on named values: slow, and read beside the thesis rather than beside the program.
+
+Sums are in the order that docs/theory/control.md states, so that it is equal to the program bit by bit, and not nearly.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from frictool.documents.controller import Controller
 
 
+def summed(coefficients: Sequence[float], values: Sequence[float]) -> float:
+    """From the left, without what is times 0."""
+    products = [c * v for c, v in zip(coefficients, values, strict=True) if c != 0.0]
+    total = products[0] if products else 0.0
+    for product in products[1:]:
+        total += product
+    return total
+
+
+def within(value: float, low: float, high: float) -> float:
+    return high if value > high else low if value < low else value
+
+
+def saturating(x: float) -> float:
+    """s(x) = t - 4/27 t^3, t = x within +-3/2."""
+    t = min(max(x, -1.5), 1.5)
+    return t - 4.0 / 27.0 * (t * (t * t))
+
+
 class PlainController:
-    """One axis under a controller document. `mode` is "run", "brake" or "rest"."""
+    """One axis under a controller document. `mode` is "run", "brake" or "rest"; `scheduled`: parameters by name, to be set."""
 
     def __init__(self, controller: Controller, position: float) -> None:
-        self.document = controller
+        self.document, self.period = controller, controller.sample_period_s
         self.mode = "rest"
-        self.r = self.r_last = position
+        self.released = False
+        self.r = self.r_last = self.y = position
         self.r_speed = 0.0
-        self.y = position
-        self.speed = self.difference = 0.0
+        self.speed = 0.0
+        self.stages = [(0.0, 0.0)] * controller.velocity.order  # of the low-pass: what entered last, and what left
         self.eta = 0.0
         self.limited = 0
-        self.x = [0.0] * len(controller.linear.discrete.a)
+        self.observed = self.found = 0.0
+        self.x = [0.0] * (2 * len(controller.linear.sos) if self.sections else len(controller.linear.discrete.a))
+        self.scheduled: dict[str, float] = {}
+        for name in controller.schedule.parameters if controller.schedule else ():
+            values = [getattr(corner, name) for corner in controller.schedule.corners]
+            self.scheduled[name] = 0.5 * (min(values) + max(values))
 
-    def step(self, reference: float, position: float) -> float:
-        law, period = self.document.position_law, self.document.sample_period_s
+    @property
+    def sections(self) -> bool:
+        return self.document.linear.form == "sos" and self.document.schedule is None
+
+    def step(self, reference: float, position: float, velocity: float = 0.0) -> float:
+        """The drive of this sample."""
         self.prefilter(reference)
-        error = self.r - position
+        self.error = self.r - position
         motion = position - self.y
         self.y = position
-        self.measure(motion)
-        inside = abs(error) <= law.band and abs(self.r_speed) < law.settled_speed
-        if not inside:
-            self.mode = "run"
-        elif law.action == "cut" or self.mode == "rest" or abs(self.speed) < law.rest_speed:
-            self.mode = "rest"
-        else:
-            self.mode = "brake"
-        if self.mode == "rest":
-            self.x = [0.0] * len(self.x)
-            self.eta, self.limited = 0.0, 0
-            return 0.0
-        return self.speed_loop(period * self.wanted_speed(error) if self.mode == "run" else 0.0, motion)
+        self.measure(motion, velocity)
+        self.bounds()
+        return self.cascade(motion) if self.document.position_law else self.position_loop()
 
-    def wanted_speed(self, error: float) -> float:
-        """(5.19), and inside its band the straight line to its edges."""
-        law = self.document.position_law
-        if abs(error) <= law.band:
-            return law.gain / math.sqrt(law.band) * error
-        return math.copysign(law.gain * math.sqrt(abs(error)), error)
+    # what comes before the linear controller
 
     def prefilter(self, reference: float) -> None:
         """(5.69) by the trapezoidal rule, solved for the new speed."""
@@ -54,7 +72,7 @@ class PlainController:
             self.r = reference
             return
         w, m = self.document.prefilter.natural_frequency_rad_s, self.document.prefilter.damping
-        h = 0.5 * self.document.sample_period_s
+        h = 0.5 * self.period
         viscous, elastic = 2.0 * m * w * h, w * w * h * h
         p = (1.0 - viscous - elastic) / (1.0 + viscous + elastic)
         q = w * w * h / (1.0 + viscous + elastic)
@@ -62,34 +80,188 @@ class PlainController:
         self.r += h * (speed + self.r_speed)
         self.r_speed, self.r_last = speed, reference
 
-    def measure(self, motion: float) -> None:
-        bandwidth, period = self.document.velocity.bandwidth_rad_s, self.document.sample_period_s
-        difference = motion * (1.0 / period)
-        if bandwidth == 0.0:
-            self.speed = difference
-        else:
-            x = bandwidth * period
+    def measure(self, motion: float, velocity: float) -> None:
+        """The encoder's difference through as many equal low-passes as the order says: (5.70) with two."""
+        own = self.document.velocity
+        if own.source == "measured":
+            self.speed = velocity
+            return
+        self.speed = motion * (1.0 / self.period)
+        if own.bandwidth_rad_s > 0.0:
+            x = own.bandwidth_rad_s * self.period
             pole, gain = (2.0 - x) / (2.0 + x), x / (2.0 + x)
-            self.speed = pole * self.speed + gain * difference + gain * self.difference
-        self.difference = difference
+            for stage, (entered, left) in enumerate(self.stages):
+                entering = self.speed
+                self.speed = pole * left + gain * (entering + entered)
+                self.stages[stage] = entering, self.speed
 
-    def speed_loop(self, increment: float, motion: float) -> float:
-        k, anti_windup = self.document.linear.discrete, self.document.linear.anti_windup
-        change = increment - motion
-        if self.limited * change <= 0.0:
-            self.eta += change
-        drive = k.d[0][0] * self.eta
-        for c, x in zip(k.c[0], self.x, strict=True):
-            drive += c * x
-        bound = self.document.drive_limit
-        limited = min(max(drive, -bound), bound)
-        self.limited = (drive > bound) - (drive < -bound)
-        self.x = [self.row(i, drive, limited, anti_windup[i]) for i in range(len(self.x))]
-        return limited
+    def bounds(self) -> None:
+        """|u| <= limit, and |R i + K v| <= V."""
+        limit, actuator = self.document.drive_limit, self.document.bench.actuator
+        self.low, self.high = -limit, limit
+        if actuator.winding is not None:
+            resistance, voltage = actuator.winding.resistance_ohm, actuator.winding.voltage_v
+            stall, back = voltage / resistance, actuator.constant.value / resistance * self.speed
+            self.low, self.high = max(-limit, min(limit, -stall - back)), min(limit, max(-limit, stall - back))
 
-    def row(self, i: int, drive: float, limited: float, anti_windup: float) -> float:
-        k = self.document.linear.discrete
-        value = k.b[i][0] * self.eta + anti_windup * (limited - drive)
-        for a, x in zip(k.a[i], self.x, strict=True):
-            value += a * x
-        return value
+    # the two structures
+
+    def cascade(self, motion: float) -> float:
+        law = self.document.position_law
+        self.mode = self.next_mode() if law.action != "none" else "run"
+        wanted = self.wanted_speed() if self.mode != "brake" else 0.0
+        if self.document.linear.input == "speed_error":
+            return self.linear(wanted - self.speed)
+        change = self.period * wanted - motion
+        eta = self.eta if self.limited * change > 0.0 else self.eta + change
+        drive = self.linear(eta)
+        self.eta = 0.0 if self.mode == "rest" else eta
+        return drive
+
+    def next_mode(self) -> str:
+        law = self.document.position_law
+        moving = law.settled_speed is not None and self.document.prefilter is not None and abs(self.r_speed) >= law.settled_speed
+        if abs(self.error) > law.band or moving:
+            return "run"
+        stops = law.action == "cut" or self.mode == "rest" or abs(self.speed) < law.rest_speed
+        return "rest" if stops else "brake"
+
+    def wanted_speed(self) -> float:
+        """(5.19), and inside its band the straight line to its edges; or a gain."""
+        law = self.document.position_law
+        if law.kind == "proportional":
+            return law.gain * self.error
+        if abs(self.error) <= law.band:
+            return law.gain / math.sqrt(law.band) * self.error
+        return math.copysign(law.gain * math.sqrt(abs(self.error)), self.error)
+
+    def position_loop(self) -> float:
+        self.mode = "run"
+        self.released = self.is_released()
+        return self.linear(self.error)
+
+    def is_released(self) -> bool:
+        own = self.document.limiter
+        if own is None:
+            return False
+        path = 0.0
+        if own.condition == "energy":
+            path = 0.5 * own.inertia / (own.coulomb + own.virtual_coulomb) * (self.speed * self.speed)
+        if own.settled_speed is not None and self.document.prefilter is not None and abs(self.r_speed) >= own.settled_speed:
+            return False
+        return abs(abs(self.error) - path) < own.band  # (5.7)
+
+    def brake(self) -> float:
+        """(5.41), inside the band."""
+        own = self.document.limiter
+        if own is None or own.virtual_coulomb == 0.0:
+            return 0.0
+        torque = own.virtual_coulomb / self.document.bench.actuator.constant.value * saturating(1.0 / own.virtual_speed * self.speed)
+        return within(-torque, self.low, self.high)
+
+    # the linear controller, and what is added
+
+    def compensation(self) -> float:
+        own, constant = self.document.friction_compensation, self.document.bench.actuator.constant.value
+        if own is None:
+            return 0.0
+        if own.source == "model":
+            speed = self.speed
+            if own.velocity == "reference":
+                speed = self.r_speed if self.document.prefilter is not None else 0.0
+            dry = own.gain * own.coulomb / constant * saturating(1.0 / own.smoothing_speed * speed)
+            return dry + own.gain * own.viscous / constant * speed
+        carried = own.observer_rad_s * (own.inertia / constant) * self.speed
+        self.found = min(max(self.observed - carried, -self.document.drive_limit), self.document.drive_limit)
+        return own.gain * self.found
+
+    def linear(self, entering: float) -> float:
+        added = self.compensation()
+        drive, left = self.chain(entering) if self.sections else (self.equation_output(entering), [])
+        drive = drive + added if self.document.friction_compensation is not None else drive
+        limited = within(drive, self.low, self.high)
+        met = (drive > self.high) - (drive < self.low)
+        excess = 0.0 if self.released else limited - drive
+        applied = 0.0 if self.mode == "rest" else self.brake() if self.released else limited
+        if self.sections:
+            self.advance_chain(entering, left, excess)
+        else:
+            self.advance_equation(entering, excess, met)
+        self.limited = 0 if self.mode == "rest" else met
+        own = self.document.friction_compensation
+        if own is not None and own.source == "observer":
+            self.observed += own.observer_rad_s * self.period * (applied - self.found)
+        return applied
+
+    def coefficients(self) -> tuple[list[list[float]], list[float], list[float], float]:
+        """(a, b, c, d) at this sample: the document's, or the sum over the corners (5.64)."""
+        spaces = [self.document.linear.discrete]
+        weights = [1.0]
+        if self.document.schedule is not None:
+            spaces, weights = [corner.discrete for corner in self.document.schedule.corners], self.weights()
+
+        def total(values: Sequence[float]) -> float:
+            return values[0] if all(value == values[0] for value in values) else summed_all(values, weights)
+
+        n = len(spaces[0].a)
+        a = [[total([s.a[i][j] for s in spaces]) for j in range(n)] for i in range(n)]
+        b, c = [total([s.b[i][0] for s in spaces]) for i in range(n)], [total([s.c[0][i] for s in spaces]) for i in range(n)]
+        return a, b, c, total([s.d[0][0] for s in spaces])
+
+    def weights(self) -> list[float]:
+        """alpha_i of (5.46)."""
+        corners, found = self.document.schedule.corners, []
+        for corner in corners:
+            product = 1.0
+            for name in self.document.schedule.parameters:
+                values = [getattr(one, name) for one in corners]
+                low, high = min(values), max(values)
+                if high > low:
+                    share = (min(max(self.scheduled[name], low), high) - low) * (1.0 / (high - low))
+                    product *= share if getattr(corner, name) == high else 1.0 - share
+            found.append(product)
+        return found
+
+    def equation_output(self, entering: float) -> float:
+        _, _, c, d = self.coefficients()
+        return summed([d, *c], [entering, *self.x])
+
+    def advance_equation(self, entering: float, excess: float, met: int) -> None:
+        own = self.document.linear
+        a, b, _, _ = self.coefficients()
+        x = []
+        for i, row in enumerate(own.discrete.a):
+            integrator = row[i] == 1.0 and sum(value != 0.0 for value in row) == 1
+            holds = own.conditional and (met * entering > 0.0 or self.mode == "rest")
+            if integrator and (holds or self.released):
+                x.append(self.x[i])
+            elif self.mode == "rest" and not (integrator and own.conditional):
+                x.append(0.0)
+            else:
+                x.append(summed([b[i], own.anti_windup[i], *a[i]], [entering, excess, *self.x]))
+        self.x = x
+
+    def chain(self, entering: float) -> tuple[float, list[tuple[float, float]]]:
+        """The sections' output, and what enters and leaves each."""
+        passed, signal = [], entering
+        for k, (b0, *_) in enumerate(self.document.linear.sos):
+            leaving = b0 * signal + self.x[2 * k]
+            passed.append((signal, leaving))
+            signal = leaving
+        return signal, passed
+
+    def advance_chain(self, entering: float, passed: list[tuple[float, float]], excess: float) -> None:
+        gains, x = self.document.linear.sos_anti_windup, []
+        for k, ((_, b1, b2, _, a1, a2), (e, y)) in enumerate(zip(self.document.linear.sos, passed, strict=True)):
+            one, two = b1 * e - a1 * y + self.x[2 * k + 1], b2 * e - a2 * y
+            for value, gain in ((one, gains[2 * k]), (two, gains[2 * k + 1])):
+                value = value + gain * excess if gain != 0.0 else value
+                x.append(0.0 if self.mode == "rest" else value)
+        self.x = x
+
+
+def summed_all(values: Sequence[float], weights: Sequence[float]) -> float:
+    total = values[0] * weights[0]
+    for value, weight in zip(values[1:], weights[1:], strict=True):
+        total += value * weight
+    return total
