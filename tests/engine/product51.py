@@ -45,7 +45,7 @@ def controller(name: str) -> Controller:
 
 def played(name: str, seconds: float) -> Vector:
     """Positions (n,) [m] of a hold of `seconds`, one a sample."""
-    scenario = load(RIG / "scenarios/step.yaml", Scenario)
+    scenario = load(RIG / "step.yaml", Scenario)
     (step,) = scenario.steps
     scenario = msgspec.structs.replace(scenario, steps=(msgspec.structs.replace(step, duration_s=seconds),))
     log = step_test(model(name), controller(name), scenario, HERE)
