@@ -101,8 +101,8 @@ def simulate_random_plants() -> dict[str, Any]:
         "unit": "s",
         "ratio": theirs / seconds,
         "accuracy": (
-            f"{PLANTS} plants for {SAMPLES * PERIOD:g} s with their controllers, {len(log.main.signals)} channels each, in {all_of_them:.2g} s "
-            f"on {numba.get_num_threads()} threads"
+            f"{PLANTS} plants for {SAMPLES * PERIOD:g} s with their controllers, {len(log.main.signals)} channels each, "
+            f"in {all_of_them:.2g} s on {numba.get_num_threads()} threads"
         ),
     }
 

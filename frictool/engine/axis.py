@@ -234,6 +234,13 @@ def drive_range(p: Vector, velocity: float) -> tuple[float, float]:
 
 
 @kernel
+def drive_from_now(state: Vector, command: float, p: Vector) -> float:
+    """The drive [A | V] that acts from this instant on: what flows, or without a lag the command, within its range."""
+    low, high = drive_range(p, state[VELOCITY])
+    return float(min(max(state[DRIVE] if p[LAG] > 0.0 else command, low), high))
+
+
+@kernel
 def advance(state: Vector, command: float, parameters: Vector, duration: float) -> int:
     """Advances `state` (7,), in place, by `duration` [s] under a held `command` [A or V]. Returns engine/status.py.
 

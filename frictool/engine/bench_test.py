@@ -12,21 +12,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.engine.axis import advance
+from frictool.engine.axis import advance, drive_from_now
 from frictool.engine.closed_loop import measure
 from frictool.engine.servo import DERIVATIVE, INTEGRAL, PROPORTIONAL, REFERENCE_RATE
 from frictool.engine.status import OK
 from frictool.kernels import inner_kernel, kernel
-from frictool.plant.axis import CONSTANT, DRIVE, DRIVE_LIMIT, ENCODER_STEP, LAG, OFFSET, POSITION, VELOCITY
+from frictool.plant.axis import CONSTANT, ENCODER_STEP, OFFSET, POSITION, VELOCITY
 from frictool.plant.load import load_effort
 
 Vector = NDArray[np.float64]
 Rows = NDArray[np.int64]
-
-
-@inner_kernel
-def _limited(command: float, p: Vector) -> float:
-    return float(min(max(command, -p[DRIVE_LIMIT]), p[DRIVE_LIMIT]))
 
 
 @inner_kernel
@@ -54,8 +49,8 @@ def play_reference(
         before, wanted = measured, reference[k]
         effort = servo[PROPORTIONAL] * error + servo[DERIVATIVE] * rate + held
         waiting[k % (delay + 1)] = effort / axis[CONSTANT]
-        acting = _limited(waiting[(k + 1) % (delay + 1)], axis)
-        position[k], drive[k] = measured, state[DRIVE] if axis[LAG] > 0.0 else acting
+        acting = waiting[(k + 1) % (delay + 1)]
+        position[k], drive[k] = measured, drive_from_now(state, acting, axis)
         status = _moved(state, acting, p, axis[OFFSET], load, period)
         if status != OK:
             return status
@@ -96,8 +91,8 @@ def play_ramps(
         if segment[row] != current:
             current, start = segment[row], measured
         waiting[k % (delay + 1)] = rows[row]
-        acting = _limited(waiting[(k + 1) % (delay + 1)], axis)
-        position[k], drive[k] = measured, state[DRIVE] if axis[LAG] > 0.0 else acting
+        acting = waiting[(k + 1) % (delay + 1)]
+        position[k], drive[k] = measured, drive_from_now(state, acting, axis)
         played[0], row = k + 1, row + 1
         status = _moved(state, acting, p, axis[OFFSET], load, period)
         if status != OK:

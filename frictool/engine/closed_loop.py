@@ -20,11 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.control.machine import Machine, control_step
-from frictool.engine.axis import advance, drive_range
+from frictool.engine.axis import advance, drive_from_now
 from frictool.engine.conditions import faulty, impose, true_command
 from frictool.engine.status import OK
 from frictool.kernels import inner_kernel, kernel
-from frictool.plant.axis import DRIVE, DRIVE_LIMIT, ENCODER_STEP, LAG, LOAD_POSITION, MODE, OFFSET, POSITION, RESISTANCE, VELOCITY
+from frictool.plant.axis import DRIVE_LIMIT, ENCODER_STEP, LOAD_POSITION, MODE, OFFSET, POSITION, RESISTANCE, VELOCITY
 from frictool.plant.load import load_effort
 
 Vector = NDArray[np.float64]
@@ -105,14 +105,12 @@ def answered(
     if changing:
         impose(axis, p, conditions[k])
         acting = true_command(acting, axis[DRIVE_LIMIT], conditions[k])
-    low, high = drive_range(p, state[VELOCITY])
     row[MEASURED] = measured
     row[TRUE_POSITION] = state[POSITION]
     row[TRUE_VELOCITY] = state[VELOCITY]
     row[LOAD] = state[LOAD_POSITION]
     row[COMMAND] = command
-    drive = state[DRIVE] if axis[LAG] > 0.0 else acting
-    row[TRUE_DRIVE] = min(max(drive, low), high)
+    row[TRUE_DRIVE] = drive_from_now(state, acting, p)
     row[TRUE_MODE] = state[MODE]
     offset = p[OFFSET]
     for _ in range(parts):

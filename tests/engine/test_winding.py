@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 
 from frictool.documents.bench import Winding
 from frictool.engine.axis import advance, drive_range
+from frictool.engine.bench_test import play_reference
 from frictool.engine.closed_loop import COMMAND, RECORD_SIZE, TRUE_DRIVE, TRUE_VELOCITY, measure, run
 from frictool.engine.conditions import CONSTANT_FACTOR, NO_CONDITIONS, neutral
 from frictool.engine.replay import replayed
+from frictool.engine.servo import Servo
 from frictool.engine.status import OK
 from frictool.plant.axis import DRIVE, SUPPLY, VELOCITY, AxisParameters, rest
 from frictool.plant.axis_model import axis_of
@@ -107,3 +109,19 @@ def test_what_cannot_be_is_named() -> None:
         WOUND._replace(supply=0.0).as_array()
     with pytest.raises(ValueError, match="resistance is -1; allowed: >= 0"):
         WOUND._replace(resistance=-1.0).as_array()
+
+
+@pytest.mark.parametrize("lag", [0.0, 3e-3])
+def test_a_bench_that_follows_a_reference_has_the_same_winding(lag: float) -> None:
+    """Its log too shows no current that the supply cannot drive; the speed is that of the motion, by central differences."""
+    axis, reference = WOUND._replace(lag=lag, encoder_step=0.0), np.repeat([40.0, 5.0], 300)
+    position, drive = np.empty(600), np.empty(600)
+    servo = np.array(Servo(proportional=0.1, derivative=1e-3))
+    assert play_reference(axis.as_array(), Load().as_array(), rest(5.0), servo, reference, PERIOD, 0, position, drive) == OK
+    voltage = 0.2 * drive[1:-1] + 0.0134 * (position[2:] - position[:-2]) / (2.0 * PERIOD)
+    assert np.percentile(np.abs(voltage), 99.0) <= 6.0 * 1.05
+    assert np.max(np.abs(drive)) <= 60.0
+    sound = np.empty(600)
+    loose = axis._replace(resistance=0.0).as_array()
+    assert play_reference(loose, Load().as_array(), rest(5.0), servo, reference, PERIOD, 0, position, sound) == OK
+    assert np.max(np.abs(sound)) > np.max(np.abs(drive))
