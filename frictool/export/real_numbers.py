@@ -33,7 +33,9 @@ class RealNumbers:
         """
         if self.kind == "double":
             return repr(value)
-        if not math.isfinite(held := float(np.float32(value))) or (held == 0.0) != (value == 0.0):
+        with np.errstate(over="ignore", under="ignore"):
+            held = float(np.float32(value))
+        if not math.isfinite(held) or (held == 0.0) != (value == 0.0):
             raise NoSolutionError(f"{value:.3g} is beyond the range of float; use --number double, or other units in the design")
         return f"{np.float32(value)!s}f"
 

@@ -26,6 +26,7 @@ SETTLING = 15.0  # time constants of the prefilter
 BANDS = 32.0  # amplitude in bands of the position law where the bench states no travel
 COUNTS = 8.0  # of the encoder, where the controller has no band
 LAG = 10.0  # samples in which the position follows the filtered reference
+FASTER = 3.0  # than the speed of rest, at which the axis falls back into the band
 BEYOND = 0.1  # of a scheduled parameter's range, by which it is set outside
 
 Row = tuple[float, ...]
@@ -70,6 +71,8 @@ class _Bench:
         travel = controller.bench.mechanics.travel
         self.low, self.high = (travel.low, travel.high) if travel else (0.0, BANDS * self.band)
         self.settled, self.slow = _speeds(controller, self.band)
+        rest = law.rest_speed if law is not None else 0.0
+        self.returning = FASTER * rest * controller.sample_period_s  # way in a sample, after a push
         self.random = random.Random(SEED)
         self.period = controller.sample_period_s
         self.position = self.counted(0.9 * self.low + 0.1 * self.high)
@@ -154,7 +157,11 @@ class _Bench:
             self.sample(reference)
             if held >= 2 and abs(self.now("speed", 0.0)) <= self.slow:
                 break
-        self.position = start
+        away = self.position - start
+        steps = math.ceil(abs(away) / self.returning) if self.returning > 0.0 else 1
+        for step in range(min(steps, PHASE)):
+            self.position = start + away * (1.0 - (step + 1) / min(steps, PHASE))
+            self.sample(reference)
         for _ in range(60):
             self.sample(reference)
 

@@ -11,15 +11,21 @@ from frictool.control.program import Program
 
 @dataclass(frozen=True)
 class Visit:
-    """What is seen where the value at `place` is `value`, or is not it where `differs`. text: for people, behind a count of samples."""
+    """What is seen where the value at `place` is `value`, or is not it where `differs`, and where the condition at `where` holds.
+
+    text: for people, behind a count of samples.
+    """
 
     place: int
     value: float
     differs: bool
     text: str
+    where: int | None = None
 
     def made(self, machine: Machine) -> bool:
         """At the machine's last sample."""
+        if self.where is not None and read(machine, self.where) == 0.0:
+            return False
         return bool((read(machine, self.place) == self.value) != self.differs)
 
 
@@ -36,7 +42,7 @@ def visits_of(program: Program) -> dict[str, Visit]:
     if released is not None:
         found["released"] = Visit(released, 1.0, False, "with the drive released")
     if "braking" in places:
-        found["braking"] = Visit(places["braking"], 0.0, True, "with virtual friction")
+        found["braking"] = Visit(places["braking"], 0.0, True, "with virtual friction", released)
     if "held" in places:
         found["held"] = Visit(places["held"], 1.0, False, "with the integrator held")
     found["limited"] = Visit(places["met"], 0.0, True, "with the drive limited")

@@ -9,151 +9,213 @@ import subprocess
 from pathlib import Path
 
 import msgspec
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.documents.controller import Controller, PositionLaw
-from frictool.export.c99 import c_sources, literal
+from frictool.control.composition import controller_program
+from frictool.documents.controller import Controller, Number
+from frictool.errors import NoSolutionError
 from frictool.export.identifier import c_identifier, comment_text
+from frictool.export.program_names import TAKEN, Names
+from frictool.export.real_numbers import RealNumbers
 from frictool.export.vectors import golden_vectors
-from tests.control.example import BRAKE_LAW, CUT_LAW, clutch_controller, speed_controller
-from tests.control.test_cascade import random_controller
+from tests.control.example import clutch_controller, speed_controller
+from tests.export.cases import CASES, VISITS
+from tests.export.compiled import (
+    COMPILERS,
+    NUMBERS,
+    OPTIMISATIONS,
+    STRICT,
+    built,
+    fits,
+    in_format,
+    library,
+    needs_compiler,
+    ran,
+    simulated,
+    sources,
+    write,
+)
+from tests.export.controllers import controllers
+from tests.export.inputs import rows_for
 
-CC = shutil.which("cc")
-needs_cc = pytest.mark.skipif(CC is None, reason="no C compiler: there is no cc on the PATH")
-STRICT = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror"]
-CASES = {
-    "cut": clutch_controller(CUT_LAW),
-    "brake": clutch_controller(BRAKE_LAW),
-    "no prefilter": clutch_controller(CUT_LAW, prefilter=False),
-    "brake, no prefilter": clutch_controller(BRAKE_LAW, prefilter=False),
-}
-
-
-def sources(controller: Controller) -> dict[str, str]:
-    return c_sources(controller, golden_vectors(controller), "0" * 64, "frictool export controller.yaml --lang c")
-
-
-def write(controller: Controller, folder: Path) -> str:
-    for name, text in sources(controller).items():
-        (folder / name).write_text(text)
-    return c_identifier(controller.name)
-
-
-def compiled(folder: Path, *options: str) -> subprocess.CompletedProcess[str]:
-    assert CC is not None
-    files = sorted(str(path) for path in folder.glob("*.c"))
-    subprocess.run([CC, *options, *files, "-o", str(folder / "selftest"), "-lm"], check=True, capture_output=True, text=True)
-    return subprocess.run([folder / "selftest"], capture_output=True, text=True, timeout=30)
+SAMPLES = 600
+FITTING: list[tuple[str, Number]] = [(case, number) for case in CASES for number in NUMBERS if number in NUMBERS[:2] or case != "scheduled"]
+ways = st.tuples(st.sampled_from(COMPILERS or [""]), st.sampled_from(OPTIMISATIONS))
 
 
-@needs_cc
-@pytest.mark.parametrize("optimisation", ["-O0", "-O3"])
-@pytest.mark.parametrize("case", CASES)
-def test_self_test_passes_bit_by_bit(case: str, optimisation: str, tmp_path: Path) -> None:
-    write(CASES[case], tmp_path)
-    result = compiled(tmp_path, *STRICT, optimisation)
-    assert (result.returncode, result.stdout) == (
-        0,
-        f"speed: {golden_vectors(CASES[case]).samples} samples, every bit as in the simulation\n",
-    )
+@pytest.fixture(scope="module")
+def exports(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, Number], Path]:
+    """A folder of each case in each number format."""
+    root = tmp_path_factory.mktemp("exports")
+    folders = {}
+    for case, number in FITTING:
+        folders[case, number] = root / f"{case}_{number}"
+        write(CASES[case], folders[case, number], number)
+    return folders
 
 
-@needs_cc
-@settings(max_examples=8)
-@given(order=st.integers(0, 7), seed=st.integers(0, 2**16), law=st.sampled_from([CUT_LAW, BRAKE_LAW]), prefilter=st.booleans())
-def test_random_controllers_are_equal_too(
-    tmp_path_factory: pytest.TempPathFactory, order: int, seed: int, law: PositionLaw, prefilter: bool
+@needs_compiler
+@pytest.mark.parametrize("optimisation", OPTIMISATIONS)
+@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize(("case", "number"), [("cascade", number) for number in NUMBERS])
+def test_every_compiler_gives_every_bit(
+    case: str, number: Number, compiler: str, optimisation: str, exports: dict[tuple[str, Number], Path]
 ) -> None:
-    folder = tmp_path_factory.mktemp("c")
-    controller = msgspec.structs.replace(
-        clutch_controller(CUT_LAW, prefilter=prefilter), position_law=law, linear=random_controller(order, seed)
-    )
-    write(controller, folder)
-    result = compiled(folder, *STRICT)
-    assert result.returncode == 0, result.stdout
+    code, told, _ = ran(built(exports[case, number], compiler, optimisation))
+    samples = int(re.findall(r"_SAMPLES (\d+)", (exports[case, number] / "speed_vectors.h").read_text())[0])
+    assert (code, told) == (0, f"speed: {samples} samples, every bit as in the simulation\n")
 
 
-@needs_cc
-def test_the_readme_command_compiles_and_no_undefined_behaviour(tmp_path: Path) -> None:
-    write(CASES["brake"], tmp_path)
-    assert compiled(tmp_path).returncode == 0
-    sanitised = compiled(tmp_path, "-fsanitize=undefined,address", "-fno-sanitize-recover=all")
-    assert (sanitised.returncode, sanitised.stderr) == (0, "")
+@needs_compiler
+@pytest.mark.parametrize(("case", "number"), [pair for pair in FITTING if pair[0] != "cascade"])
+def test_self_test_passes_bit_by_bit(case: str, number: Number, exports: dict[tuple[str, Number], Path]) -> None:
+    compiler = COMPILERS[len(case) % len(COMPILERS)]
+    assert ran(built(exports[case, number], compiler, "-O3"))[0] == 0
 
 
-@needs_cc
-def test_products_are_never_fused_into_sums(tmp_path: Path) -> None:
+@needs_compiler
+@settings(max_examples=16)
+@given(controller=controllers(), number=st.sampled_from(NUMBERS), way=ways, seed=st.integers(0, 2**16))
+def test_random_controllers_on_random_inputs(
+    tmp_path_factory: pytest.TempPathFactory, controller: Controller, number: Number, way: tuple[str, str], seed: int
+) -> None:
+    program = controller_program(controller)
+    if not fits(program, number):
+        return
+    folder = tmp_path_factory.mktemp("random")
+    rows = in_format(program, number, rows_for(controller, program, SAMPLES, seed))
+    expected = simulated(program, number, rows)
+    write(controller, folder, number)
+    drives = library(controller, number, folder, *way)(rows)
+    assert np.all(np.abs(drives.astype(np.float64)) < math.inf)
+    assert drives.tobytes() == expected.tobytes()
+
+
+@needs_compiler
+@pytest.mark.parametrize("number", NUMBERS)
+def test_no_undefined_behaviour(number: Number, exports: dict[tuple[str, Number], Path]) -> None:
+    folder = exports["cascade" if number in ("double", "q31") else "position", number]
+    program = built(folder, COMPILERS[0], "-O1", "-fsanitize=undefined,address", "-fno-sanitize-recover=all")
+    code, _, complaints = ran(program)
+    assert (code, complaints) == (0, "")
+
+
+@pytest.mark.skipif(shutil.which("cppcheck") is None, reason="there is no cppcheck on the PATH")
+def test_cppcheck_finds_nothing(exports: dict[tuple[str, Number], Path]) -> None:
+    files = [str(folder / "speed.c") for folder in exports.values()]
+    checks = ["--enable=warning,style,performance,portability", "--std=c99", "--quiet", "--error-exitcode=1"]
+    done = subprocess.run(["cppcheck", *checks, *files], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@needs_compiler
+@pytest.mark.parametrize("number", ["double", "float"])
+def test_products_are_never_fused_into_sums(number: Number, exports: dict[tuple[str, Number], Path]) -> None:
     """A target with fused multiply-add gives other last bits unless the compiler is told not to."""
-    name = write(CASES["brake"], tmp_path)
-    assert CC is not None
-    machine = subprocess.run([CC, "-dumpmachine"], check=True, capture_output=True, text=True).stdout
-    if not machine.startswith("x86_64"):
-        pytest.skip(f"the flags of this test are those of x86_64, the compiler's target is {machine.strip()}")
-    command = [CC, "-O3", "-mfma", "-S", "-o", "-", str(tmp_path / f"{name}.c")]
-    assembly = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    assert "mulsd" in assembly
-    assert not re.search(r"vfn?m(add|sub)", assembly)
+    for compiler in COMPILERS:
+        machine = subprocess.run([compiler, "-dumpmachine"], check=True, capture_output=True, text=True).stdout
+        if not machine.startswith("x86_64"):
+            pytest.skip(f"the flags of this test are those of x86_64, the compiler's target is {machine.strip()}")
+        command = [compiler, "-O3", "-mfma", "-S", "-o", "-", str(exports["cascade", number] / "speed.c")]
+        assembly = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+        assert ("mulsd" if number == "double" else "mulss") in assembly
+        assert not re.search(r"vfn?m(add|sub)", assembly)
+        assert number == "double" or not re.search(r"cvtss2sd|mulsd|addsd", assembly)
 
 
-@needs_cc
+@needs_compiler
+@pytest.mark.parametrize("number", ["double", "q15"])
 @pytest.mark.parametrize("part", ["coefficient", "vector"])
-def test_self_test_notices_one_bit(part: str, tmp_path: Path) -> None:
-    name = write(CASES["brake"], tmp_path)
+def test_self_test_notices_one_bit(part: str, number: Number, exports: dict[tuple[str, Number], Path], tmp_path: Path) -> None:
+    folder = Path(shutil.copytree(exports["cut", number], tmp_path / "c"))
     file, pattern = {
-        "coefficient": (tmp_path / f"{name}.c", r"(prefilter_q = )([^;]+)"),
-        "vector": (tmp_path / f"{name}_vectors.h", r"(.*0x[^,]+, 0x[^,]+, )(0x1[^}]+)"),
+        "coefficient": (folder / "speed.c", r"(prefilter_q = )([^;]+)"),
+        "vector": (folder / "speed_vectors.h", r"(.*\{[^,]+, [^,]+, )(0x1[^}]+|[1-9][^}]+)"),
     }[part]
     found = re.search(pattern, file.read_text())
     assert found is not None
-    old = float.fromhex(found[2]) if "0x" in found[2] else float(found[2])
-    text = file.read_text().replace(found[0], f"{found[1]}{math.nextafter(old, math.inf).hex()}", 1)
-    file.write_text(text)
-    result = compiled(tmp_path, *STRICT)
-    assert result.returncode == 1
-    assert re.fullmatch(r"speed: sample \d+: reference 0x\S+, position 0x\S+: expected -?0x\S+, got -?0x\S+\n", result.stdout)
+    if number == "q15":
+        other = str(int(found[2]) + 1)
+    else:
+        other = math.nextafter(float.fromhex(found[2]) if "0x" in found[2] else float(found[2]), math.inf).hex()
+    file.write_text(file.read_text().replace(found[0], f"{found[1]}{other}", 1))
+    code, told, _ = ran(built(folder, COMPILERS[0]))
+    assert code == 1
+    value = r"-?0x\S+" if number == "double" else r"-?\d+"
+    assert re.fullmatch(rf"speed: sample \d+: reference {value}, position {value}: expected {value}, got {value}\n", told)
 
 
-def test_calls_nothing_but_sqrt_and_allocates_nothing() -> None:
-    source = sources(CASES["brake"])["speed.c"]
+@pytest.mark.parametrize(("case", "number"), FITTING)
+def test_calls_nothing_but_sqrt_and_allocates_nothing(case: str, number: Number, exports: dict[tuple[str, Number], Path]) -> None:
+    source = (exports[case, number] / "speed.c").read_text()
     code = re.sub(r"/\*.*?\*/", "", source, flags=re.DOTALL)
-    defined = set(re.findall(r"^(?:static )?(?:double|void|int) (\w+)\(", code, flags=re.MULTILINE))
-    called = set(re.findall(r"\b(\w+)\(", code)) - {"if", "for", "defined", "optimize", "return"}
-    assert called - defined == {"sqrt"}
-    assert re.findall(r"#include (.*)", code) == ['"speed.h"', "<math.h>"]
+    defined = set(re.findall(r"^(?:static )?(?:double|float|int32_t|int64_t|void) (\w+)\(", code, flags=re.MULTILINE))
+    called = set(re.findall(r"\b(\w+)\(", code)) - {"if", "while", "defined", "optimize", "return"}
+    assert called - defined <= {"double": {"sqrt"}, "float": {"sqrtf"}}.get(number, {"INT64_C"})
+    root = number in ("double", "float") and case not in ("position", "sections")
+    assert re.findall(r"#include (.*)", code) == ['"speed.h"', *(["<math.h>"] if root else [])]
+    assert number != "float" or not re.search(r"\d\.\d+(e[-+]?\d+)?(?![\df.e])|\bdouble\b", code)
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_vectors_visit_everything_the_controller_can_do(case: str) -> None:
-    vectors = golden_vectors(CASES[case])
-    assert vectors.run > 100
-    assert vectors.rest > 10
-    assert vectors.limited > 40
-    assert (vectors.brake > 5) == ("brake" in case)
-    assert vectors.run + vectors.brake + vectors.rest == vectors.samples < 5000
-    drives = [drive for _, _, drive in vectors.rows]
-    assert max(drives) == 50.0
-    assert min(drives) == -50.0
+@pytest.mark.parametrize(("case", "number"), FITTING)
+def test_vectors_visit_everything_the_controller_can_do(case: str, number: Number) -> None:
+    controller = CASES[case]
+    vectors = golden_vectors(controller, controller_program(controller), number)
+    assert set(vectors.visits) == VISITS[case]
+    assert min(vectors.visits.values()) > 10
+    modes = [vectors.visits[name] for name in ("run", "brake", "rest") if name in vectors.visits]
+    assert not modes or sum(modes) == vectors.samples
+    assert vectors.samples < 5000
+    drives = [row[-1] for row in vectors.rows]
+    assert (min(drives), max(drives)) == (-50.0, 50.0)
+    assert (number == "double") == (vectors.away == 0.0)
+    assert vectors.away < {"double": 1e-9, "float": 0.01, "q31": 1e-3, "q15": 2.0}[number]
 
 
 def test_vectors_wait_for_a_slow_prefilter() -> None:
     """Sampled at 10 kHz, a prefilter of 30 rad/s settles in thousands of samples."""
-    fast = msgspec.structs.replace(CASES["brake"], sample_period_s=1e-4, linear=speed_controller(1e-4))
-    vectors = golden_vectors(fast)
-    assert min(vectors.run, vectors.limited) > 100
-    assert min(vectors.brake, vectors.rest) > 10
+    fast = msgspec.structs.replace(CASES["cascade"], sample_period_s=1e-4, linear=speed_controller(1e-4))
+    vectors = golden_vectors(fast, controller_program(fast), "double")
+    assert min(vectors.visits.values()) > 10
     assert vectors.samples < 40_000
 
 
 def test_same_controller_same_bytes_and_every_coefficient_exact() -> None:
-    controller = CASES["brake"]
+    controller = CASES["cut"]
     assert sources(controller) == sources(msgspec.structs.replace(controller))
-    code = sources(controller)["speed.c"]
-    a = controller.linear.discrete.a
-    for row in a:
-        assert "{" + ", ".join(literal(value) for value in row) + "}" in code
-        assert all(float(literal(value)) == value for value in row)
+    code, single = sources(controller)["speed.c"], sources(controller, "float")["speed.c"]
+    double, float_ = RealNumbers("double").literal, RealNumbers("float").literal
+    for row in controller.linear.discrete.a:
+        assert "{" + ", ".join(map(double, row)) + "}" in code
+        assert "{" + ", ".join(map(float_, row)) + "}" in single
+        assert all(float(double(value)) == value for value in row)
+        assert all(np.float32(float_(value)[:-1]) == np.float32(value) for value in row)
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_literals_give_back_every_bit(value: float) -> None:
+    assert float(RealNumbers("double").literal(value)).hex() == value.hex()
+    if 1e-37 < abs(value) < 1e38:
+        assert np.float32(RealNumbers("float").literal(value)[:-1]).tobytes() == np.float32(value).tobytes()
+
+
+@pytest.mark.parametrize("value", [1e39, -1e300, 1e-60])
+def test_what_float_cannot_hold_is_refused(value: float) -> None:
+    with pytest.raises(NoSolutionError, match=r"beyond the range of float; use --number double"):
+        RealNumbers("float").literal(value)
+
+
+@settings(max_examples=60)
+@given(controllers())
+def test_names_are_unique_words_that_c_leaves_free(controller: Controller) -> None:
+    names = Names(controller_program(controller))
+    words = [*names.results.values(), *(table.name for table in names.constants), *names.program.inputs]
+    assert len(set(words)) == len(words)
+    assert not set(words) & TAKEN
+    assert all(re.fullmatch(r"[a-z]\w*", word) for word in words)
 
 
 @pytest.mark.parametrize("name", ["*/ int x; /*", "a\\", "??/", "math", "2 rad", "Übung", "日本", "x" * 80])
@@ -162,6 +224,7 @@ def test_any_name_is_a_name_in_c(name: str, tmp_path: Path) -> None:
     assert re.fullmatch(r"[a-z][a-z0-9_]*", identifier)
     assert identifier not in {"math", "string"}
     assert not re.search(r"[/*\\?]|[^ -~]", comment_text(name))
-    if CC is not None:
-        write(msgspec.structs.replace(CASES["cut"], name=name), tmp_path)
-        assert compiled(tmp_path, *STRICT, f"-I{tmp_path}").returncode == 0
+    write(msgspec.structs.replace(clutch_controller(), name=name), tmp_path)
+    if COMPILERS:
+        command = [COMPILERS[0], *STRICT, f"-I{tmp_path}", "-fsyntax-only", *map(str, tmp_path.glob("*.c"))]
+        assert subprocess.run(command, capture_output=True, text=True, check=False).stderr == ""

@@ -1,0 +1,88 @@
+"""Fixed point: no value ever leaves the interval that is proved for it, the header says what runs, and counts become words."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from frictool.control.composition import controller_program
+from frictool.control.fixed_point import BITS, fixed_program
+from frictool.control.machine import control_step, machine, read, start_at
+from frictool.control.number_format import machine_in
+from frictool.documents.controller import Controller, Number
+from frictool.export.proof_table import multiplier
+from tests.export.cases import CASES
+from tests.export.compiled import fits, sources
+from tests.export.controllers import controllers
+from tests.export.inputs import rows_for
+
+fixed = st.sampled_from(["q31", "q15"])
+
+
+@settings(max_examples=25)
+@given(controllers(), fixed, st.integers(0, 2**16))
+def test_no_word_leaves_its_proved_interval(controller: Controller, number: Number, seed: int) -> None:
+    program = controller_program(controller)
+    if not fits(program, number):
+        return
+    scaled, running = fixed_program(program, BITS[number]), machine_in(program, number)
+    low, high = (np.array([scaled.words[node.index][end] for node in program.nodes]) for end in (0, 1))
+    rows = 3.0 * rows_for(controller, program, 150, seed)  # beyond the travel, too: inputs saturate
+    start_at(running, rows[0, 1])
+    for row in rows:
+        control_step(running, row[0], row[1], row[2] if len(program.inputs) > 2 else 0.0)
+        words = running.word[: len(program.nodes)]
+        assert np.all((low <= words) & (words <= high))
+    assert max(-low.min(), high.max()) < 2**31
+    assert scaled.longest < 2**63
+
+
+@pytest.mark.parametrize("number", ["q31", "q15"])
+def test_every_word_is_near_the_value_in_double_while_no_limit_is_met(number: Number) -> None:
+    """One sample from rest: each value of the program within what its fraction resolves, times what operations behind amplify."""
+    program = controller_program(CASES["cut"])
+    running, double = machine_in(program, number), machine(program)
+    for one in (running, double):
+        start_at(one, 20.0)
+        control_step(one, 21.0, 20.0, 0.0)
+    for node in program.nodes:
+        found, exact = read(running, node.index), read(double, node.index)
+        assert found == pytest.approx(exact, rel=2.0 ** -(BITS[number] - 4), abs=2e-4)
+
+
+@pytest.mark.parametrize("case", ["cut", "cascade", "position", "sections"])
+@pytest.mark.parametrize("number", ["q31", "q15"])
+def test_header_states_fractions_ranges_and_the_proof(case: str, number: Number) -> None:
+    program = controller_program(CASES[case])
+    scaled, header = fixed_program(program, BITS[number]), sources(CASES[case], number)["speed.h"]
+    assert program.output is not None
+    for name, node in [*program.inputs.items(), ("drive", program.output)]:
+        low, high = scaled.words[node.index]
+        assert f"#define SPEED_{name.upper()}_FRACTION {scaled.fractions[node.index]}\n" in header
+        assert f"#define SPEED_{name.upper()}_LOW ({low})\n#define SPEED_{name.upper()}_HIGH ({high})\n" in header
+    assert f"is {scaled.longest} < 2^{scaled.longest.bit_length()}, of 2^63" in header
+    proved = re.findall(r"^ \* (\S+(?: \(\w+\))?) +(-?\d+) +(-?\d+) to (-?\d+)  ", header, flags=re.MULTILINE)
+    told = {name: (int(fraction), int(low), int(high)) for name, fraction, low, high in proved}
+    states = {name: (scaled.fractions[node.index], *scaled.words[node.index]) for name, node in program.states.items()}
+    assert states.items() <= told.items()
+    limit = math.ldexp(50.0, scaled.fractions[program.output.index])
+    assert f"#define SPEED_DRIVE_LIMIT {round(limit)}\n" in header
+    assert told[program.names[program.output.index]] == (scaled.fractions[program.output.index], -round(limit), round(limit))
+
+
+@given(st.floats(1e-7, 10.0), st.integers(0, 40), st.integers(-(2**30), 2**30))
+def test_counts_become_words_to_the_nearest_but_for_the_multiplier(step: float, fraction: int, counts: int) -> None:
+    """What POSITION_FROM_COUNTS computes, in whole numbers: within half a word and the step's own rounding to 31 bits."""
+    m, n = multiplier(step, fraction)
+    word = counts * step * 2.0**fraction
+    if not abs(word) < 2**31:
+        return
+    product = counts * m
+    found = (abs(product) + (1 << n >> 1) >> n) * (1 if product >= 0 else -1)
+    assert abs(product) + (1 << n >> 1) < 2**63
+    assert abs(found - word) <= 0.5 + abs(counts) * 2.0**-n + 2.0**-20
