@@ -15,7 +15,8 @@ def blocks(controller: Controller) -> list[tuple[str, str]]:
     unit, drive = si_unit("position", controller.axis), si_unit(controller.drive, controller.axis)
     law, filtered = controller.position_law, controller.prefilter
     found = [] if filtered is None else [("Prefilter (5.69)", _prefilter(filtered.natural_frequency_rad_s, filtered.damping))]
-    found.append(("Velocity", _velocity(controller.velocity)))
+    if _sees_velocity(controller):
+        found.append(("Velocity", _velocity(controller.velocity)))
     if law is not None:
         found.append(("Position law", _law(law, unit)))
     found.append(("Linear", _linear(controller)))
@@ -31,6 +32,14 @@ def blocks(controller: Controller) -> list[tuple[str, str]]:
 
 def _prefilter(frequency: float, damping: float) -> str:
     return f"second-order low-pass of the reference, {number(frequency)} rad/s, damping {number(damping)}"
+
+
+def _sees_velocity(controller: Controller) -> bool:
+    """Whether any block looks at the velocity."""
+    law, cascade = controller.position_law, controller.structure == "speed_cascade"
+    brakes = law is not None and law.action == "brake"
+    by_speed = cascade and controller.linear.input == "speed_error"
+    return brakes or by_speed or controller.limiter is not None or controller.friction_compensation is not None
 
 
 def _velocity(velocity: Velocity) -> str:

@@ -9,10 +9,9 @@ from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
 from frictool.logs.log import Vector
 from frictool.report.evidence import Evidence
-from frictool.report.figures import INK, LOG_COLOURS, drawing, new_figure
+from frictool.report.figures import INK, LOG_COLOURS, drawing, new_figure, picture_of
 from frictool.report.thinning import path_samples, shown_samples
 from frictool.report.velocity import shown_velocity
-from frictool.svg import render
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -87,7 +86,7 @@ def _position(evidence: list[Evidence], unit: str) -> Picture:
             draw(axes, item, colours[item.source], item.stream.time, item.plotted("position"))
         draw_references(axes, evidence)
         axes.set(xlabel="time [s]", ylabel=f"position [{unit}]")
-        return Picture("Position", render(figure, "position over time"), "Measured position; the reference is dashed.")
+        return Picture("Position", picture_of(figure, "position over time"), "Measured position; the reference is dashed.")
 
 
 def draw_load(axes: Axes, item: Evidence, colour: str, time: Vector, part: slice) -> None:
@@ -111,7 +110,7 @@ def _load(evidence: list[Evidence], unit: str) -> Picture:
         axes.set(xlabel="time [s]", ylabel=f"load [{unit}]")
         bounded = any(item.load_is_bounded for item in evidence)
         told = "Where only the motor's position was measured: between the bounds that it and the backlash leave." if bounded else ""
-        return Picture("Mechanical position", render(figure, "load over time"), f"Behind the backlash. {told}".rstrip())
+        return Picture("Mechanical position", picture_of(figure, "load over time"), f"Behind the backlash. {told}".rstrip())
 
 
 def _sensor(evidence: list[Evidence], unit: str) -> Picture:
@@ -124,7 +123,7 @@ def _sensor(evidence: list[Evidence], unit: str) -> Picture:
             draw(axes, item, colours[item.source], item.stream.time, error)
         axes.set(xlabel="time [s]", ylabel=f"error [{unit}]")
         caption = "What the position sensor shows less the true position. Everything else is judged by what it shows."
-        return Picture("Sensor error", render(figure, "sensor error over time"), caption)
+        return Picture("Sensor error", picture_of(figure, "sensor error over time"), caption)
 
 
 def _error(evidence: list[Evidence], unit: str) -> Picture:
@@ -134,7 +133,7 @@ def _error(evidence: list[Evidence], unit: str) -> Picture:
         for item in nominal_last(evidence):
             draw(axes, item, colours[item.source], item.stream.time, item.plotted("reference") - item.plotted("position"))
         axes.set(xlabel="time [s]", ylabel=f"error [{unit}]")
-        return Picture("Tracking error", render(figure, "error over time"), "Reference less position, of the logs without a step.")
+        return Picture("Tracking error", picture_of(figure, "error over time"), "Reference less position, of the logs without a step.")
 
 
 def _drive(spec: Spec, evidence: list[Evidence]) -> Picture:
@@ -146,7 +145,7 @@ def _drive(spec: Spec, evidence: list[Evidence]) -> Picture:
             draw(axes, item, colours[item.source], item.stream.time, item.drive)
         axes.set(xlabel="time [s]", ylabel=f"{spec.drive} [{si_unit(spec.drive, spec.axis)}]")
         source = f"Measured {spec.drive}." if all(item.measured is not None for item in evidence) else f"Commanded {spec.drive}."
-        return Picture(spec.drive.capitalize(), render(figure, f"{spec.drive} over time"), source)
+        return Picture(spec.drive.capitalize(), picture_of(figure, f"{spec.drive} over time"), source)
 
 
 def _velocity(moving: list[tuple[Evidence, tuple[Vector, str]]], unit: str) -> Picture:
@@ -156,7 +155,7 @@ def _velocity(moving: list[tuple[Evidence, tuple[Vector, str]]], unit: str) -> P
         for item, (velocity, _) in sorted(moving, key=lambda entry: entry[0].nominal):
             draw(axes, item, colours[item.source], item.stream.time, velocity)
         axes.set(xlabel="time [s]", ylabel=f"velocity [{unit}/s]")
-        return Picture("Velocity", render(figure, "velocity over time"), _velocity_source(moving))
+        return Picture("Velocity", picture_of(figure, "velocity over time"), _velocity_source(moving))
 
 
 def _velocity_source(moving: list[tuple[Evidence, tuple[Vector, str]]]) -> str:
@@ -172,4 +171,4 @@ def _phase_plane(moving: list[tuple[Evidence, tuple[Vector, str]]], unit: str) -
             draw(axes, item, colours[item.source], item.plotted("position"), velocity, over_time=False)
         axes.set(xlabel=f"position [{unit}]", ylabel=f"velocity [{unit}/s]")
         caption = f"{_velocity_source(moving)} An orbit that closes while the reference is held is a limit cycle."
-        return Picture("Phase plane", render(figure, "velocity over position"), caption)
+        return Picture("Phase plane", picture_of(figure, "velocity over position"), caption)

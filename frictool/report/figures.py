@@ -5,12 +5,15 @@ Every text in a figure is the program's own; names from files stand in the page'
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
+
+from frictool.svg import render
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -61,3 +64,9 @@ def new_figure(rows: int = 1, height: float = HEIGHT) -> tuple[Figure, list[Axes
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     axes = figure.subplots(rows, 1, sharex=True, squeeze=False, height_ratios=[1.6, *[1.0] * (rows - 1)])
     return figure, [row[0] for row in axes]
+
+
+def picture_of(figure: Figure, label: str) -> str:
+    """The `<svg>` element, the coordinates of its paths to a hundredth of a point; `label` is what a screen reader says."""
+    svg = render(figure, label)
+    return re.sub(r' d="[^"]*"', lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path.group()), svg)

@@ -7,8 +7,7 @@ from matplotlib.ticker import MaxNLocator
 from frictool.documents.controller import Controller
 from frictool.documents.spec import Spec
 from frictool.report.curves import Picture
-from frictool.report.figures import LIMIT, LOG_COLOURS, MUTED, drawing, new_figure
-from frictool.svg import render
+from frictool.report.figures import LIMIT, LOG_COLOURS, MUTED, drawing, new_figure, picture_of
 
 
 def margins(spec: Spec, controller: Controller) -> Picture | None:
@@ -31,5 +30,5 @@ def margins(spec: Spec, controller: Controller) -> Picture | None:
             ylim=(0.0, max(1.0, *heights)),
             xlim=(0.4, len(vertices) + 0.6),
         )
-        svg = render(figure, "modulus margin of each vertex")
+        svg = picture_of(figure, "modulus margin of each vertex")
     return Picture("Modulus margin at the vertices", svg, f"Dashed: the margin asked, {asked:g}. An unstable vertex has none.")

@@ -109,7 +109,7 @@ class Verdict:
         parts += [f"{broken} broken"] if broken else []
         parts += [f"{undecided} undecided"] if undecided else []
         caveat = " as far as the logs tell" if undecided and not broken else ""
-        counted = f"; {sum(self.meets)} of {len(self.meets)} meet them all" if broken and len(self.meets) > 1 else ""
+        counted = f"; {sum(self.meets)} of {len(self.meets)} streams meet them all" if broken and len(self.meets) > 1 else ""
         return f"{self.outcome}{caveat}: {', '.join(parts)}, on {self.played_on}{counted}"
 
 

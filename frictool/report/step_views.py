@@ -13,11 +13,10 @@ from frictool.metrics.final_value import final_value
 from frictool.metrics.response_time import zone_half_width
 from frictool.report.curves import Picture, draw, draw_load, log_colours
 from frictool.report.evidence import Evidence
-from frictool.report.figures import INK, LIMIT, MUTED, ZONE, drawing, new_figure
+from frictool.report.figures import INK, LIMIT, MUTED, ZONE, drawing, new_figure, picture_of
 from frictool.report.measure import Measured
 from frictool.report.requirement import number
 from frictool.report.velocity import shown_velocity
-from frictool.svg import render
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -86,7 +85,7 @@ def _view(spec: Spec, plays: list[tuple[Evidence, Measured]]) -> Picture:
             axes[name].set(ylabel=label)
         drawn[-1].set(xlabel="time since the step [s]", xlim=(-0.03 * length, length))
         figure.align_ylabels(drawn)
-        svg = render(figure, f"step {top[1].number} enlarged")
+        svg = picture_of(figure, f"step {top[1].number} enlarged")
     return Picture(_title(plays, unit), svg, _caption(spec, plays))
 
 

@@ -86,18 +86,24 @@ def stream_table(spec: Spec, streams: Judged) -> Table:
     return Table("", heads, tuple(rows))
 
 
-def side_by_side(spec: Spec, verdict: Verdict) -> Table | None:
-    """The worst value of each metric in each log, where there are several (table 5.3); None for one log."""
-    sources = list(dict.fromkeys(evidence.source for evidence, _ in verdict.evidence))
+def side_by_side(spec: Spec, verdict: Verdict) -> list[Table]:
+    """The worst value of each metric in each log, where there are several (table 5.3): of the nominal streams, and with the variants."""
+    sources = tuple(dict.fromkeys(evidence.source for evidence, _ in verdict.evidence))
     if len(sources) < 2:
-        return None
-    rows = []
-    for name, metric in HOLD_METRICS.items():
-        columns = [[m for e, holds in verdict.evidence if e.source == source for m in holds] for source in sources]
-        cells = [_worst(holds, name) for holds in columns]
-        if any(told != NOTHING for told in cells):
-            rows.append((heading(metric, spec), *cells))
-    return Table("", ("worst of all holds", *sources), tuple(rows)) if rows else None
+        return []
+    tables = [_compared(spec, "Worst hold of all streams", sources, verdict.evidence)]
+    if any(not evidence.nominal for evidence, _ in verdict.evidence):
+        nominal = tuple((evidence, holds) for evidence, holds in verdict.evidence if evidence.nominal)
+        tables.insert(0, _compared(spec, "Worst hold of the nominal stream", sources, nominal))
+    counts = [[meets for (e, _), meets in zip(verdict.evidence, verdict.meets, strict=True) if e.source == source] for source in sources]
+    meeting = ("streams that meet all", *(f"{sum(found)} of {len(found)}" for found in counts))
+    return [*tables[:-1], Table(tables[-1].title, tables[-1].headings, (meeting, *tables[-1].rows))]
+
+
+def _compared(spec: Spec, title: str, sources: tuple[str, ...], streams: Judged) -> Table:
+    columns = [[m for e, holds in streams if e.source == source for m in holds] for source in sources]
+    rows = [(heading(metric, spec), *(_worst(holds, name) for holds in columns)) for name, metric in HOLD_METRICS.items()]
+    return Table(title, ("", *sources), tuple(row for row in rows if set(row[1:]) != {NOTHING}))
 
 
 def _worst(holds: list[Measured], name: str) -> str:

@@ -9,9 +9,8 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 from frictool.documents.controller import Controller
 from frictool.documents.quantity import si_unit
 from frictool.report.curves import Picture
-from frictool.report.figures import INK, LIMIT, LOG_COLOURS, drawing, new_figure
+from frictool.report.figures import INK, LIMIT, LOG_COLOURS, drawing, new_figure, picture_of
 from frictool.report.requirement import number
-from frictool.svg import render
 from frictool.verify.sensitivity import Name, Sensitivities, Transfer
 
 DEEPEST = 100.0  # dB below the largest gain; what is less is not drawn
@@ -57,7 +56,7 @@ def _view(controller: Controller, found: Sensitivities, transfer: Transfer) -> P
         axes.set_xlim(found.frequencies[0], found.frequencies[-1])
         axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.xaxis.set_minor_formatter(NullFormatter())
-        svg = render(figure, f"transfer of the {transfer.name} at every vertex")
+        svg = picture_of(figure, f"transfer of the {transfer.name} at every vertex")
     return Picture(title, svg, _caption(controller, found, transfer))
 
 

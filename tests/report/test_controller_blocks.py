@@ -21,7 +21,7 @@ def position_loop() -> Controller:
 
 def test_a_plain_cascade_has_its_law_and_its_linear_part() -> None:
     found = told()
-    assert list(found) == ["Velocity", "Position law", "Linear", "Drive"]
+    assert list(found) == ["Position law", "Linear", "Drive"]  # a law that only cuts sees no velocity
     assert found["Position law"] == (
         "square root (5.19), gain 81.1 by sqrt(F/J); inside the band of 2 rad: drive 0, once the prefilter is slower than 5 rad/s"
     )
@@ -38,8 +38,18 @@ def test_a_plain_cascade_has_its_law_and_its_linear_part() -> None:
         (Velocity(source="measured"), "of a sensor of its own"),
     ],
 )
-def test_velocity(velocity: Velocity, words: str) -> None:
-    assert told(velocity=velocity)["Velocity"] == words
+def test_velocity_where_a_block_sees_it(velocity: Velocity, words: str) -> None:
+    assert "Velocity" not in told(velocity=velocity)
+    brake = PositionLaw(gain=160.0, band=1.1, action="brake", rest_speed=40.0)
+    by_speed = msgspec.structs.replace(controller().linear, input="speed_error")
+    assert told(velocity=velocity, position_law=brake)["Velocity"] == words
+    assert told(velocity=velocity, linear=by_speed)["Velocity"] == words
+    assert (
+        told(velocity=velocity, friction_compensation=FrictionCompensation("observer", observer_rad_s=50.0, inertia=1e-5))["Velocity"]
+        == words
+    )
+    limited = msgspec.structs.replace(position_loop(), velocity=velocity, limiter=Limiter("error", 2.0))
+    assert dict(blocks(limited))["Velocity"] == words
 
 
 @pytest.mark.parametrize(
