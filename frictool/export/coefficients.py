@@ -51,11 +51,18 @@ def json_file(controller: Controller, number: Number, loop: RoundedLoop, origin:
         "delay_samples": controller.delay_samples,
         "drive_limit": controller.drive_limit,
         "linear": _linear(controller, number),
-        "blocks": {name: msgspec.to_builtins(block) for name in BLOCKS if (block := getattr(controller, name)) is not None},
+        "blocks": {name: _whole(block) for name in BLOCKS if (block := getattr(controller, name)) is not None},
         "program": _program(controller_program(controller), number),
         "rounded": {"modulus_margin": loop.modulus_margin, "at": loop.at, "norm": loop.norm, "norm_at": loop.norm_at or None},
     }
     return {f"{c_identifier(controller.name)}.json": json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"}
+
+
+def _whole(block: Any) -> Any:
+    """A block of the document with its defaults, which the document leaves out."""
+    if isinstance(block, msgspec.Struct):
+        return {key: _whole(value) for key, value in msgspec.structs.asdict(block).items()}
+    return [_whole(one) for one in block] if isinstance(block, tuple) else block
 
 
 def _entering(controller: Controller) -> str:
@@ -141,9 +148,9 @@ def matlab_file(controller: Controller, number: Number, loop: RoundedLoop, origi
     for name, key in (("prefilter", "prefilter"), ("law", "position_law"), ("velocity", "velocity"), ("limiter", "limiter")):
         block = getattr(controller, key)
         if block is not None:
-            values[name] = _variable(msgspec.to_builtins(block))
+            values[name] = _variable(_whole(block))
     if controller.friction_compensation is not None:
-        values["compensation"] = _variable(msgspec.to_builtins(controller.friction_compensation))
+        values["compensation"] = _variable(_whole(controller.friction_compensation))
     return {f"{c_identifier(controller.name)}.mat": b"".join(pieces(values))}
 
 

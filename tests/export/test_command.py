@@ -16,6 +16,7 @@ from frictool.documents.provenance import digest
 from frictool.documents.writing import to_yaml
 from tests.cli.run import refused, run
 from tests.control.example import CUT_LAW, clutch_controller
+from tests.export.compiled import NUMBERS
 from tests.verify.truthful import truthful
 
 NAMES = ["speed.c", "speed.h", "speed_selftest.c", "speed_vectors.h"]
@@ -28,20 +29,38 @@ def controller(tmp_path: Path) -> Path:
     return path
 
 
-def test_writes_four_files_and_says_what_they_cover(controller: Path, tmp_path: Path) -> None:
-    result = run("export", controller, "--lang", "c", "-o", tmp_path / "deep/c", "--json")
+@pytest.mark.parametrize("number", NUMBERS)
+def test_writes_four_files_and_says_what_they_cover(controller: Path, number: str, tmp_path: Path) -> None:
+    result = run("export", controller, "--lang", "c", "--number", number, "-o", tmp_path / "deep/c", "--json")
     assert result.code == 0
     assert sorted(path.name for path in (tmp_path / "deep/c").iterdir()) == NAMES
     assert sorted(path.name for path in (tmp_path / "deep").iterdir()) == ["c"]
     said = json.loads(result.stdout)
     assert sorted(said["files"]) == NAMES
-    assert (said["order"], said["sample_period_s"], said["number"], said["sha256"]) == (2, 0.001, "double", digest(controller))
+    assert (said["order"], said["sample_period_s"], said["number"], said["sha256"]) == (2, 0.001, number, digest(controller))
     vectors = said["vectors"]
-    assert vectors["run"] + vectors["brake"] + vectors["rest"] == vectors["samples"]
+    assert vectors["run"] + vectors["rest"] == vectors["samples"]
+    assert said["rounded"]["at"] == "nominal"
+    assert said["rounded"]["modulus_margin"] > 0.5
+    assert (said["away_from_double"]["drive"] > 0.0) == (number != "double")
     header = (tmp_path / "deep/c/speed.h").read_text()
     assert digest(controller) in header
-    assert "frictool export controller.yaml --lang c" in header
+    assert f"frictool export controller.yaml --lang c --number {number}" in header
+    assert f"modulus margin {said['rounded']['modulus_margin']:.4f} at vertex nominal" in header
     assert str(tmp_path) not in header
+
+
+@pytest.mark.parametrize(("lang", "files"), [("json", ["speed.json"]), ("matlab", ["speed.mat"]), ("cmsis", ["speed_cmsis.h"])])
+def test_other_languages_write_one_file(lang: str, files: list[str], controller: Path, tmp_path: Path) -> None:
+    result = run("export", controller, "--lang", lang, "-o", tmp_path / "out")
+    assert result.code == 0
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == files
+    number = "float" if lang == "cmsis" else "double"
+    assert result.stdout.startswith(f"{files[0]}: {lang}, {number}\nverified with coefficients rounded to {number}: modulus margin 0.")
+    first = (tmp_path / "out" / files[0]).read_bytes()
+    assert digest(controller).encode() in (first.replace(b"\0", b"") if lang == "matlab" else first)
+    assert run("export", controller, "--lang", lang, "-o", tmp_path / "out").code == 0
+    assert (tmp_path / "out" / files[0]).read_bytes() == first
 
 
 def test_replaces_its_own_files_and_leaves_others_alone(controller: Path, tmp_path: Path) -> None:
@@ -97,6 +116,27 @@ def test_a_controller_that_runs_away_is_no_solution(tmp_path: Path) -> None:
     path.write_text(to_yaml(msgspec.structs.replace(good, linear=speed)))
     refused(run("export", path, "-o", tmp_path / "c"), 4, "anti-windup")
     assert not (tmp_path / "c").exists()
+
+
+def test_a_format_that_cannot_be_scaled_or_does_not_exist_is_no_solution(tmp_path: Path) -> None:
+    base = truthful(clutch_controller(CUT_LAW))
+    endless = msgspec.structs.replace(base.bench, mechanics=msgspec.structs.replace(base.bench.mechanics, travel=None))
+    path = tmp_path / "controller.yaml"
+    path.write_text(to_yaml(msgspec.structs.replace(base, bench=endless)))
+    refused(run("export", path, "--number", "q31", "-o", tmp_path / "c"), 4, "reference has no bounds", "travel", "--number float")
+    refused(run("export", path, "--lang", "cmsis", "--number", "double", "-o", tmp_path / "c"), 4, "no double", "--number float")
+    assert run("export", path, "--number", "float", "-o", tmp_path / "c").code == 0
+
+
+def test_a_margin_that_the_format_breaks_is_no_solution(tmp_path: Path) -> None:
+    """The margin that is specified is the one in double: q15 has less."""
+    base = truthful(clutch_controller(CUT_LAW))
+    asked = msgspec.structs.replace(base.verified, modulus_margin_specified=base.verified.vertices[0].modulus_margin)
+    path = tmp_path / "controller.yaml"
+    path.write_text(to_yaml(msgspec.structs.replace(base, verified=asked)))
+    refused(run("export", path, "--number", "q15", "-o", tmp_path / "c"), 4, "rounded to q15", "vertex nominal", "modulus margin is 0.")
+    assert not (tmp_path / "c").exists()
+    assert run("export", path, "--number", "double", "-o", tmp_path / "c").code == 0
 
 
 def test_a_file_in_the_way_is_named(controller: Path, tmp_path: Path) -> None:
