@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
-from frictool.documents.scenario import Replay
+from frictool.documents.registry import load
+from frictool.documents.scenario import Replay, Scenario
 from frictool.errors import LogError
 from frictool.logs.log import Log, Stream
+from frictool.logs.reading import read_log
 from frictool.simulate.replay import gaps_of, replayed
 
 T = 1e-3
@@ -90,3 +96,15 @@ def test_gaps_are_told_where_they_are_replayed() -> None:
     assert "1 gap(s), the longest of 0.201 s at 0.099 s" in told
     assert gaps_of(Replay("x", from_s=0.3), log) == []
     assert replayed(Replay("x"), log, "rotary", T).size == 400
+
+
+def test_the_reference_of_a_measured_record_is_replayed_sample_by_sample() -> None:
+    """EMPS, read from its own file by the columns of its bench."""
+    root = Path(__file__).parents[2]
+    data = Path(os.environ.get("FRICTOOL_DATA", root / "../shared/data")) / "emps/DATA_EMPS.mat"
+    if not data.is_file():
+        pytest.skip("the EMPS record is not here; set FRICTOOL_DATA to the folder that holds emps/DATA_EMPS.mat")
+    log = read_log(data, load(root / "configs/emps/bench.yaml", Bench))
+    scenario = load(root / "configs/emps/scenarios/replay.yaml", Scenario)
+    np.testing.assert_array_equal(replayed(scenario.reference, log, "linear", T), log.main.signals["reference"])
+    assert gaps_of(scenario.reference, log) == []
