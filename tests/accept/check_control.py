@@ -1,114 +1,109 @@
-"""What runs on the target is what is simulated: compiled C against the kernels over a million samples, every bit."""
+"""What runs on the target is what is simulated: compiled C against the simulation over a million samples in each number format, every bit.
+
+Twenty controllers of every composition on inputs that wander; each is compiled by gcc and by clang, at -O0 and at -O3, without a warning.
+"""
 
 from __future__ import annotations
 
+import functools
 import shutil
-import subprocess
 import tempfile
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import numpy as np
+from hypothesis import HealthCheck, Phase, given, seed, settings
 from numpy.typing import NDArray
 
-from frictool.control.cascade import LIMITED, MODE, control_step, initial_state
-from frictool.control.packing import pack
-from frictool.documents.controller import Controller
+from frictool.control.composition import controller_program
+from frictool.control.machine import control_step, machine, read, start_at
+from frictool.control.program import Program
+from frictool.documents.controller import Controller, Number
+from frictool.export.visits import visits_of
 from frictool.kernels import kernel
-from tests.control.example import BRAKE_LAW, CUT_LAW, clutch_controller
-from tests.control.test_cascade import random_controller
-from tests.export.test_c99 import STRICT, write
+from tests.export.cases import CASES
+from tests.export.compiled import COMPILERS, NUMBERS, OPTIMISATIONS, Values, fits, in_format, library, simulated, write
+from tests.export.controllers import controllers
+from tests.export.inputs import rows_for
 
-Matrix = NDArray[np.float64]
-CONTROLLERS, SAMPLES, STEP = 20, 50_000, 2 * np.pi / 56
-DRIVER = """
-#include <stdio.h>
-#include "speed.h"
+CONTROLLERS, SAMPLES = 20, 50_000
+DRAWN = 400  # controllers that are drawn, of which the first that the format can hold are played
+NEEDED = ("run", "brake", "rest", "released", "braking", "held", "limited", "voltage")
+SEEN = 100  # samples, at least, of each of them in all of the runs
 
-int main(void)
-{
-    speed_state state;
-    double row[2];
-    double drive;
 
-    if (fread(row, sizeof row[0], 2, stdin) != 2) {
-        return 1;
+@functools.cache
+def drawn() -> tuple[Controller, ...]:
+    """The cases, then controllers of every composition, the same ones every time."""
+    found: list[Controller] = list(CASES.values())
+
+    @seed(7)
+    @settings(max_examples=DRAWN, database=None, deadline=None, phases=[Phase.generate], suppress_health_check=list(HealthCheck))
+    @given(controllers())
+    def collect(controller: Controller) -> None:
+        found.append(controller)
+
+    collect()
+    return tuple(found)
+
+
+def exported_c_equals_the_simulation(number: Number) -> dict[str, Any]:
+    """Each controller's C returns the machine's drive on every sample, in the bits of the format."""
+    missing = [name for name in ("gcc", "clang") if shutil.which(name) is None]
+    if missing:
+        return {"passed": False, "reason": f"no {' and no '.join(missing)} on the PATH"}
+    differing = played = 0
+    visits: dict[str, int] = dict.fromkeys(NEEDED, 0)
+    for index, controller in enumerate(drawn()):
+        program = controller_program(controller)
+        if not fits(program, number):
+            continue
+        rows = in_format(program, number, rows_for(controller, program, SAMPLES, index))
+        expected = simulated(program, number, rows)
+        with tempfile.TemporaryDirectory() as name:
+            write(controller, Path(name), number)
+            for compiler in COMPILERS:
+                for optimisation in OPTIMISATIONS:
+                    drives = library(controller, number, Path(name), compiler, optimisation)(rows)
+                    differing += int(np.count_nonzero(_bits(drives) != _bits(expected)))
+        for visit, count in visited(controller, program, index).items():
+            visits[visit] += count
+        played += 1
+        if played == CONTROLLERS:
+            break
+    return {
+        "passed": differing == 0 and played == CONTROLLERS and min(visits.values()) >= SEEN,
+        "samples": played * SAMPLES,
+        "builds": len(COMPILERS) * len(OPTIMISATIONS),
+        "differing": differing,
+        "visits": visits,
     }
-    speed_init(&state, row[1]);
-    do {
-        drive = speed_step(&state, row[0], row[1]);
-        fwrite(&drive, sizeof drive, 1, stdout);
-    } while (fread(row, sizeof row[0], 2, stdin) == 2);
-    return 0;
-}
-"""
+
+
+def _bits(drives: Values) -> NDArray[np.uint32] | NDArray[np.uint64]:
+    return drives.view(np.uint64 if drives.itemsize == 8 else np.uint32)
+
+
+def visited(controller: Controller, program: Program, index: int) -> dict[str, int]:
+    """Samples in each mode and at each limit on the inputs, by the program in double."""
+    running, rows = machine(program), rows_for(controller, program, SAMPLES, index)
+    visits = visits_of(program)
+    start_at(running, rows[0, list(program.inputs).index("position")])
+    watched = np.array([[visit.place, -1 if visit.where is None else visit.where] for visit in visits.values()])
+    inputs = len(program.inputs)
+    values = np.array([[visit.value, float(visit.differs)] for visit in visits.values()])
+    counts = np.zeros(len(visits), dtype=np.int64)
+    _count(running, inputs, rows, watched, values, counts)
+    return {name: int(count) for name, count in zip(visits, counts, strict=True)}
 
 
 @kernel
-def _simulated(parameters: Matrix, state: Matrix, inputs: Matrix, outputs: Matrix) -> None:
-    """Fills outputs (n, 3): drive, mode, limit met."""
-    for k in range(inputs.shape[0]):
-        outputs[k, 0] = control_step(parameters, state, inputs[k, 0], inputs[k, 1])
-        outputs[k, 1] = state[MODE]
-        outputs[k, 2] = state[LIMITED]
+def _count(running: Any, inputs: int, rows: Values, watched: Values, values: Values, counts: Values) -> None:
+    for k in range(rows.shape[0]):
+        control_step(running, rows[k, 0], rows[k, 1], rows[k, 2] if inputs > 2 else 0.0)
+        for j in range(watched.shape[0]):
+            if watched[j, 1] < 0 or read(running, watched[j, 1]) != 0.0:
+                counts[j] += (read(running, watched[j, 0]) == values[j, 0]) != (values[j, 1] != 0.0)
 
 
-def _inputs(random: np.random.Generator) -> Matrix:
-    """References held for 500 samples; positions that go there in counts, wander, and stand still for the last third of each hold."""
-    references = np.repeat(random.uniform(0.0, 63.0, SAMPLES // 500), 500)
-    position, positions = references[0], np.empty(SAMPLES)
-    for k, reference in enumerate(references):
-        if k % 500 < 330:
-            position += 0.03 * (reference - position) + STEP * random.normal()
-        positions[k] = STEP * np.floor(position / STEP)
-    return np.column_stack([references, positions])
-
-
-def _controller(index: int) -> Controller:
-    law = BRAKE_LAW if index % 2 else CUT_LAW
-    controller = clutch_controller(law, prefilter=index % 4 < 2, limit=0.3 if index % 3 else 50.0)
-    return controller if index < 4 else msgspec.structs.replace(controller, linear=random_controller(index % 8, index))
-
-
-def exported_c_equals_the_simulation() -> dict[str, Any]:
-    """Each controller's C, at -O0 and -O3, returns the kernels' drive on every sample."""
-    if shutil.which("cc") is None:
-        return {"passed": False, "reason": "no C compiler: there is no cc on the PATH"}
-    random = np.random.default_rng(7)
-    differing, modes, limited = 0, np.zeros(3, dtype=np.int64), 0
-    for index in range(CONTROLLERS):
-        controller, inputs, outputs = _controller(index), _inputs(random), np.empty((SAMPLES, 3))
-        parameters = pack(controller)
-        _simulated(parameters, initial_state(parameters, inputs[0, 1]), inputs, outputs)
-        modes += np.bincount(outputs[:, 1].astype(np.int64), minlength=3)
-        limited += int(np.count_nonzero(outputs[:, 2]))
-        for optimisation in ("-O0", "-O3"):
-            differing += int(np.count_nonzero(_on_target(controller, inputs, optimisation) != outputs[:, 0].view(np.uint64)))
-    run, brake, rest = (int(count) for count in modes)
-    visited = min(run, brake, rest, limited) > 1000
-    samples = CONTROLLERS * SAMPLES
-    return {
-        "passed": differing == 0 and visited,
-        "samples": samples,
-        "differing": differing,
-        "run": run,
-        "brake": brake,
-        "rest": rest,
-        "limited": limited,
-    }
-
-
-def _on_target(controller: Controller, inputs: Matrix, optimisation: str) -> NDArray[np.uint64]:
-    """The bits of the drives that the compiled code returns."""
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        write(controller, folder)
-        (folder / "driver.c").write_text(DRIVER)
-        command = ["cc", *STRICT, optimisation, "speed.c", "driver.c", "-lm", "-o", "driver"]
-        subprocess.run(command, cwd=folder, check=True, capture_output=True)
-        result = subprocess.run([folder / "driver"], input=inputs.tobytes(), check=True, capture_output=True)
-    return np.frombuffer(result.stdout, dtype=np.uint64)
-
-
-CHECKS = {"exported C equals the simulation": exported_c_equals_the_simulation}
+CHECKS = {f"exported C equals the simulation, {number}": functools.partial(exported_c_equals_the_simulation, number) for number in NUMBERS}
