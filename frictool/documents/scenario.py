@@ -14,6 +14,7 @@ from frictool.documents.quantity import Axis, Position, PositiveLength
 SHORTEST_HOLD_S = 15.0  # a limit cycle is not called absent before; some need a minute to show (docs/theory/simulate.md)
 Hold = Annotated[float, msgspec.Meta(ge=SHORTEST_HOLD_S)]
 MOST_PLANTS = 100_000
+STEP_KINDS = ("reference", "ramp_to", "sine", "hold_s")
 
 
 class Sine(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -38,12 +39,16 @@ class Step(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     hold_s: Hold | None = None
 
     def __post_init__(self) -> None:
-        kinds = ("reference", "ramp_to", "sine", "hold_s")
-        given = [name for name in kinds if getattr(self, name) is not None]
+        given = [name for name in STEP_KINDS if getattr(self, name) is not None]
         if len(given) != 1:
-            raise ValueError(f"found {' and '.join(given) or 'none of them'}; allowed: exactly one of {', '.join(kinds)}")
+            raise ValueError(f"found {' and '.join(given) or 'none of them'}; allowed: exactly one of {', '.join(STEP_KINDS)}")
         if (self.duration_s is None) != (self.hold_s is not None):
             raise ValueError("duration_s belongs to reference, ramp_to and sine, which need it; hold_s is a duration itself")
+
+    @property
+    def kind(self) -> str:
+        """Which of STEP_KINDS it is."""
+        return next(name for name in STEP_KINDS if getattr(self, name) is not None)
 
     @property
     def seconds(self) -> float:

@@ -58,8 +58,8 @@ def step_test(
 
     `progress(done, total)` is told before the first variants and after each batch of them; `names` are what messages call the documents;
     `recorded` is the log of a scenario that replays one; `number` is the format in which the controller runs; `target` runs in its place.
-    Raises InputFileError where the documents do not fit together, LogError where
-    the log cannot be replayed, NoSolutionError where a variant cannot be simulated.
+    Raises InputFileError where the documents do not fit together, LogError where the log cannot be replayed, NoSolutionError where a
+    variant cannot be simulated.
     """
     check_agreement(model, controller, scenario, names)
     reference, start = _reference(model, controller, scenario, names, recorded)
@@ -67,7 +67,7 @@ def step_test(
     check_instants(scenario, reference.size * period, period, names.scenario)
     variants, conditions = variants_of(model, controller, scenario, names.model), conditions_of(scenario, reference.size, period)
     sensors = Sensors(model, controller, scenario, reference, conditions)
-    acting, streams, warnings = _acting(conditions, controller), [], [] if recorded is None else _of_log(scenario, recorded)
+    acting, streams, warnings = _acting(conditions, controller), [], _of_log(scenario, recorded)
     given = controller, start, reference, load_of(model), acting, progress
     played = play(variants, _machine(controller, number), *given) if target is None else play_target(variants, target, *given)
     for index, (variant, record) in enumerate(played):
@@ -100,19 +100,16 @@ def _reference(model: Model, controller: Controller, scenario: Scenario, names: 
     else:
         check_steps(scenario, period, runs, names.scenario)
         parts = parts_of(scenario, period)
-        kinds = ("reference", "ramp_to", "sine", "hold_s")
-        keys = [next(kind for kind in kinds if getattr(step, kind) is not None) for step in scenario.steps]
-        reference, places = (
-            np.concatenate(parts),
-            {f"steps[{i}].{key}": part for i, (key, part) in enumerate(zip(keys, parts, strict=True))},
-        )
+        reference = np.concatenate(parts)
+        places = {f"steps[{index}].{step.kind}": part for index, (step, part) in enumerate(zip(scenario.steps, parts, strict=True))}
     start = float(reference[0]) if scenario.start is None else scenario.start.value
     check_path({"start": np.array([start]), **places}, travel, names.scenario)
     return reference, start
 
 
-def _of_log(scenario: Scenario, recorded: Log) -> list[str]:
-    return [] if scenario.reference is None else gaps_of(scenario.reference, recorded)
+def _of_log(scenario: Scenario, recorded: Log | None) -> list[str]:
+    """What there is to be told of the log that is replayed."""
+    return [] if scenario.reference is None or recorded is None else gaps_of(scenario.reference, recorded)
 
 
 def _acting(conditions: Vector, controller: Controller) -> Vector:
