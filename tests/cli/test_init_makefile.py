@@ -34,6 +34,31 @@ def test_the_makefile_chains_the_commands(tmp_path: Path) -> None:
     assert "frictool ingest" not in again
 
 
+@WITH_MAKE
+def test_every_design_is_played_and_has_a_target_of_its_own(tmp_path: Path) -> None:
+    """A position loop too; a design that is there to compare with does not end make where it misses the specification."""
+    rig = tmp_path / "rig"
+    assert run("init", rig, "--from", LOG, "--axis", "rotary").code == 0
+    text = (rig / "designs/speed.yaml").read_text()
+    (rig / "designs/other.yaml").write_text(text.replace("structure: speed_cascade", "structure: position"))
+    plan = _plan(rig, "other")
+    assert [line.split()[1] for line in plan.splitlines() if line.startswith("frictool ")][2:] == [
+        "synth",
+        "simulate",
+        "report",
+        "verify",
+        "report",
+    ]
+    assert "build/speed" not in plan
+    assert plan.endswith("exit $code\n")
+    assert _plan(rig, "other", "REFERENCE=speed other").endswith("exit 0\n")
+    assert {"build/speed/report.html", "build/other/report.html"} <= set(_plan(rig, "all").split())
+
+
+def _plan(rig: Path, *words: str) -> str:
+    return subprocess.run(["make", "-n", *words], cwd=rig, env=ENVIRONMENT, check=True, capture_output=True, text=True).stdout
+
+
 @pytest.mark.parametrize("blank", [True, False])
 def test_a_path_that_make_cannot_read_is_told(blank: bool, tmp_path: Path) -> None:
     log = tmp_path / ("my log.csv" if blank else "log.csv")
