@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from frictool.documents.controller import Controller
+from typing import get_args
+
+from frictool.documents.controller import Controller, Number
 from frictool.documents.quantity import si_unit
 from frictool.synth.design import Designed
 from frictool.synth.disturbance import Disturbance
@@ -117,6 +119,9 @@ def _margins(controller: Controller) -> list[str]:
     if verified.rounded:
         told = ", ".join(f"{one.number} {one.gamma:.6g} and margin {one.modulus_margin:.4f}" for one in verified.rounded)
         lines.append(f"  rounded: norm {told}")
+        missing = [number for number in get_args(Number) if number not in {one.number for one in verified.rounded}]
+        if missing:
+            lines.append(f"  not verified with coefficients rounded to {', '.join(missing)}: export refuses it")
     return lines
 
 

@@ -47,6 +47,13 @@ def norm(system: Lti, tolerance: float = 1e-6, looks: ArrayLike | None = None) -
     """
     if not system.stable:
         return np.inf, np.nan
+    try:
+        return _peak(system, tolerance, looks)
+    except np.linalg.LinAlgError:  # a pole where it was looked: stable by less than rounding
+        return np.inf, np.nan
+
+
+def _peak(system: Lti, tolerance: float, looks: ArrayLike | None) -> tuple[float, float]:
     where = _first_looks(system) if looks is None else np.concatenate([_ends(system), np.atleast_1d(np.asarray(looks, dtype=np.float64))])
     found = gains(system, where)
     best = int(np.argmax(found))

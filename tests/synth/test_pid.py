@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from scipy.signal import cont2discrete, dlsim
 
 from frictool.control.composition import controller_program
-from frictool.control.machine import control_step, machine, start_at
+from frictool.control.machine import control_step, start_at
+from frictool.control.machine import machine as running
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design, Pid
 from frictool.documents.model import Model
@@ -23,7 +24,10 @@ from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.errors import NoSolutionError
 from frictool.synth.design import Designed, design_controller, designed
+from frictool.synth.disturbance import disturbance
+from frictool.synth.machine import machine
 from frictool.synth.pid import sampled_pid
+from frictool.synth.text import text
 from frictool.verify.controller import recheck
 from tests.synth.example import ROOT, clutch_model
 
@@ -143,7 +147,8 @@ def test_in_sections_it_has_the_gains_of_an_observer() -> None:
     assert len(linear.sos_anti_windup) == 2 * len(linear.sos)
     assert any(linear.sos_anti_windup)
     recheck(controller)
-    runs, other = (machine(controller_program(one)) for one in (controller, found("pid").controller))
+    assert "q15" not in {one.number for one in controller.verified.rounded}  # the integrator's section is rounded, its pole moves off 1
+    runs, other = (running(controller_program(one)) for one in (controller, found("pid").controller))
     start_at(runs, 0.0)
     start_at(other, 0.0)
     for position in np.linspace(0.0, 0.004, 50):
@@ -171,3 +176,45 @@ def test_the_clutch_takes_a_pid_too() -> None:
     controller = design_controller(clutch_model(), load(ROOT / "configs/clutch/spec.yaml", Spec), asked, HERE)
     assert len(controller.verified.vertices) == 16
     assert all(vertex.stable and vertex.modulus_margin >= 0.5 for vertex in controller.verified.vertices)
+
+
+def between(one: float, other: float) -> Spec:
+    """The specification with a modulus margin half-way."""
+    return msgspec.structs.replace(spec(), modulus_margin=0.5 * (one + other))
+
+
+def with_gain(gain: float) -> Design:
+    asked = design("pid")
+    assert asked.pid is not None
+    return msgspec.structs.replace(asked, pid=msgspec.structs.replace(asked.pid, gain=Quantity(value=gain, unit="N/m")))
+
+
+def test_a_format_that_breaks_the_margin_is_told_or_refused() -> None:
+    """The margin is specified between what two formats leave of it: fixed point is told as missing, float refused."""
+    margins = {one.number: one.modulus_margin for one in changed("pid", gain=Quantity(value=0.7, unit="N/m")).verified.rounded}
+    assert set(margins) == {"double", "float", "q31", "q15"}
+    assert margins["q15"] < margins["double"]
+    missing = designed(model(), between(margins["q15"], margins["double"]), with_gain(0.7), HERE, beyond=False)
+    assert [one.number for one in missing.controller.verified.rounded] == ["double", "float", "q31"]
+    assert "not verified with coefficients rounded to q15: export refuses it" in text(missing, disturbance(model()))
+    margins = {one.number: one.modulus_margin for one in changed("pid", gain=Quantity(value=33.3, unit="N/m")).verified.rounded}
+    assert margins["float"] < margins["double"]
+    with pytest.raises(NoSolutionError, match="with coefficients rounded to float the worst norm is"):
+        design_controller(model(), between(margins["float"], margins["double"]), with_gain(33.3), HERE)
+
+
+@pytest.mark.parametrize(
+    ("name", "lines"),
+    [
+        ("pi_p", ["position law: proportional, gain 10 1/s, action none", "velocity: measured", "no certificate: what is proved"]),
+        (
+            "pid_limiter",
+            ["limiter: by energy (5.7), inertia 1, F_c 1 N, band 0.02 m", "limiter: it is not linear", "proved for every constant"],
+        ),
+    ],
+)
+def test_the_blocks_are_told(name: str, lines: list[str]) -> None:
+    said, seen = text(found(name), disturbance(model())), machine(found(name), disturbance(model()))
+    assert [line for line in lines if line not in said] == []
+    assert seen["velocity"] == {"source": "measured"}
+    assert (seen["limiter"] is None) == (name == "pi_p")
