@@ -288,10 +288,6 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
             raise ValueError(f"position_law.settled_speed: missing; action {law.action} waits until the prefilter moves slower than it")
         if compensation is not None and compensation.velocity == "reference" and self.prefilter is None:
             raise ValueError("friction_compensation.velocity reference is the filtered reference's speed: give prefilter too")
-        if self.velocity is not None and not self.reads_speed:
-            raise ValueError(
-                "velocity: nothing in this design reads a speed; action brake, a limiter, friction_compensation and a pid of the speed do"
-            )
         if self.form == "sos" and self.scheduled:
             raise ValueError("form sos is without scheduled: only matrices are summed with weights (5.64)")
         if self.form == "sos" and limiter is not None:

@@ -88,7 +88,13 @@ class _Making:
 
     def _velocity(self) -> stored.Velocity:
         asked, prefilter = self.design.velocity, self.design.prefilter
-        if not self.design.reads_speed:
+        winding = self.model.bench.actuator.winding is not None  # whose back-electromotive force limits the drive
+        if not self.design.reads_speed and not winding:
+            if asked is not None:
+                raise FrictoolError(
+                    "velocity: nothing in this design reads a speed; allowed: with action brake, a limiter of the energy or with virtual "
+                    "friction, friction_compensation, a pid of the speed, or actuator.winding in the bench; leave it out"
+                )
             return stored.Velocity()
         if asked is not None and asked.source == "measured":
             return stored.Velocity(source="measured")

@@ -95,7 +95,6 @@ CONTRADICTIONS = {
         "position_law.settled_speed is the prefilter's: give prefilter too",
     ),
     "prefilter without settled_speed": ([f"position_law: {{{LAW}}}", FILTER], "settled_speed: missing; action cut waits until"),
-    "velocity of nothing": ([f"position_law: {{{LAW}}}", "velocity: {filter_rad_s: 100}"], "nothing in this design reads a speed"),
     "limiter": ([f"position_law: {{{LAW}}}", "limiter: {condition: error}"], "limiter is for structure position"),
     "measured and filtered": (["velocity: {source: measured, filter_rad_s: 100}"], "a measured speed is taken as it is"),
     "order of no filter": (["velocity: {order: 1, filter_rad_s: 0}"], "leave out order"),

@@ -8,6 +8,7 @@ from typing import Any
 import msgspec
 import pytest
 
+from frictool.documents.bench import Winding
 from frictool.documents.design import Design, FrictionCompensation, Limiter, PositionLaw, Prefilter, Velocity
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
@@ -55,6 +56,16 @@ def test_without_a_prefilter_the_filter_has_to_be_given() -> None:
     assert made(limiter=Limiter("energy"), velocity=Velocity(filter_rad_s=0.0)).velocity.bandwidth_rad_s == 0.0
     given = made(limiter=Limiter("energy"), velocity=Velocity(order=1, filter_rad_s=200.0)).velocity
     assert (given.bandwidth_rad_s, given.order) == (200.0, 1)
+
+
+def test_a_velocity_that_nothing_reads_is_refused() -> None:
+    with pytest.raises(FrictoolError, match="velocity: nothing in this design reads a speed"):
+        made(limiter=Limiter("error", band=rad(2.0)), velocity=Velocity(filter_rad_s=100.0))
+    base, replace = clutch_model(), msgspec.structs.replace
+    wound = replace(base.bench.actuator, winding=Winding(resistance_ohm=0.2, voltage_v=12.0))
+    model = replace(base, bench=replace(base.bench, actuator=wound))
+    assert made(model=model, velocity=Velocity(filter_rad_s=100.0)).velocity.bandwidth_rad_s == 100.0  # the winding reads it
+    assert made(model=model, prefilter=PREFILTER).velocity.bandwidth_rad_s == 300.0
 
 
 @pytest.mark.parametrize("bandwidth", [2000.0, 1e5])

@@ -12,14 +12,19 @@ from hypothesis import strategies as st
 
 from frictool.control.machine import control_step
 from frictool.documents.controller import Controller, LinearController, PositionLaw, Velocity
+from frictool.documents.design import Pid
+from frictool.documents.quantity import Quantity
 from frictool.plant.linear_axis import Rates, linear_axis
-from frictool.plant.lti import Lti, gain
+from frictool.plant.lti import Lti, gain, tustin
+from frictool.plant.polytope import polytope
+from frictool.synth.pid import sampled_pid
 from frictool.synth.realisation import running_in_sections, stored_forms
 from frictool.verify.controller import check_feedback
 from frictool.verify.count_current import count_current
 from frictool.verify.effective import DIFFERENCE, ETA, SPEED, Feedback, chain, feedbacks_of, from_position, low_pass, open_loop
 from frictool.verify.margins import loop_margins
 from tests.control.example import clutch_controller, started
+from tests.synth.example import clutch_model
 
 PERIOD, LAG = 1e-3, 3e-3
 CLUTCH = Rates(1015.0, 29.0, 7500.0)
@@ -152,3 +157,27 @@ def test_a_chain_is_the_product_of_its_sections() -> None:
     z = np.exp(1j * POINTS * PERIOD)
     first = (2.0 + 3.0 / z + 0.5 / z**2) / (1.0 - 0.5 / z + 0.06 / z**2)
     assert chain(sections, PERIOD).response(POINTS)[:, 0, 0] == pytest.approx(first / z / (1.0 - 1.0 / z), rel=1e-9)
+
+
+# the PI of the trial, its speed from (5.70) sampled whole by Tustin: worst modulus margin over table 5.2's vertices with delay 0 and 1
+TRIAL = {(7.6e-4, 0.014, 300.0): (0.03, 0.0), (1e-3, 0.030, 1000.0): (0.59, 0.51)}
+
+
+@pytest.mark.parametrize("gains", TRIAL)
+def test_the_trials_pi_and_half_a_sample(gains: tuple[float, float, float]) -> None:
+    """Margins that are known of C(s) s/(s/w + 1)^2; the block's difference lags by half a sample more than Tustin's derivative."""
+    gain_, integral_time, w = gains
+    constant, points = 13.4e-3, polytope(clutch_model()).vertices
+    c = gain_ / constant * np.array([[w**2 * (1.0 / integral_time - w), w**2]])
+    whole = tustin(Lti(np.array([[-w, 1.0], [0.0, -w]]), np.array([[0.0], [1.0]]), c, np.zeros((1, 1)), 0.0), PERIOD)
+    for delay, known in enumerate(TRIAL[gains]):
+        found = min(check_feedback(Feedback("trial", whole, (ETA,)), point.rates, LAG, delay).modulus_margin for point in points)
+        assert found == pytest.approx(known, abs=0.005)
+    linear = stored_forms(sampled_pid(Pid(speed_gain=Quantity(gain_), integral_time_s=integral_time), gain_ / constant, PERIOD))
+    made = composed(ROOT, "speed_error", Velocity(order=2, bandwidth_rad_s=w))
+    (loop,) = feedbacks_of(msgspec.structs.replace(made, linear=msgspec.structs.replace(linear, input="speed_error")))
+    z = np.exp(1j * POINTS * PERIOD)
+    s = 2.0 / PERIOD * (z - 1.0) / (z + 1.0)
+    held = (1.0 + PERIOD / integral_time / (z - 1.0)) / (1.0 + 1.0 / (integral_time * s))  # the integral held, against Tustin's
+    block = from_position(loop).response(POINTS)[:, 0, 0]
+    assert block == pytest.approx(whole.response(POINTS)[:, 0, 0] * held * (z + 1.0) / (2.0 * z), rel=1e-6)
