@@ -11,7 +11,6 @@ from frictool.logs.log import Vector
 from frictool.report.evidence import Evidence
 from frictool.report.figures import INK, LOG_COLOURS, drawing, new_figure, picture_of
 from frictool.report.thinning import path_samples, shown_samples
-from frictool.report.velocity import shown_velocity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -72,7 +71,7 @@ def overview(spec: Spec, evidence: list[Evidence]) -> list[Picture]:
     driven = [item for item in evidence if item.drive is not None]
     if driven:
         pictures.append(_drive(spec, driven))
-    moving = [(item, shown) for item in positions if (shown := shown_velocity(item)) is not None]
+    moving = [(item, shown) for item in positions if (shown := item.velocity) is not None]
     if moving:
         pictures += [_velocity(moving, unit), _phase_plane(moving, unit)]
     return pictures

@@ -6,6 +6,7 @@ Log(s) --streams--> Evidence per stream --holds--> Measured per hold --worst--> 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import PurePath
 
 import numpy as np
@@ -17,7 +18,9 @@ from frictool.logs.log import MAIN_TOPIC, Log, Stream, Vector
 from frictool.logs.quality.quality import encoder_step
 from frictool.metrics.holds import Hold, find_holds
 from frictool.metrics.load_position import load_bounds
+from frictool.metrics.noise import noise_deviation
 from frictool.report.rig import Rig
+from frictool.report.velocity import shown_velocity
 
 UNKNOWN = Rig()
 
@@ -63,7 +66,17 @@ class Evidence:
         """Whether the mechanical position is only known between bounds."""
         return self.load is not None and self.load[0] is not self.load[1]
 
-    @property
+    @cached_property
+    def drive_noise(self) -> float:
+        """Standard deviation of the white noise on the measured drive [A or V]."""
+        return 0.0 if self.measured is None else noise_deviation(self.measured)
+
+    @cached_property
+    def velocity(self) -> tuple[Vector, str] | None:
+        """What is drawn as the velocity (n,), and where it comes from."""
+        return shown_velocity(self)
+
+    @cached_property
     def has_backlash(self) -> bool:
         """Whether the mechanical position is known, and another than what the sensor shows."""
         if self.load is None or not self.has("position"):
@@ -71,7 +84,7 @@ class Evidence:
         apart = float(np.max(np.abs(self.load[1] - self.stream.signals["position"]), initial=0.0))
         return apart > 1.5 * self.resolution + 1e-9 * float(np.ptp(self.load[1]))
 
-    @property
+    @cached_property
     def sensor_error(self) -> Vector | None:
         """What the sensor shows less the true position (n,), where the log knows both and it is more than rounding."""
         if not (self.has("position") and self.has("position_true")):

@@ -14,7 +14,6 @@ from frictool.metrics.energy import energy
 from frictool.metrics.final_value import final_value
 from frictool.metrics.holds import Hold
 from frictool.metrics.limit_cycle import limit_cycle
-from frictool.metrics.noise import noise_deviation
 from frictool.metrics.oscillations import oscillations
 from frictool.metrics.overshoot import overshoot_percent
 from frictool.metrics.response_time import response_time_95
@@ -117,7 +116,7 @@ def saturation(evidence: Evidence, part: slice) -> float:
     if evidence.command is not None:
         return commanded_saturation(time, evidence.command[part], evidence.drive_limit)
     assert evidence.measured is not None
-    return measured_saturation(time, evidence.measured[part], evidence.drive_limit, noise_deviation(evidence.measured))
+    return measured_saturation(time, evidence.measured[part], evidence.drive_limit, evidence.drive_noise)
 
 
 def _measure_drive(spec: Spec, evidence: Evidence, measured: Measured) -> None:

@@ -16,7 +16,6 @@ from frictool.report.evidence import Evidence
 from frictool.report.figures import INK, LIMIT, MUTED, ZONE, drawing, new_figure, picture_of
 from frictool.report.measure import Measured
 from frictool.report.requirement import number
-from frictool.report.velocity import shown_velocity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,13 +38,16 @@ def same_steps(judged: Judged) -> list[list[tuple[Evidence, Measured]]]:
     """
     groups: list[list[tuple[Evidence, Measured]]] = []
     for evidence, holds in judged:
+        waiting = list(groups)  # those that this stream is not in yet
         for measured in holds:
-            if measured.hold.origin is not None:
-                own = next((g for g in groups if _same(g[0][1], measured) and all(e is not evidence for e, _ in g)), None)
-                if own is None:
-                    groups.append([(evidence, measured)])
-                else:
-                    own.append((evidence, measured))
+            if measured.hold.origin is None:
+                continue
+            own = next((group for group in waiting if _same(group[0][1], measured)), None)
+            if own is None:
+                groups.append([(evidence, measured)])
+            else:
+                own.append((evidence, measured))
+                waiting.remove(own)
     return groups
 
 
@@ -84,7 +86,6 @@ def _view(spec: Spec, plays: list[tuple[Evidence, Measured]]) -> Picture:
         for name, label in panels.items():
             axes[name].set(ylabel=label)
         drawn[-1].set(xlabel="time since the step [s]", xlim=(-0.03 * length, length))
-        figure.align_ylabels(drawn)
         svg = picture_of(figure, f"step {top[1].number} enlarged")
     return Picture(_title(plays, unit), svg, _caption(spec, plays))
 
@@ -107,9 +108,8 @@ def _curves(axes: dict[str, Axes], evidence: Evidence, measured: Measured, colou
     draw(axes["position"], evidence, colour, time[part], evidence.stream.signals["position"][part])
     if "load" in axes and evidence.load is not None:
         draw_load(axes["load"], evidence, colour, time, part)
-    velocity = shown_velocity(evidence)
-    if velocity is not None:
-        draw(axes["velocity"], evidence, colour, time[part], velocity[0][part])
+    if evidence.velocity is not None:
+        draw(axes["velocity"], evidence, colour, time[part], evidence.velocity[0][part])
     if evidence.drive is not None:
         draw(axes["drive"], evidence, colour, time[part], evidence.drive[part])
 

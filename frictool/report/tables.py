@@ -25,19 +25,21 @@ MOTION = (
     "limit_cycle_period",
 )
 NOTHING = "–"
+MOST_ROWS = 400
 
 
 @dataclass(frozen=True)
 class Table:
-    """headings, the first of the row's name; rows likewise."""
+    """headings, the first of the row's name; rows likewise. left_out: how many more there are."""
 
     title: str
     headings: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
+    left_out: int = 0
 
 
 def hold_tables(spec: Spec, streams: Judged) -> list[Table]:
-    """Every hold of the streams: how it moved, and what the drive and the load did; columns that nobody has are left out."""
+    """The holds of the streams, the first four hundred: how each moved, what drive and load did; columns that nobody has are left out."""
     held = [(evidence, measured) for evidence, holds in streams for measured in holds]
     found = {name for _, measured in held for name in (*measured.values, *measured.bounds)}
     groups = {"Motion": [], "Drive, load and rest": []}  # type: dict[str, list[Metric]]
@@ -47,9 +49,9 @@ def hold_tables(spec: Spec, streams: Judged) -> list[Table]:
     tables = []
     for title, metrics in groups.items():
         heads = ("Stream", "hold", "at [s]", "from", "to", *(heading(metric, spec) for metric in metrics))
-        rows = tuple((*_hold(e, m), *(cell(m, metric.name) for metric in metrics)) for e, m in held)
+        rows = tuple((*_hold(e, m), *(cell(m, metric.name) for metric in metrics)) for e, m in held[:MOST_ROWS])
         if metrics:
-            tables.append(Table(title, heads, rows))
+            tables.append(Table(title, heads, rows, max(0, len(held) - MOST_ROWS)))
     return tables
 
 

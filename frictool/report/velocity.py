@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from frictool.logs.log import Vector
-from frictool.report.evidence import Evidence
+
+if TYPE_CHECKING:
+    from frictool.report.evidence import Evidence
 
 LEAST_LEVELS = 40  # sensor steps at top speed
 MOST_SAMPLES = 40

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.logs.log import Log, Stream
+from frictool.metrics.holds import find_holds
 from frictool.report.curves import overview
 from frictool.report.evidence import gather
+from frictool.report.measure import Measured
 from frictool.report.step_views import same_steps, step_views, window
+from frictool.report.tables import hold_tables
 from frictool.report.thinning import COLUMNS, path_samples, shown_samples
 from frictool.report.velocity import shown_velocity
 from frictool.report.verdict import judge
@@ -115,3 +120,15 @@ def test_a_sensor_that_is_wrong_by_more_than_its_rounding_has_a_picture() -> Non
         signals = {**plain.signals, "position_true": true}
         evidence = gather(clutch_spec(), [Log((Stream("/axis", plain.time, signals, plain.units),), {}, "run.mcap")])
         assert ("Sensor error" in [picture.title for picture in overview(clutch_spec(), evidence)]) is pictured
+
+
+def test_thousands_of_steps_are_sorted_and_listed_in_part() -> None:
+    """A durability test: one record of 3000 steps, another of as many."""
+    hold = find_holds(np.repeat([5.0, 55.0], 40), np.zeros(80))[1]
+    (item,) = gather(clutch_spec(), [Log((stream(references=((55.0, 0.5),)),), {}, "run.mcap")])
+    holds = tuple(Measured(hold, k, float(k), {"overshoot": 1.0}) for k in range(3000))
+    judged = tuple((dataclasses.replace(item, source=name), holds) for name in ("one.mcap", "two.mcap"))
+    groups = same_steps(judged)
+    assert [[m.number for _, m in group] for group in groups] == [[k, k] for k in range(3000)]
+    (table,) = hold_tables(clutch_spec(), judged)
+    assert (len(table.rows), table.left_out) == (400, 5600)
