@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from frictool.control.program import Node, Program
 
 Matrix = NDArray[np.float64]
-SUMMED = 200_000  # samples of an impulse response, at most
-DIED = 1e-6  # of what has been summed: the rest of a response that has fallen so far is bounded by its slope
+SUMMED = 2**20  # samples of an impulse response, at most
+DIED = 1e-9  # of what has been summed
 
 
 @dataclass(frozen=True)
@@ -101,6 +101,8 @@ def state_bounds(equation: Equation, entering: float, drive: float, conditional:
     """|x| (n,) for |e| <= entering and a drive within +-drive, inf where nothing bounds it.
 
     Integrators that are held while they would push a limited drive further: what the drive's limit leaves them beside the other states.
+    That holds of a single one that moves the drive the way of what enters, c b >= 0, and moves no other state. A drive to which something
+    is added before its limit, or that is released, is not covered: there a word saturates.
     """
     n, held = len(equation.b), equation.integrators if conditional else []
     free = [i for i in range(n) if i not in held]
@@ -109,29 +111,30 @@ def state_bounds(equation: Equation, entering: float, drive: float, conditional:
     # with the limit: x+ = (a - l c) x + (b - l d) e + l (limited u), and what held integrators send in through l
     into_e, into_u = (equation.b - equation.gains * equation.d)[free], equation.gains[free]
     bounds = np.full(n, np.inf)
-    if held and np.any(equation.gains[free]):
+    if held and (np.any(equation.gains[free]) or np.any(equation.a[np.ix_(free, held)])):
         return bounds
     bounds[free] = impulse_sums(a, into_e) * entering + impulse_sums(a, into_u) * drive
     for i in held:
         others = float(np.sum(np.abs(equation.c[free]) * bounds[free])) + abs(equation.d) * entering
-        if equation.c[i] != 0.0 and len(held) == 1:
+        if equation.c[i] != 0.0 and len(held) == 1 and equation.c[i] * equation.b[i] >= 0.0:
             bounds[i] = (drive + others) / abs(equation.c[i]) + abs(equation.b[i]) * entering
     return bounds
 
 
 def impulse_sums(a: Matrix, b: Matrix) -> Matrix:
-    """sum_k |a^k b| (n,): how far each state of x+ = a x + b e goes for |e| <= 1; inf where a is not stable."""
+    """sum_k |a^k b| (n,): how far each state of x+ = a x + b e goes for |e| <= 1, from above; inf where a is not stable."""
     n = len(b)
     if n == 0 or not np.any(b):
         return np.zeros(n)
-    radius = float(np.max(np.abs(np.linalg.eigvals(a))))
-    if radius >= 1.0:
+    if float(np.max(np.abs(np.linalg.eigvals(a)))) >= 1.0:
         return np.full(n, np.inf)
-    total, x, left = np.zeros(n), b.copy(), 0.0
-    for _ in range(SUMMED):
-        total += np.abs(x)
-        x = a @ x
-        left = float(np.max(np.abs(x))) / (1.0 - radius)
-        if left <= DIED * float(np.max(total)):
+    responses, power = b[:, None], a
+    while True:
+        total = np.sum(np.abs(responses), axis=1)
+        if responses.shape[1] >= SUMMED or np.all(np.abs(power) @ total <= DIED * total):
             break
-    return total + left
+        responses, power = np.hstack([responses, power @ responses]), power @ power
+    # as many samples again are at most |a^m| times these, and so on: a geometric series
+    if float(np.max(np.abs(np.linalg.eigvals(np.abs(power))))) >= 1.0:
+        return np.full(n, np.inf)
+    return np.linalg.solve(np.eye(n) - np.abs(power), total)

@@ -13,6 +13,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from frictool.control.difference_equation import impulse_sums
 from frictool.control.program import Node, Program
 
 
@@ -29,7 +32,7 @@ def prefilter(program: Program, reference: Node, natural_frequency: float, dampi
     """The filtered reference [rad | m] and its speed [per s] at this sample."""
     program.block("prefilter of the reference (5.69), sampled by Tustin in state form")
     h, p, q = prefilter_coefficients(natural_frequency, damping, period)
-    low, high, top = bounds(reference.low, reference.high, natural_frequency, damping)
+    low, high, top = bounds(reference.low, reference.high, natural_frequency, damping, period)
     last = program.state("reference_before", reference.low, reference.high, start="position")
     filtered_before = program.state("filtered_before", low, high, start="position")
     speed_before = program.state("filtered_speed_before", -top, top)
@@ -43,17 +46,17 @@ def prefilter(program: Program, reference: Node, natural_frequency: float, dampi
     return filtered, speed
 
 
-def bounds(low: float, high: float, natural_frequency: float, damping: float) -> tuple[float, float, float]:
-    """(low, high) of the filtered reference and the largest |speed|, for any course of a reference within low and high.
-
-    The sum of the impulse response's half waves is (1 + D)/(1 - D) with the overshoot D; that of its slope at most twice w0 times it.
-    """
+def bounds(low: float, high: float, natural_frequency: float, damping: float, period: float) -> tuple[float, float, float]:
+    """(low, high) of the filtered reference and the largest |speed|, for any course of a reference within low and high."""
     if not (math.isfinite(low) and math.isfinite(high)):
         return -math.inf, math.inf, math.inf
-    wave = overshoot(damping)
-    reach = 0.5 * (high - low) * ((1.0 + wave) / (1.0 - wave) if wave < 1.0 else math.inf)
+    h, p, q = prefilter_coefficients(natural_frequency, damping, period)
+    # of f, v / w0 and the last r, the impulse response of the sampled form: its sum is the worst that can be made of |r| <= 1
+    w = natural_frequency
+    a = np.array([[1.0 - 2.0 * h * q, h * (1.0 + p) * w, h * q], [-2.0 * q / w, p, q / w], [0.0, 0.0, 0.0]])
+    reach, speed, _ = 0.5 * (high - low) * impulse_sums(a, np.array([h * q, q / w, 1.0]))
     middle = 0.5 * (low + high)
-    return middle - reach, middle + reach, 2.0 * natural_frequency * reach
+    return middle - float(reach), middle + float(reach), w * float(speed)
 
 
 def overshoot(damping: float) -> float:
