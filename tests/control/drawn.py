@@ -62,6 +62,8 @@ def linear_controllers(draw: st.DrawFn, *, bounded: bool = False) -> LinearContr
     integrator = n > 0 and draw(st.booleans())
     if integrator:
         a[0], a[0, 0] = 0.0, 1.0
+        if bounded:
+            a[1:, 0], b[0], c[0] = 0.0, abs(b[0]), abs(c[0])
     conditional = draw(st.booleans()) or (bounded and integrator)
     if not (bounded and integrator) and draw(st.booleans()):
         gains = 0.1 * random.standard_normal(n)
