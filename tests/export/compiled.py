@@ -23,7 +23,7 @@ from frictool.export.c99 import c_sources
 from frictool.export.identifier import c_identifier
 from frictool.export.origin import Origin
 from frictool.export.rounded_loop import RoundedLoop
-from frictool.export.vectors import golden_vectors
+from frictool.export.vectors import GoldenVectors, golden_vectors
 from frictool.kernels import kernel
 
 Values = NDArray[Any]
@@ -55,16 +55,16 @@ void play(long samples, {kind} position, const {kind} *rows, {kind} *drives)
 """
 
 
-def sources(controller: Controller, number: Number = "double") -> dict[str, str]:
+def sources(controller: Controller, number: Number = "double", vectors: GoldenVectors | None = None) -> dict[str, str]:
     """The exported files of a controller whose loop nobody has verified."""
     program = controller_program(controller)
-    return c_sources(controller, program, number, golden_vectors(controller, program, number), LOOP, ORIGIN)
+    return c_sources(controller, program, number, vectors or golden_vectors(controller, program, number), LOOP, ORIGIN)
 
 
-def write(controller: Controller, folder: Path, number: Number = "double") -> str:
+def write(controller: Controller, folder: Path, number: Number = "double", vectors: GoldenVectors | None = None) -> str:
     """The files in `folder`; the prefix of their names."""
     folder.mkdir(parents=True, exist_ok=True)
-    for name, text in sources(controller, number).items():
+    for name, text in sources(controller, number, vectors).items():
         (folder / name).write_text(text)
     return c_identifier(controller.name)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import re
 import shutil
@@ -20,7 +21,7 @@ from frictool.errors import NoSolutionError
 from frictool.export.identifier import c_identifier, comment_text
 from frictool.export.program_names import TAKEN, Names
 from frictool.export.real_numbers import RealNumbers
-from frictool.export.vectors import golden_vectors
+from frictool.export.vectors import GoldenVectors, golden_vectors
 from tests.control.example import clutch_controller, speed_controller
 from tests.export.cases import CASES, VISITS
 from tests.export.compiled import (
@@ -46,6 +47,11 @@ FITTING: list[tuple[str, Number]] = [(case, number) for case in CASES for number
 ways = st.tuples(st.sampled_from(COMPILERS or [""]), st.sampled_from(OPTIMISATIONS))
 
 
+@functools.cache
+def vectors_of(case: str, number: Number) -> GoldenVectors:
+    return golden_vectors(CASES[case], controller_program(CASES[case]), number)
+
+
 @pytest.fixture(scope="module")
 def exports(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, Number], Path]:
     """A folder of each case in each number format."""
@@ -53,7 +59,7 @@ def exports(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, Number]
     folders = {}
     for case, number in FITTING:
         folders[case, number] = root / f"{case}_{number}"
-        write(CASES[case], folders[case, number], number)
+        write(CASES[case], folders[case, number], number, vectors_of(case, number))
     return folders
 
 
@@ -77,7 +83,7 @@ def test_self_test_passes_bit_by_bit(case: str, number: Number, exports: dict[tu
 
 
 @needs_compiler
-@settings(max_examples=16)
+@settings(max_examples=12)
 @given(controller=controllers(), number=st.sampled_from(NUMBERS), way=ways, seed=st.integers(0, 2**16))
 def test_random_controllers_on_random_inputs(
     tmp_path_factory: pytest.TempPathFactory, controller: Controller, number: Number, way: tuple[str, str], seed: int
@@ -162,8 +168,7 @@ def test_calls_nothing_but_sqrt_and_allocates_nothing(case: str, number: Number,
 
 @pytest.mark.parametrize(("case", "number"), FITTING)
 def test_vectors_visit_everything_the_controller_can_do(case: str, number: Number) -> None:
-    controller = CASES[case]
-    vectors = golden_vectors(controller, controller_program(controller), number)
+    vectors = vectors_of(case, number)
     assert set(vectors.visits) == VISITS[case]
     assert min(vectors.visits.values()) > 10
     modes = [vectors.visits[name] for name in ("run", "brake", "rest") if name in vectors.visits]
@@ -185,8 +190,8 @@ def test_vectors_wait_for_a_slow_prefilter() -> None:
 
 def test_same_controller_same_bytes_and_every_coefficient_exact() -> None:
     controller = CASES["cut"]
-    assert sources(controller) == sources(msgspec.structs.replace(controller))
-    code, single = sources(controller)["speed.c"], sources(controller, "float")["speed.c"]
+    assert sources(controller) == sources(msgspec.structs.replace(controller), "double", vectors_of("cut", "double"))
+    code, single = (sources(controller, number, vectors_of("cut", number))["speed.c"] for number in NUMBERS[:2])
     double, float_ = RealNumbers("double").literal, RealNumbers("float").literal
     for row in controller.linear.discrete.a:
         assert "{" + ", ".join(map(double, row)) + "}" in code
@@ -208,7 +213,7 @@ def test_what_float_cannot_hold_is_refused(value: float) -> None:
         RealNumbers("float").literal(value)
 
 
-@settings(max_examples=60)
+@settings(max_examples=25)
 @given(controllers())
 def test_names_are_unique_words_that_c_leaves_free(controller: Controller) -> None:
     names = Names(controller_program(controller))
@@ -224,7 +229,7 @@ def test_any_name_is_a_name_in_c(name: str, tmp_path: Path) -> None:
     assert re.fullmatch(r"[a-z][a-z0-9_]*", identifier)
     assert identifier not in {"math", "string"}
     assert not re.search(r"[/*\\?]|[^ -~]", comment_text(name))
-    write(msgspec.structs.replace(clutch_controller(), name=name), tmp_path)
+    write(msgspec.structs.replace(clutch_controller(), name=name), tmp_path, "double", vectors_of("cut", "double"))
     if COMPILERS:
         command = [COMPILERS[0], *STRICT, f"-I{tmp_path}", "-fsyntax-only", *map(str, tmp_path.glob("*.c"))]
         assert subprocess.run(command, capture_output=True, text=True, check=False).stderr == ""

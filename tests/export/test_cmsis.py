@@ -84,7 +84,7 @@ def test_float_arrays_are_the_sections_with_the_sign_of_a_changed(chain: tuple[t
     np.testing.assert_allclose(plain_float(made.stages, x), filtered(made.sections("float"), x), atol=1e-9 * response_sum(chain))
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(chains(), st.sampled_from(["q31", "q15"]), st.integers(0, 2**16))
 def test_fixed_arrays_never_wrap_and_stay_within_the_stated_noise(chain: tuple[tuple[float, ...], ...], number: Number, seed: int) -> None:
     """Against the sections with the coefficients as they are kept; the input is the worst one for the last sample, and random."""
