@@ -14,7 +14,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.documents.controller import Controller
+from frictool.documents.controller import Controller, Number
 from frictool.documents.design import Design
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
@@ -43,12 +43,12 @@ def controller(name: str) -> Controller:
     return design_controller(model(name), load(RIG / "spec.yaml", Spec), load(RIG / f"designs/{name}.yaml", Design), HERE)
 
 
-def played(name: str, seconds: float) -> Vector:
-    """Positions (n,) [m] of a hold of `seconds`, one a sample."""
+def played(name: str, seconds: float, number: Number = "double") -> Vector:
+    """Positions (n,) [m] of a hold of `seconds`, one a sample, the controller in a number format of the target."""
     scenario = load(RIG / "step.yaml", Scenario)
     (step,) = scenario.steps
     scenario = msgspec.structs.replace(scenario, steps=(msgspec.structs.replace(step, duration_s=seconds),))
-    log = step_test(model(name), controller(name), scenario, HERE)
+    log = step_test(model(name), controller(name), scenario, HERE, number=number)
     return np.asarray(log.streams[0].signals["position_true"])
 
 

@@ -10,12 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import cont2discrete, dlsim
 
+from frictool.documents.controller import Number
 from frictool.engine.axis import advance
 from frictool.engine.status import OK
 from frictool.plant.axis import POSITION, VELOCITY, rest
 from tests.engine.loops51 import LOOPS, figures, missed
 from tests.engine.product51 import played
 from tests.engine.table51 import (
+    BAND,
     DERIVATIVE_TIME,
     DRY,
     GAIN,
@@ -32,6 +34,7 @@ from tests.engine.table51 import (
     printed_step,
 )
 
+RESTS = [name for name, loop in LOOPS.items() if loop.printed[4] == "nan"]
 SECONDS = 240.0  # the PID's cycle is steady after two minutes; 600 s in tests/accept/check_table_5_1.py
 
 
@@ -47,6 +50,22 @@ def test_the_product_is_the_slow_reference(name: str) -> None:
     seconds = 3.0  # a limit cycle lets what differs grow from one breakaway to the next
     apart = 2e-6 if name != "smooth_limiter_virtual" else 3e-5  # the encoder's 1 nm; the function that the target has in place of tanh
     np.testing.assert_allclose(played(name, seconds), LOOPS[name].step(seconds), rtol=0.0, atol=apart)
+
+
+@pytest.mark.parametrize("name", RESTS)
+@pytest.mark.parametrize("number", ["float", "q31"])
+def test_what_rests_has_its_figures_in_other_number_formats(name: str, number: Number) -> None:
+    found = figures(played(name, 40.0, number))
+    assert missed(found, LOOPS[name].printed) == [], found
+
+
+@pytest.mark.parametrize("name", RESTS)
+def test_what_rests_does_so_with_coefficients_of_fifteen_bits(name: str) -> None:
+    """Their errors move the stop within the band by some per cent of it: it is at rest there, and in time."""
+    found = figures(played(name, 40.0, "q15"))
+    assert found["amplitude_m"] == 0.0
+    assert found["static_error_m"] < BAND
+    assert found["response_95_s"] == pytest.approx(float(LOOPS[name].printed[1]), rel=0.02)
 
 
 def test_the_virtual_friction_as_printed_does_not_move() -> None:
