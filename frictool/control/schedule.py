@@ -26,14 +26,14 @@ def corner_weights(program: Program, names: Sequence[str], corners: Sequence[Map
             held = program.state(name, low, high, start=0.5 * (low + high))
             inside = program.smaller(program.larger(held, program.constant(low, f"{name}_low")), program.constant(high, f"{name}_high"))
             share = (inside - program.constant(low, f"{name}_low")) * program.constant(1.0 / (high - low), f"per_{name}")
-            shares[name] = share, one - share, high
+            shares[name] = program.named(f"{name}_share", share), one - share, high
     weights = []
     for corner in corners:
         product = one
         for name, (at_high, at_low, high) in shares.items():
             factor = at_high if corner[name] == high else at_low
             product = factor if product is one else product * factor
-        weights.append(product)
+        weights.append(product if product is one else program.named(f"weight_{len(weights)}", product))
     return weights
 
 

@@ -40,14 +40,14 @@ def test_an_old_folder_keeps_what_it_has(tmp_path: Path) -> None:
 def test_a_failure_halfway_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "out").mkdir()
     (tmp_path / "out/a.txt").write_text("old")
-    whole = Path.write_text
+    whole = Path.write_bytes
 
-    def full_disk(path: Path, *arguments: object, **options: object) -> int:
+    def full_disk(path: Path, data: bytes) -> int:
         if path.name == "b.txt":
             raise OSError(28, "No space left on device")
-        return whole(path, *arguments, **options)  # type: ignore[arg-type]  # passed on as they came
+        return whole(path, data)
 
-    monkeypatch.setattr(Path, "write_text", full_disk)
+    monkeypatch.setattr(Path, "write_bytes", full_disk)
     with pytest.raises(OutputError, match="No space left on device"):
         save_folder(tmp_path / "out", FILES, [], overwrite=True)
     assert names(tmp_path) == ["out", "out/a.txt"]
