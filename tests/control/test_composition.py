@@ -19,7 +19,7 @@ def _same(one: float, other: float) -> bool:
     return one == other and math.copysign(1.0, one) == math.copysign(1.0, other)
 
 
-@settings(max_examples=200)
+@settings(max_examples=130)
 @given(controllers(), wanderings() | assaults(), st.floats(0.012, 0.015), st.floats(0.0, 0.2))
 def test_equals_the_plain_controller_bit_by_bit(
     controller: Controller, sequence: tuple[float, list[Sample]], constant: float, coulomb: float

@@ -61,7 +61,7 @@ def test_most_random_programs_fit() -> None:
     assert sum(fits(seed) for seed in range(100)) >= 60
 
 
-@settings(max_examples=80)
+@settings(max_examples=60)
 @given(controllers(bounded=True, scheduled=False), assaults(40) | wanderings(20), bits)
 def test_no_controller_overflows(controller: Controller, sequence: tuple[float, list[Sample]], kept: int) -> None:
     """References and positions that jump from end to end and beyond at every sample: no value leaves its proved interval."""
