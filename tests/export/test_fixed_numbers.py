@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from frictool.control.number_format import machine_in
 from frictool.documents.controller import Controller, Number
 from frictool.export.proof_table import multiplier
 from tests.export.cases import CASES
-from tests.export.compiled import fits, sources
+from tests.export.compiled import COMPILERS, fits, library, needs_compiler, simulated, sources, write
 from tests.export.controllers import controllers
 from tests.export.inputs import rows_for
 
@@ -73,6 +74,19 @@ def test_header_states_fractions_ranges_and_the_proof(case: str, number: Number)
     limit = math.ldexp(50.0, scaled.fractions[program.output.index])
     assert f"#define SPEED_DRIVE_LIMIT {round(limit)}\n" in header
     assert told[program.names[program.output.index]] == (scaled.fractions[program.output.index], -round(limit), round(limit))
+
+
+@needs_compiler
+@pytest.mark.parametrize("case", ["cascade", "position"])
+@pytest.mark.parametrize("number", ["q31", "q15"])
+def test_any_words_at_all_are_saturated_and_never_undefined(case: str, number: Number, tmp_path: Path) -> None:
+    """Inputs over the whole of int32_t, its ends among them, under the sanitizer."""
+    program, random = controller_program(CASES[case]), np.random.default_rng(3)
+    rows = random.integers(-(2**31), 2**31, (2000, len(program.inputs))).astype(np.int32)
+    rows[1000:] = np.where(random.random((1000, len(program.inputs))) < 0.5, -(2**31), 2**31 - 1)
+    write(CASES[case], tmp_path, number)
+    play = library(CASES[case], number, tmp_path, COMPILERS[0], "-O1", "-fsanitize=undefined", "-fno-sanitize-recover=all")
+    assert play(rows).tobytes() == simulated(program, number, rows).tobytes()
 
 
 @given(st.floats(1e-7, 10.0), st.integers(0, 40), st.integers(-(2**30), 2**30))
