@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 from frictool.documents import controller as stored
 from frictool.documents.design import Design
-from frictool.documents.design import FrictionCompensation as AskedCompensation
-from frictool.documents.design import Limiter as AskedLimiter
+from frictool.documents.design_blocks import FrictionCompensation as AskedCompensation
+from frictool.documents.design_blocks import Limiter as AskedLimiter
 from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
 from frictool.errors import FrictoolError

@@ -82,14 +82,8 @@ def designed(
         progress("verification of the scheduled controller")
         controller = msgspec.structs.replace(controller, schedule=verified_schedule(posed, candidate))
     if beyond:
-        progress("bounds over the whole box")
-        loops = feedbacks_of(controller)
-        found = robustness(posed, loops[0].system) if posed.weighs else seen_inside(posed, loops)
-        controller = msgspec.structs.replace(controller, verified=msgspec.structs.replace(verified, robustness=found))
-        progress("certificate")
-        certificate, told = _certificate(posed, linear)
-        notes = (*notes, *told, *([WHOLE] if posed.weighs and len(loops) > 1 else []))
-        controller = msgspec.structs.replace(controller, certificate=certificate)
+        controller, told = _beyond(posed, controller, progress)
+        notes = (*notes, *told)
     if controller.certificate is None and posed.weighs:
         controller = msgspec.structs.replace(controller, weights=certified_weights(posed.weights))
     return Designed(controller, (*chosen.derived, *composed.derived), trade, notes)
@@ -104,6 +98,19 @@ def _linear(posed: Problem, candidate: Candidate) -> stored.LinearController:
         if design.form == "state_space":  # the integral is held, as in 5.2.2, and not driven
             linear = msgspec.structs.replace(linear, anti_windup=(0.0,) * len(linear.anti_windup), conditional=True)
     return running_in_sections(linear, posed.period) if design.form == "sos" else linear
+
+
+def _beyond(posed: Problem, controller: stored.Controller, progress: Callable[[str], None]) -> tuple[stored.Controller, tuple[str, ...]]:
+    """With what is known of the plants between the vertices, and what a person should read of that."""
+    progress("bounds over the whole box")
+    loops = feedbacks_of(controller)
+    found = robustness(posed, loops[0].system) if posed.weighs else seen_inside(posed, loops)
+    verified = msgspec.structs.replace(controller.verified, robustness=found)
+    progress("certificate")
+    certificate, told = _certificate(posed, controller.linear)
+    if posed.weighs and len(loops) > 1:
+        told = (*told, WHOLE)
+    return msgspec.structs.replace(controller, verified=verified, certificate=certificate), told
 
 
 def _certificate(posed: Problem, linear: stored.LinearController) -> tuple[Certificate | None, tuple[str, ...]]:

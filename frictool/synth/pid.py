@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from frictool.documents.design import Pid
+from frictool.documents.design_blocks import Pid
 from frictool.plant.lti import Lti
 from frictool.synth.problem import Candidate, Problem
 

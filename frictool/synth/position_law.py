@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 
 from frictool.documents import controller as stored
-from frictool.documents.design import PositionLaw
+from frictool.documents.design_blocks import PositionLaw
 from frictool.documents.model import Model
 from frictool.errors import NoSolutionError
 from frictool.synth.weights import Derived

@@ -9,7 +9,8 @@ import msgspec
 import pytest
 
 from frictool.documents.bench import Winding
-from frictool.documents.design import Design, FrictionCompensation, Limiter, PositionLaw, Prefilter, Velocity
+from frictool.documents.design import Design
+from frictool.documents.design_blocks import FrictionCompensation, Limiter, PositionLaw, Prefilter, Velocity
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Quantity

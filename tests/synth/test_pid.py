@@ -16,7 +16,8 @@ from frictool.control.composition import controller_program
 from frictool.control.machine import control_step, start_at
 from frictool.control.machine import machine as running
 from frictool.documents.controller import Controller
-from frictool.documents.design import Design, Pid
+from frictool.documents.design import Design
+from frictool.documents.design_blocks import Pid
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Quantity

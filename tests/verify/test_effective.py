@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from frictool.control.machine import control_step
 from frictool.documents.controller import Controller, LinearController, PositionLaw, Velocity
-from frictool.documents.design import Pid
+from frictool.documents.design_blocks import Pid
 from frictool.documents.quantity import Quantity
 from frictool.plant.linear_axis import Rates, linear_axis
 from frictool.plant.lti import Lti, gain, tustin
