@@ -10,17 +10,20 @@ from numpy.typing import NDArray
 from frictool.metrics.final_value import final_value
 
 FROM, TO = 0.1, 0.9  # of the way that the axis goes
+LEAST_WAY = 0.01  # of the step: an axis that goes less stood there already
 
 
 def rise_time(time: NDArray[np.float64], position: NDArray[np.float64], origin: float, target: float) -> float:
     """Time [s] between the first passages through 10 and 90 % of the way from where the axis stood at the step to its final value.
 
     `time`, `position` (n,): the hold, from the step's sample on; between samples the passage is interpolated. Infinite where the axis stops
-    short of half of the step.
+    short of half of the step, 0 where it stood there before.
     """
-    final, start = final_value(position), float(position[0])
-    if abs(target - final) > 0.5 * abs(target - origin) or final == start:
+    final, start, step = final_value(position), float(position[0]), abs(target - origin)
+    if abs(target - final) > 0.5 * step:
         return math.inf
+    if abs(final - start) <= LEAST_WAY * step:
+        return 0.0
     share = (position - start) / (final - start)
     return _passage(time, share, TO) - _passage(time, share, FROM)
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from frictool.metrics.held_for import held_for
 
-AT_LIMIT = 1e-6  # relative: a command that is limited is the limit itself but for the rounding of a log
+AT_LIMIT = 1e-3  # relative: a command that is limited is the limit itself but for the rounding of a target's or a log's numbers
 NEAR_LIMIT = 0.01  # relative: what a drive's own lag and gain leave of it
 
 

@@ -100,6 +100,8 @@ def test_saturation_counts_the_time_at_the_limit_on_either_side() -> None:
     command = np.select([TIME < 0.1 - 1e-9, TIME < 0.15 - 1e-9], [50.0, -50.0], 49.9)
     assert commanded_saturation(TIME, command, 50.0) == pytest.approx(0.15, rel=1e-9)
     assert commanded_saturation(TIME, command, 60.0) == 0.0
+    in_16_bits = np.round(command / 50.0 * 32767) / 32768 * 50.0  # the largest number of a target's fixed point is below 1
+    assert commanded_saturation(TIME, in_16_bits, 50.0) == pytest.approx(0.15, rel=1e-9)
 
 
 @given(st.integers(0, 10**6), st.floats(0.01, 1.0))

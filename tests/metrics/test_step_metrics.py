@@ -50,6 +50,11 @@ def test_what_stops_short_of_half_of_the_step_has_no_rise_time(position: Vector)
     assert rise_time(TIME, position, 0.0, 1.0) == math.inf
 
 
+def test_an_axis_that_stood_there_before_rises_in_no_time() -> None:
+    flicker = 55.0 + 0.1 * (np.arange(4000) % 7 == 0)
+    assert rise_time(TIME, flicker, 5.0, 55.0) == 0.0
+
+
 def test_response_time_waits_for_the_last_swing() -> None:
     """At damping 0.3 the first undershoot still leaves the zone: the last crossing is solved on a fine grid."""
     fine = np.arange(0.0, 4.0, 1e-6)
