@@ -91,7 +91,7 @@ def judge_rest(spec: Spec, evidence: Judged, controller: Controller | None) -> R
     details = {"after_s": after, "motion": motion, "motion_limit": mover.resolution}
     where = place(mover, moving)
     if motion > mover.resolution * (1.0 + 1e-6):
-        value = max((d[0] for d in driven), default=None)
+        value = moving.values.get("rest_drive")
         reason = f"still moves {motion:.3g} {si_unit('position', spec.axis)} peak to peak after {after:g} s of hold"
         return Requirement("rest", "rest", value, allowed, unit, False, reason=reason, where=where, details=details)
     if not driven:

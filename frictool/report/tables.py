@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from frictool.documents.spec import Spec
 from frictool.logs.quality.quality import time_base
 from frictool.report.evidence import Evidence
-from frictool.report.measure import Measured
+from frictool.report.measure import Measured, energy_window
 from frictool.report.metric_table import HOLD_METRICS, STREAM_METRICS, Metric
 from frictool.report.requirement import Verdict, number, unit_shown
 from frictool.report.stream_metrics import stream_metrics
@@ -56,9 +56,10 @@ def hold_tables(spec: Spec, streams: Judged) -> list[Table]:
 
 
 def heading(metric: Metric, spec: Spec) -> str:
-    """Title and unit."""
-    unit = metric.unit(spec)
-    return f"{metric.title} [{unit_shown(unit)}]" if unit else metric.title
+    """Title and unit; of the energy also t_int."""
+    unit, window = metric.unit(spec), energy_window(spec)
+    title = f"{metric.title} in {window:g} s" if metric.name == "energy" and window is not None else metric.title
+    return f"{title} [{unit_shown(unit)}]" if unit else title
 
 
 def _hold(evidence: Evidence, measured: Measured) -> tuple[str, ...]:

@@ -180,6 +180,7 @@ def test_every_metric_that_is_shown_is_defined() -> None:
     for metric in HOLD_METRICS.values():
         assert (metric.title in text) == (metric.definition in text)
     assert text.count("half the peak to peak of an oscillation that is kept up") == 1
+    assert "energy in 0.22 s [A²]" in text  # t_int: the response time allowed, where the specification has no energy
 
 
 def test_what_one_count_asks_for_and_what_the_certificate_states_are_shown() -> None:

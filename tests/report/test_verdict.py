@@ -170,6 +170,15 @@ def test_a_limit_cycle_in_the_hold_breaks_rest_though_the_drive_is_silent() -> N
     assert rest.details["motion"] > 0.5
 
 
+def test_a_moving_axis_is_told_with_its_own_drive_and_not_with_another_s() -> None:
+    cycling, live = stream(), stream("/axis/v00")
+    cycling.signals["position"][cycling.time > 20.0] += 0.3 * np.sin(10.0 * cycling.time[cycling.time > 20.0])
+    live.signals["command"][-100:] = 0.2
+    rest = named(judge(clutch_spec(), [Log((cycling, live), {}, "run.mcap")]), "rest")
+    assert rest.where is not None
+    assert (rest.met, rest.where.stream, rest.value) == (False, "/axis", 0.0)
+
+
 def test_current_at_rest_breaks_rest() -> None:
     live = stream()
     live.signals["command"][-100:] = 0.2
