@@ -27,7 +27,7 @@ def corner_weights(program: Program, names: Sequence[str], corners: Sequence[Map
             inside = program.smaller(program.larger(held, program.constant(low, f"{name}_low")), program.constant(high, f"{name}_high"))
             share = (inside - program.constant(low, f"{name}_low")) * program.constant(1.0 / (high - low), f"per_{name}")
             shares[name] = program.named(f"{name}_share", share), one - share, high
-    weights = []
+    weights: list[Node] = []
     for corner in corners:
         product = one
         for name, (at_high, at_low, high) in shares.items():

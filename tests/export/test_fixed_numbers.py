@@ -18,7 +18,7 @@ from frictool.control.number_format import machine_in
 from frictool.documents.controller import Controller, Number
 from frictool.export.proof_table import multiplier
 from tests.export.cases import CASES
-from tests.export.compiled import COMPILERS, fits, library, needs_compiler, simulated, sources, write
+from tests.export.compiled import COMPILERS, built, fits, library, needs_compiler, ran, simulated, sources, write
 from tests.export.controllers import controllers
 from tests.export.inputs import rows_for
 
@@ -74,6 +74,41 @@ def test_header_states_fractions_ranges_and_the_proof(case: str, number: Number)
     limit = math.ldexp(50.0, scaled.fractions[program.output.index])
     assert f"#define SPEED_DRIVE_LIMIT {round(limit)}\n" in header
     assert told[program.names[program.output.index]] == (scaled.fractions[program.output.index], -round(limit), round(limit))
+
+
+MACROS = """
+#include <stdio.h>
+#include "speed.h"
+
+int main(void)
+{
+    int32_t counts;
+
+    for (counts = -280; counts <= 840; counts += 7) {
+        printf("%ld %ld ", (long)counts, (long)SPEED_POSITION_FROM_COUNTS(counts));
+    }
+    printf("\\n%ld %ld %ld", (long)SPEED_REFERENCE(-12.3), (long)SPEED_POSITION(45.6),
+        (long)SPEED_DRIVE_IN_THOUSANDTHS(-SPEED_DRIVE_LIMIT));
+    return 0;
+}
+"""
+
+
+@needs_compiler
+@pytest.mark.parametrize("number", ["q31", "q15"])
+def test_macros_of_the_header(number: Number, tmp_path: Path) -> None:
+    """Compiled as strictly as the rest: counts, constants, and the drive in thousandths."""
+    program = controller_program(CASES["cut"])
+    fraction = fixed_program(program, BITS[number]).fractions[program.inputs["position"].index]
+    write(CASES["cut"], tmp_path, number)
+    (tmp_path / "speed_selftest.c").write_text(MACROS)
+    code, told, _ = ran(built(tmp_path, COMPILERS[-1]))
+    counted, others = told.split("\n")
+    pairs = np.array(counted.split(), dtype=np.int64).reshape(-1, 2)
+    step = CASES["cut"].bench.encoder.resolution
+    assert code == 0
+    assert np.max(np.abs(pairs[:, 1] - pairs[:, 0] * step * 2.0**fraction)) <= 1.0
+    assert others.split() == [str(round(-12.3 * 2**fraction)), str(round(45.6 * 2**fraction)), "-50000"]
 
 
 @needs_compiler

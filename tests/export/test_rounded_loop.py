@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 import pytest
 
+from frictool.documents.certificate import CertifiedWeights, Filter
 from frictool.documents.controller import Controller, Limiter, Number, Velocity
 from frictool.errors import NoSolutionError
 from frictool.export.rounded_loop import rounded_loop
@@ -79,3 +80,20 @@ def test_every_corner_of_a_schedule_is_looked_at(controller: Controller) -> None
     corners[2] = replace(corners[2], inertia=1e-8)
     with pytest.raises(NoSolutionError, match=r"at vertex corner 2 of the schedule"):
         rounded_loop(replace(base, schedule=replace(base.schedule, corners=tuple(corners))), "float")
+
+
+def test_a_norm_beyond_what_is_claimed_is_refused_with_its_vertex(controller: Controller) -> None:
+    """The weights beside `verified` say what the norm is of; 1 % more than is claimed is let pass, as in synthesis."""
+    assert rounded_loop(controller, "float").norm is None
+    weighed = replace(controller, weights=CertifiedWeights(error=Filter(40.0, zero=40.0, pole=0.5), disturbance=0.03, drive=0.01))
+
+    def claiming(gamma: float) -> Controller:
+        return replace(weighed, verified=replace(weighed.verified, gamma_verified=gamma))
+
+    norm = rounded_loop(claiming(1e9), "float").norm
+    assert norm is not None
+    assert rounded_loop(claiming(norm / 1.009), "float").norm == norm
+    with pytest.raises(
+        NoSolutionError, match=r"rounded to float: at vertex nominal the norm is \d\S*, \d\S* is claimed; try --number double"
+    ):
+        rounded_loop(claiming(norm / 1.011), "float")
