@@ -33,7 +33,9 @@ from frictool.verify.certificate_loop import Loop
 from frictool.verify.effective import feedbacks_of
 
 NOT_CERTIFIED = "what is proved is a loop around eta, and this one is fed by a speed; `verify` finds its margins again"
-WHOLE = "the bounds over the box and the certificate are of the speed loop; the proportional law around it is verified at the vertices"
+WHOLE = (
+    "bounds and certificate are of the speed loop; the proportional law around it is verified at the vertices and at plants between them"
+)
 MEASURED = {"position": "position reference", "speed_cascade": "integral(speed reference)"}
 
 
@@ -109,6 +111,7 @@ def _beyond(posed: Problem, controller: stored.Controller, progress: Callable[[s
     progress("certificate")
     certificate, told = _certificate(posed, controller.linear)
     if posed.weighs and len(loops) > 1:
+        seen_inside(posed, loops)
         told = (*told, WHOLE)
     return msgspec.structs.replace(controller, verified=verified, certificate=certificate), told
 

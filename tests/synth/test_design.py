@@ -11,6 +11,7 @@ from scipy import signal
 
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design
+from frictool.documents.design_blocks import PositionLaw
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
@@ -82,6 +83,19 @@ def test_the_anti_windup_observer_is_stable() -> None:
     stored = clutch_controller().linear
     k = Lti.of(stored.discrete, 1e-3)
     assert np.max(np.abs(np.linalg.eigvals(k.a - np.outer(stored.anti_windup, k.c[0])))) < 1.0
+
+
+def test_a_proportional_law_is_verified_with_the_loop_inside_it() -> None:
+    """Slow it costs little margin; as fast as the speed loop it is refused, and the vertex named."""
+    law = PositionLaw("none", kind="proportional", gain_per_s=5.0)
+    design = msgspec.structs.replace(_design(), position_law=law)
+    slow = design_controller(clutch_model(), _spec(), design, HERE)
+    assert slow.verified.vertices[0].modulus_margin < clutch_controller().verified.vertices[0].modulus_margin
+    certain = designed(pinned(clutch_model(constant=(13.4e-3,) * 3)), _spec(), design, HERE)
+    assert any("proportional law around it" in note for note in certain.notes)
+    fast = msgspec.structs.replace(law, gain_per_s=60.0)
+    with pytest.raises(NoSolutionError, match=r"(modulus margin 0\.\d+ < 0.5|unstable) at vertex v\d+"):
+        design_controller(clutch_model(), _spec(), msgspec.structs.replace(_design(), position_law=fast), HERE)
 
 
 @pytest.mark.parametrize(("formula", "factor"), [("sqrt(F/J)", 1.0), ("sqrt(2F/J)", np.sqrt(2.0))])
