@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.metrics.held_for import held_for
 from frictool.metrics.noise import noise_floor
 from frictool.metrics.reversals import turning_points
 
@@ -41,14 +42,15 @@ class LimitCycle:
 
 def limit_cycle(time: NDArray[np.float64], position: NDArray[np.float64], resolution: float = 0.0) -> LimitCycle:
     """The limit cycle of a hold: `time` [s] and `position` (n,) [rad or m], with the sensor's step."""
-    held = float(time[-1] - time[0])
+    held = float(np.sum(held_for(time)))
+    least = LEAST_HOLD - 0.5 * held / time.size  # a hold of 15 s, whatever the rounding of its times
     first = int(np.searchsorted(time, time[0] + held / 3.0))
     t, x = time[first:], position[first:]
     threshold = max(resolution * (1.0 + 1e-6), 2.0 * noise_floor(x))
     turns = turning_points(x, threshold)
-    if len(turns) >= (LEAST_TURNS if held >= LEAST_HOLD else MANY_TURNS) and _kept_up(t, x, turns):
+    if len(turns) >= (LEAST_TURNS if held > least else MANY_TURNS) and _kept_up(t, x, turns):
         return LimitCycle(0.5 * float(np.ptp(x[turns[-min(3, len(turns))] :])), _period(t[turns]))
-    if held < LEAST_HOLD:
+    if held <= least:
         return LimitCycle(None, reason=f"held for {held:.3g} s only; a limit cycle is told absent behind {LEAST_HOLD:g} s")
     if float(np.ptp(x)) <= threshold or _has_ended(t, x, turns, threshold):
         return LimitCycle(0.0)

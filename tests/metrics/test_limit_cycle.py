@@ -16,7 +16,7 @@ PERIOD = 1e-3
 
 
 def clock(held: float) -> Vector:
-    return np.arange(round(held / PERIOD) + 1) * PERIOD
+    return np.arange(round(held / PERIOD)) * PERIOD
 
 
 def hunting(time: Vector, amplitude: float, period: float, phase: float = 0.3) -> Vector:
@@ -35,7 +35,8 @@ def test_amplitude_and_period_of_a_sustained_oscillation(amplitude: float, perio
 
 
 def test_an_axis_that_rests_has_none_behind_a_hold_of_15_s() -> None:
-    time = clock(LEAST_HOLD)
+    time = 3.3 + clock(LEAST_HOLD)
+    assert time.size == round(LEAST_HOLD / PERIOD)  # as a scenario's hold_s: 15 plays it
     assert limit_cycle(time, second_order(time, 0.5, 20.0)).amplitude == 0.0
 
 
