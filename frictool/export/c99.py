@@ -10,6 +10,7 @@ import jinja2
 
 from frictool import __version__
 from frictool.control.band import BRAKE, REST, RUN
+from frictool.control.fixed_kernel import moved
 from frictool.control.fixed_point import BITS, FixedProgram, fixed_program
 from frictool.control.program import Node, Program
 from frictool.documents.controller import Controller, Number
@@ -126,7 +127,7 @@ def _format(controller: Controller, names: Names, numbers: Numbers) -> dict[str,
         "fixed": True,
         "fields": [_field(table, numbers, program, field_note(table, scaled)) for table in names.states] or NOTHING,
         "period": repr(controller.sample_period_s),
-        "drive_limit": round(math.ldexp(limit, scaled.fractions[drive.index])),
+        "drive_limit": _limit(scaled, drive),
         "per_count": repr(controller.bench.encoder.resolution),
         "modes": word,
         "conversions": conversions(c_identifier(controller.name).upper(), scaled, controller.bench.encoder.resolution, drive),
@@ -134,6 +135,12 @@ def _format(controller: Controller, names: Names, numbers: Numbers) -> dict[str,
         "longest": scaled.longest,
         "bits": scaled.bits,
     }
+
+
+def _limit(scaled: FixedProgram, drive: Node) -> int:
+    """The largest word of the drive: the limit's coefficient, rounded as the format keeps it, at the drive's fraction."""
+    limit = next(index for index, name in scaled.program.names.items() if name == "drive_limit")
+    return moved(scaled.constants[limit], scaled.fractions[limit] - scaled.fractions[drive.index])
 
 
 def _words(scaled: FixedProgram, mode: Node) -> list[int]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import product
 
@@ -99,8 +99,11 @@ def _split(name: str) -> tuple[str, Index]:
     return base, tuple(int(part.rstrip("]")) for part in rest)
 
 
-def _tables(nodes: Iterable[Node], program: Program, name: type[str] | object) -> list[Table]:
-    """Nodes whose names differ in their index only are elements of one table; those of one name and no index are a table each."""
+def _tables(nodes: Iterable[Node], program: Program, free: Callable[[str], str]) -> list[Table]:
+    """Nodes whose names differ in their index only are elements of one table; those of one name and no index are a table each.
+
+    `free`: the name that a table gets.
+    """
     groups: dict[tuple[str, int], dict[Index, Node]] = {}
     for node in nodes:
         base, index = _split(program.names[node.index])
@@ -108,7 +111,7 @@ def _tables(nodes: Iterable[Node], program: Program, name: type[str] | object) -
     tables = []
     for (base, _), found in groups.items():
         shape = tuple(max(index[k] for index in found) + 1 for k in range(len(next(iter(found)))))
-        tables.append(Table(name(base), shape, found))  # type: ignore[operator]
+        tables.append(Table(free(base), shape, found))
     return tables
 
 

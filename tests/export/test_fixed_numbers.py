@@ -6,6 +6,7 @@ import math
 import re
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -17,6 +18,7 @@ from frictool.control.machine import control_step, machine, read, start_at
 from frictool.control.number_format import machine_in
 from frictool.documents.controller import Controller, Number
 from frictool.export.proof_table import multiplier
+from frictool.export.vectors import golden_vectors
 from tests.export.cases import CASES
 from tests.export.compiled import COMPILERS, built, fits, library, needs_compiler, ran, simulated, sources, write
 from tests.export.controllers import controllers
@@ -54,6 +56,17 @@ def test_every_word_is_near_the_value_in_double_while_no_limit_is_met(number: Nu
     for node in program.nodes:
         found, exact = read(running, node.index), read(double, node.index)
         assert found == pytest.approx(exact, rel=2.0 ** -(BITS[number] - 4), abs=2e-4)
+
+
+@pytest.mark.parametrize("number", ["q31", "q15"])
+def test_drive_limit_of_the_header_is_the_largest_word_of_the_drive(number: Number) -> None:
+    """A limit that no word holds exactly."""
+    made = msgspec.structs.replace(CASES["cut"], drive_limit=0.7)
+    program = controller_program(made)
+    vectors = golden_vectors(made, program, number)
+    assert program.output is not None
+    largest = math.ldexp(max(row[-1] for row in vectors.rows), fixed_program(program, BITS[number]).fractions[program.output.index])
+    assert f"#define SPEED_DRIVE_LIMIT {int(largest)}\n" in sources(made, number, vectors)["speed.h"]
 
 
 @pytest.mark.parametrize("case", ["cut", "cascade", "position", "sections"])
