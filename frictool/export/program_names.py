@@ -55,11 +55,12 @@ class Names:
         self.results: dict[int, str] = {}
         for name, node in program.inputs.items():
             self.text[node.index] = self._free(name)
-        named = [node for node in program.nodes if node.op == "constant" and node.index in program.names and self.uses[node.index]]
-        whole = {_split(program.names[node.index])[0] for node in named}
-        constants = [
-            node for node in program.nodes if node.op == "constant" and _split(program.names.get(node.index, ""))[0] in whole - {""}
-        ]
+        coefficients = [node for node in program.nodes if node.op == "constant" and node.index in program.names]
+        used = {_split(program.names[node.index])[0] for node in coefficients if self.uses[node.index]}
+        # of an array that is used every element is declared, of single numbers those that are used
+        arrays = [node for node in coefficients if "[" in program.names[node.index] and _split(program.names[node.index])[0] in used]
+        singles = [node for node in coefficients if "[" not in program.names[node.index] and self.uses[node.index]]
+        constants = sorted([*arrays, *singles], key=lambda node: node.index)
         self.constants = _tables(constants, program, self._free)
         self.states = _tables(program.states.values(), program, str)
         for table, where in [*((one, "") for one in self.constants), *((one, "state->") for one in self.states)]:
