@@ -3,7 +3,8 @@
 A *hold* is a run of at least 20 samples of constant reference. A *step* is a hold that follows another at once, or with at most three
 samples between (a reference that was resampled); it starts at the first sample at which the reference has left the hold before. The
 record's first hold is a step from the initial position where the axis then moves at least half of the way to the reference: a test
-that begins with its step. A smooth reference has neither holds nor steps.
+that begins with its step. A jump of no more than the sensor's step is no step: it is what a replayed encoder makes of a slow motion,
+and no sensor could tell how the axis answers to it. A smooth reference has neither holds nor steps.
 """
 
 from __future__ import annotations
@@ -32,8 +33,11 @@ class Hold:
         return signal[self.start : self.stop]
 
 
-def find_holds(reference: NDArray[np.float64], position: NDArray[np.float64]) -> tuple[Hold, ...]:
-    """The holds of `reference` (n,), with `position` (n,) for the first one; in the order of time."""
+def find_holds(reference: NDArray[np.float64], position: NDArray[np.float64], resolution: float = 0.0) -> tuple[Hold, ...]:
+    """The holds of `reference` (n,), with `position` (n,) for the first one, in the order of time.
+
+    `resolution` is the sensor's step [rad or m], 0 where it is not known.
+    """
     if reference.size < MIN_SAMPLES:
         return ()
     changes = np.flatnonzero(np.abs(np.diff(reference)) > 1e-9 * float(np.ptp(reference))) + 1
@@ -43,7 +47,7 @@ def find_holds(reference: NDArray[np.float64], position: NDArray[np.float64]) ->
     for start, stop in runs:
         target = float(reference[stop - 1])
         before = holds[-1] if holds else None
-        if before is not None and start - before.stop <= TRANSITION_SAMPLES:
+        if before is not None and start - before.stop <= TRANSITION_SAMPLES and abs(target - before.target) > (1.0 + 1e-6) * resolution:
             holds.append(Hold(before.stop, stop, target, before.target))
         else:
             holds.append(Hold(start, stop, target, _initial_origin(position[:stop], target) if start == 0 else None))

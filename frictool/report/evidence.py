@@ -129,14 +129,14 @@ def _evidence(spec: Spec, log: Log, label: str, stream: Stream, rig: Rig) -> Evi
     measured, command = _signal(stream, spec.drive, gaps), _signal(stream, "command", gaps)
     if stream.units.get("command") not in (None, "", si_unit(spec.drive, spec.axis)):
         command = None
+    seen = None if position is None else encoder_step(position)
+    resolution = seen or rig.resolution
     holds: tuple[Hold, ...] = ()
     if position is not None and reference is not None:
-        holds = find_holds(reference, position)
+        holds = find_holds(reference, position, resolution)
         gaps |= _without_steps(holds)
     nominal = stream.topic == MAIN_TOPIC or len(log.streams) == 1
-    seen = None if position is None else encoder_step(position)
     simulated = log.metadata.get("log", {}).get("kind") == "simulated"
-    resolution = seen or rig.resolution
     load = _load(stream, position, rig, resolution, gaps)
     if rig.drive_limit is None:
         gaps["drive_limit"] = "the drive's limit is not known; give --bench or --controller"

@@ -63,3 +63,11 @@ def test_holds_do_not_depend_on_units_nor_on_the_origin(pieces: list[tuple[int, 
     changed = find_holds(scale * reference + offset, scale * position + offset)
     assert [(h.start, h.stop, h.origin is None) for h in plain] == [(h.start, h.stop, h.origin is None) for h in changed]
     assert all(np.ptp(h.of(reference)[-MIN_SAMPLES:]) == 0.0 and h.stop - h.start >= MIN_SAMPLES for h in plain)
+
+
+def test_counts_of_a_replayed_encoder_are_no_steps_and_larger_jumps_are() -> None:
+    count = 0.1
+    reference = count * np.repeat([100.0, 101.0, 102.0, 104.0, 103.0, 50.0], 30)
+    amplitudes = [None if h.origin is None else round((h.target - h.origin) / count) for h in find_holds(reference, reference, count)]
+    assert amplitudes == [None, None, None, 2, None, -53]
+    assert [h.origin is not None for h in find_holds(reference, reference)] == [False, True, True, True, True, True]
