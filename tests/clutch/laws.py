@@ -3,8 +3,8 @@
     python -m tests.clutch.laws SPEC BUILD [LAW...]        BUILD/LAW/run.mcap (make -C configs/clutch compare_laws, configs/emps too)
 
 The logs end with a hold of 15 s or more. Response, overshoot, error: the worst over the steps, of the nominal plant. Limit cycle: the
-largest of the last hold on any plant. cycling: how many of all plants do. drive at rest: of the command, root mean square over the last
-third, the mean over the plants.
+largest of the last hold on any plant. cycling: how many of all plants do; with ?, of how many the hold moves and does not tell. drive at
+rest: of the command, root mean square over the last third, the mean over the plants.
 """
 
 from __future__ import annotations
@@ -38,20 +38,21 @@ class Law:
     amplitude: float  # of the largest limit cycle, on any plant; 0 where none cycles
     period: float
     cycling: int
+    untold: int  # plants whose hold moves and does not tell
     plants: int
     drive: float
 
 
 def law(name: str, spec: Spec, controller: Controller, log: Log) -> Law:
-    """The figures of a log. Raises ValueError where a hold cannot tell whether there is a limit cycle."""
+    """The figures of a log."""
     step = controller.bench.encoder.resolution
-    cycles, drives, own = [], [], []
+    cycles, drives, own, untold = [(0.0, 0.0)], [], [], 0
     for item, holds in judge(spec, [log], controller).evidence:
         last = holds[-1].values
         if "limit_cycle_amplitude" in last:
             cycles.append((last["limit_cycle_amplitude"], last.get("limit_cycle_period", 0.0)))
-        else:  # the hold moves without two turns: it creeps, which is no cycle
-            cycles.append((0.0, 0.0))
+        else:
+            untold += 1
         drive = item.stream.signals["command"]
         drives.append(float(np.sqrt(np.mean(drive[-holds[-1].hold.of(drive).size // 3 :] ** 2))))
         if item.stream.topic == MAIN_TOPIC:
@@ -59,7 +60,7 @@ def law(name: str, spec: Spec, controller: Controller, log: Log) -> Law:
     worst = max(cycles)
     response, overshoot, error = (max(values.get(key, 0.0) for values in own) for key in ("response_time_95", "overshoot", "static_error"))
     count = sum(amplitude > 0.0 for amplitude, _ in cycles)
-    return Law(name, response, overshoot, error / step, worst[0] / step, worst[1], count, len(cycles), mean(drives))
+    return Law(name, response, overshoot, error / step, worst[0] / step, worst[1], count, untold, len(drives), mean(drives))
 
 
 def table(laws: list[Law], unit: str) -> list[str]:
@@ -68,7 +69,13 @@ def table(laws: list[Law], unit: str) -> list[str]:
     for one in laws:
         response = "never" if math.isinf(one.response) else f"{1e3 * one.response:.0f}"
         cycle = (f"{one.amplitude:.4g}", f"{one.period:.3g}") if one.cycling else ("none", "-")
-        figures = (response, f"{one.overshoot:.1f}", f"{one.error:.3g}", *cycle, f"{one.cycling} of {one.plants}")
+        figures = (
+            response,
+            f"{one.overshoot:.1f}",
+            f"{one.error:.3g}",
+            *cycle,
+            f"{one.cycling} of {one.plants}" + (f", {one.untold} ?" if one.untold else ""),
+        )
         lines.append(f"{one.name:<26}" + "".join(f"{figure:>15}" for figure in figures) + f"{one.drive:>18.3f}")
     return lines
 
