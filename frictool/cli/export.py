@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from frictool.cli.output import command_line, existing, json_option, output_option, print_json, say
+from frictool.cli.output import STDOUT, command_line, existing, json_option, note, output_option, print_json, say
 
 if TYPE_CHECKING:
     from frictool.documents.controller import Number
@@ -59,8 +60,17 @@ def command(controller: Path, lang: Language, number: Number | None, output: Pat
     words = command_line("export", {"controller": controller, "--lang": lang, "--number": number})
     found = exported(document, lang, number, Origin(digest(controller), words))
     save_folder(output, found.files, [controller], overwrite=True)
+    if lang == "c" and output != STDOUT:
+        _tell_others(output, found.files)
     if as_json:
         print_json(found.summary(), output)
     else:
         for line in found.told():
             say(line, output)
+
+
+def _tell_others(folder: Path, files: Mapping[str, str | bytes]) -> None:
+    """Each self-test has a main: with another controller's beside it `cc DIR/*.c` does not link."""
+    others = sorted(path.name for path in folder.glob("*_selftest.c") if path.name not in files)
+    if others:
+        note(f"warning: {folder} also holds {', '.join(others)}; each has a main: give every controller a folder of its own")

@@ -76,6 +76,18 @@ def test_replaces_its_own_files_and_leaves_others_alone(controller: Path, tmp_pa
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == first
 
 
+def test_another_controller_s_self_test_in_the_folder_is_told(controller: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "c"
+    assert run("export", controller, "-o", folder).stderr == ""
+    other = tmp_path / "other.yaml"
+    other.write_text(re.sub(r"^name: .*$", "name: other", controller.read_text(), count=1, flags=re.MULTILINE))
+    told = run("export", other, "-o", folder)
+    assert told.code == 0
+    assert told.stderr.count("\n") == 1
+    assert "speed_selftest.c" in told.stderr
+    assert "other_selftest.c" not in told.stderr
+
+
 def test_stdout_is_a_tar_archive_of_the_same_files(controller: Path, tmp_path: Path) -> None:
     assert run("export", controller, "-o", tmp_path / "c").code == 0
     result = run("export", controller, "-o", "-")
