@@ -23,6 +23,7 @@ from frictool.control.schedule import corner_weights, summed
 from frictool.control.speed_integral import next_eta
 from frictool.control.velocity import velocity
 from frictool.documents.controller import Controller, StateSpace
+from frictool.errors import NoSolutionError
 
 MARGIN = 0.5  # of the travel's width, by which measured positions and references may lie outside it
 ETA_WIDTHS = 2.0  # widths of what a position may be, that eta is given
@@ -178,6 +179,11 @@ class _Composition:
             drive, passed = sections.output(program, chain, entering, state_bounds(found, widest, self.document.drive_limit, False))
         else:
             equations = self._equations(equation)
+            if any(len(one.a) != len(equation.gains) for one in equations):
+                raise NoSolutionError(
+                    f"{self.document.name}: the scheduled controllers have {len(equations[0].a)} states, and the anti-windup gains are "
+                    f"those of the frozen one, which has {len(equation.gains)}: they cannot run; leave out `scheduled` of the design"
+                )
             bound = np.max([state_bounds(one, widest, self.document.drive_limit, own.conditional) for one in equations], axis=0)
             if self.document.schedule is not None:
                 bound = np.full(len(bound), np.inf)  # what moves between its corners is bounded by none of them
