@@ -176,9 +176,11 @@ def _target(folder: Path, controller: Path, document: Controller) -> Target:
     """The compiled code of the controller."""
     from frictool.control.composition import controller_program
     from frictool.documents.provenance import digest
+    from frictool.simulate.step_test import scheduled
     from frictool.simulate.target import compiled_target
 
-    return compiled_target(folder, digest(controller), str(controller), tuple(controller_program(document).inputs))
+    program = controller_program(document)
+    return compiled_target(folder, digest(controller), str(controller), tuple(program.inputs), tuple(scheduled(document, program)))
 
 
 def _recorded(path: Path, scenario: Path, bench: Bench) -> Log:

@@ -23,7 +23,6 @@ from frictool.control.schedule import corner_weights, summed
 from frictool.control.speed_integral import next_eta
 from frictool.control.velocity import velocity
 from frictool.documents.controller import Controller, StateSpace
-from frictool.errors import NoSolutionError
 
 MARGIN = 0.5  # of the travel's width, by which measured positions and references may lie outside it
 ETA_WIDTHS = 2.0  # widths of what a position may be, that eta is given
@@ -179,18 +178,13 @@ class _Composition:
             drive, passed = sections.output(program, chain, entering, state_bounds(found, widest, self.document.drive_limit, False))
         else:
             equations = self._equations(equation)
-            if any(len(one.a) != len(equation.gains) for one in equations):
-                raise NoSolutionError(
-                    f"{self.document.name}: the scheduled controllers have {len(equations[0].a)} states, and the anti-windup gains are "
-                    f"those of the frozen one, which has {len(equation.gains)}: they cannot run; leave out `scheduled` of the design"
-                )
             bound = np.max([state_bounds(one, widest, self.document.drive_limit, own.conditional) for one in equations], axis=0)
             if self.document.schedule is not None:
                 bound = np.full(len(bound), np.inf)  # what moves between its corners is bounded by none of them
                 k = summed(program, equations, self._weights())
             else:
                 k = difference_equation.coefficients(program, equation)
-            drive = difference_equation.output(program, equation, k, entering, bound)
+            drive = difference_equation.output(program, k, entering, bound)
         if compensation is not None:
             drive = program.named("drive", drive + compensation)
         limited, met = drive_limit.limit(program, drive, self.drive_low, self.drive_high)
@@ -211,7 +205,7 @@ class _Composition:
         if chain is not None:
             sections.advance(program, chain, np.array(own.sos_anti_windup), passed, excess, resting)
         else:
-            difference_equation.advance(program, equation, k, entering, excess, held, resting)
+            difference_equation.advance(program, _integrators(equations), k, entering, excess, held, resting)
         if "limited_before" in program.states:
             program.update("limited_before", met if resting is None else program.select(resting, self.zero, met))
         if observed is not None:
@@ -224,7 +218,7 @@ class _Composition:
         schedule = self.document.schedule
         if schedule is None:
             return [equation]
-        return [_equation(corner.discrete, self.document.linear.anti_windup) for corner in schedule.corners]
+        return [_equation(corner.discrete, corner.anti_windup) for corner in schedule.corners]
 
     def _weights(self) -> list[Node]:
         schedule = self.document.schedule
@@ -238,6 +232,11 @@ def _equation(space: StateSpace, gains: tuple[float, ...]) -> Equation:
     a = np.array(space.a, dtype=np.float64).reshape(n, n)
     b, c = np.array(space.b, dtype=np.float64).reshape(n), np.array(space.c, dtype=np.float64).reshape(n)
     return Equation(a, b, c, float(space.d[0][0]), np.array(gains, dtype=np.float64))
+
+
+def _integrators(equations: list[Equation]) -> list[int]:
+    """States that are integrators at every corner, and so between them."""
+    return [i for i in equations[0].integrators if all(i in other.integrators for other in equations)]
 
 
 def _positions(controller: Controller) -> tuple[float, float]:

@@ -13,6 +13,7 @@ every state is bounded by sums of its impulse responses, which is where fixed po
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,7 +66,7 @@ def coefficients(program: Program, equation: Equation, prefix: str = "") -> Coef
     )
 
 
-def output(program: Program, equation: Equation, k: Coefficients, entering: Node, bounds: Matrix) -> Node:
+def output(program: Program, k: Coefficients, entering: Node, bounds: Matrix) -> Node:
     """u before its limit. `bounds` (n,) of the states."""
     program.block("linear controller: u = d e + c x")
     x = [program.state(f"x[{i}]", -float(bound), float(bound)) for i, bound in enumerate(bounds)]
@@ -74,16 +75,16 @@ def output(program: Program, equation: Equation, k: Coefficients, entering: Node
 
 
 def advance(
-    program: Program, equation: Equation, k: Coefficients, entering: Node, excess: Node, held: Node | None, resting: Node | None
+    program: Program, integrators: Collection[int], k: Coefficients, entering: Node, excess: Node, held: Node | None, resting: Node | None
 ) -> None:
-    """Moves x. excess = limited drive - drive; `held`: where integrators are; `resting`: where the states that are not held are 0."""
+    """Moves x. excess = limited drive - drive; `held`: where the states `integrators` are; `resting`: where the others are 0."""
     program.block("its states: next x = b e + l excess + a x")
-    n = len(equation.b)
+    n = len(k.b)
     x = [program.states[f"x[{i}]"] for i in range(n)]
     for i in range(n):
         terms = _present([k.b[i], k.gains[i], *k.a[i]], [entering, excess, *x])
         following = program.dot(*terms) if terms[0] else program.constant(0.0)
-        holds = held is not None and i in equation.integrators
+        holds = held is not None and i in integrators
         if held is not None and holds:
             following = program.select(held, x[i], following)
         if resting is not None and not holds:

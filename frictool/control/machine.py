@@ -127,6 +127,11 @@ def copied(machine: Machine) -> Machine:
     )
 
 
+def hold(machine: Machine, place: int, value: float) -> None:
+    """Sets a state that the caller keeps, a scheduled parameter in SI, in a machine of real numbers."""
+    (machine.single if machine.number == FLOAT else machine.real)[place] = value
+
+
 @kernel
 def start_at(machine: Machine, position: float) -> None:
     """Sets a new machine to rest at `position` [rad | m], the prefilter settled there."""

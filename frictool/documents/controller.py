@@ -236,13 +236,21 @@ class Verified(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class Corner(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The controller at one corner of the scheduled parameters, the others being the centre's, in coordinates common to all corners."""
+    """The controller at one corner of the scheduled parameters, the others being the centre's, in coordinates common to all corners.
+
+    anti_windup: its gains in those coordinates, summed with the same weights; they are not those of the frozen controller.
+    """
 
     inertia: float
     viscous: float
     coulomb: float
     constant: float
     discrete: StateSpace
+    anti_windup: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if len(self.anti_windup) != len(self.discrete.a):
+            raise ValueError(f"anti_windup has {len(self.anti_windup)} gains; allowed: {len(self.discrete.a)}, one for each state")
 
 
 class Schedule(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -74,8 +74,12 @@ def _loops(
         point = PlantPoint(vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant)
         yield linear, point, tuple(dict.fromkeys((controller.delay_samples, *(check.delay_samples for check in vertex.checks))))
     for index, corner in enumerate(controller.schedule.corners if controller.schedule is not None else ()):
-        there = rounded_linear(msgspec.structs.replace(controller.linear, discrete=corner.discrete), number)
+        own = msgspec.structs.replace(controller.linear, discrete=corner.discrete, anti_windup=corner.anti_windup)
+        there = rounded_linear(own, number)
         point = PlantPoint(f"corner {index} of the schedule", corner.inertia, corner.viscous, corner.coulomb, corner.constant)
+        radius = limited_radius(there, controller.sample_period_s)
+        if radius >= 1.0:
+            raise _refused(controller, number, f"the anti-windup is unstable at {point.name} (spectral radius {radius:.6g} of a - l c)")
         yield there, point, (controller.delay_samples,)
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.control.machine import Machine
+from frictool.control.machine import Machine, hold
 from frictool.documents.controller import Controller
 from frictool.engine.batch import closed_loops
 from frictool.engine.closed_loop import RECORD_SIZE
@@ -30,20 +30,24 @@ def play(
     load: Load,
     conditions: Vector,
     progress: Callable[[int, int], None],
+    told: Sequence[Mapping[int, float]] = (),
 ) -> Iterator[tuple[Variant, Vector]]:
-    """Each variant and its record (n, 7) under `reference` (n,), by the machine `running`, which stays as it is.
+    """Each variant and its record (n, 7) under `reference` (n,), by the machine `running`.
 
     From rest at `start` [rad | m], the backlash in its middle, the prefilter settled at what is measured. conditions: engine/conditions.py.
+    `told`: what a scheduled controller is told of each variant, by the machine's places; those are played one by one.
     `progress(done, total)` is told before the first batch and after each. Raises NoSolutionError where a variant cannot be simulated.
     """
     samples, total, done = reference.size, len(variants), 0
-    batch = max(LEAST, AT_ONCE // max(samples, 1))
+    batch = 1 if told else max(LEAST, AT_ONCE // max(samples, 1))
     progress(0, total)
     while done < total:
         chosen = variants[done : done + batch]
         axes = np.stack([variant.axis.as_array() for variant in chosen])
         states, references = np.stack([rest(start)] * len(chosen)), np.stack([reference] * len(chosen))
         records, statuses = np.zeros((len(chosen), samples, RECORD_SIZE)), np.zeros(len(chosen), dtype=np.int64)
+        for place, value in told[done].items() if told else ():
+            hold(running, place, value)
         timing = controller.sample_period_s, controller.delay_samples
         closed_loops(axes, states, running, references, *timing, records, statuses, load.as_array(), conditions)
         for variant, status in zip(chosen, statuses, strict=True):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,11 +28,13 @@ def play_target(
     load: Load,
     conditions: Vector,
     progress: Callable[[int, int], None],
+    told: Sequence[Mapping[int, float]] = (),
 ) -> Iterator[tuple[Variant, Vector]]:
     """simulate/playing.py `play`, one variant after the other, with the drive from `target`."""
     progress(0, len(variants))
     for done, variant in enumerate(variants):
         record = np.zeros((reference.size, RECORD_SIZE))
+        target.told = list(told[done].values()) if told else []
         status = _run(variant.axis.as_array(), target, controller, start, reference, record, load.as_array(), conditions)
         if status != OK:
             raise NoSolutionError(f"{variant.topic}: {MESSAGES[status]}; check the model's parameters")

@@ -17,6 +17,7 @@ from frictool.control.composition import controller_program
 from frictool.control.fixed_point import DoesNotFit
 from frictool.control.machine import Machine
 from frictool.control.number_format import machine_in
+from frictool.control.program import Program
 from frictool.documents.controller import Controller, Number
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
@@ -37,7 +38,7 @@ from frictool.simulate.replay import gaps_of, replayed
 from frictool.simulate.streams import Sensors
 from frictool.simulate.target import Target
 from frictool.simulate.timeline import conditions_of
-from frictool.simulate.variants import Variant, count, variants_of
+from frictool.simulate.variants import Variant, count, known, variants_of
 
 Vector = NDArray[np.float64]
 DOCUMENTS = Names()
@@ -68,8 +69,11 @@ def step_test(
     variants, conditions = variants_of(model, controller, scenario, names.model), conditions_of(scenario, reference.size, period)
     sensors = Sensors(model, controller, scenario, reference, conditions)
     acting, streams, warnings = _acting(conditions, controller), [], _of_log(scenario, recorded)
-    given = controller, start, reference, load_of(model), acting, progress
-    played = play(variants, _machine(controller, number), *given) if target is None else play_target(variants, target, *given)
+    program = controller_program(controller)
+    places = scheduled(controller, program)
+    told = [{place: known(model, variant)[name] for name, place in places.items()} for variant in variants] if places else []
+    given = controller, start, reference, load_of(model), acting, progress, told
+    played = play(variants, _machine(controller, program, number), *given) if target is None else play_target(variants, target, *given)
     for index, (variant, record) in enumerate(played):
         streams.append(sensors.stream(variant.topic, index, record))
         warnings += _against_stops(model, variant, record)
@@ -78,10 +82,16 @@ def step_test(
     return with_provenance(Log(tuple(streams), metadata, scenario.name, tuple(warnings)), provenance)
 
 
-def _machine(controller: Controller, number: Number) -> Machine:
+def scheduled(controller: Controller, program: Program) -> dict[str, int]:
+    """The places of the parameters that a scheduled controller is told, by their names; none where it has no schedule."""
+    names = controller.schedule.parameters if controller.schedule is not None else ()
+    return {str(name): program.states[name].index for name in names if name in program.states}
+
+
+def _machine(controller: Controller, program: Program, number: Number) -> Machine:
     """The controller as the simulation runs it in a number format."""
     try:
-        return machine_in(controller_program(controller), number)
+        return machine_in(program, number)
     except DoesNotFit as error:
         raise NoSolutionError(
             f"{controller.name}: {number} cannot be scaled: {error}; bound what is measured in the bench, or use float"

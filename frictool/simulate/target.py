@@ -55,29 +55,42 @@ double target_step(double reference, double position, double velocity)
     (void)velocity;
     return TAKEN({id}_step(&state, {arguments}));
 }}
+
+void target_tell(int which, double value);
+
+void target_tell(int which, double value)
+{{
+    (void)which;
+    (void)value;
+{settings}}}
 """
 
 
 class Target:
-    """Compiled code of one controller: one axis at a time. number: its format; sources: what was compiled."""
+    """Compiled code of one controller: one axis at a time. number: its format; sources: what was compiled; told: scheduled parameters."""
 
     def __init__(self, library: ctypes.CDLL, number: str, sources: tuple[Path, ...]) -> None:
         self.number, self.sources = number, sources
         self._start, self._step = library.target_start, library.target_step
+        self._tell, self.told = library.target_tell, list[float]()
+        self._tell.argtypes, self._tell.restype = [ctypes.c_int, ctypes.c_double], None
         self._start.argtypes, self._start.restype = [ctypes.c_double], None
         self._step.argtypes, self._step.restype = [ctypes.c_double] * 3, ctypes.c_double
 
     def start(self, position: float) -> None:
         """At rest at `position` [rad | m], the prefilter settled there."""
         self._start(position)
+        for which, value in enumerate(self.told):
+            self._tell(which, value)
 
     def step(self, reference: float, position: float, velocity: float) -> float:
         """The drive [A | V] at one sample."""
         return float(self._step(reference, position, velocity))
 
 
-def compiled_target(folder: Path, sha256: str, controller: str, inputs: tuple[str, ...]) -> Target:
-    """The code in `folder` for the controller document of this digest; `controller` is its path for messages, `inputs` what it is given.
+def compiled_target(folder: Path, sha256: str, controller: str, inputs: tuple[str, ...], scheduled: tuple[str, ...] = ()) -> Target:
+    """The code in `folder` for the controller document of this digest; `controller` is its path for messages, `inputs` what it is
+    given at every sample, `scheduled` the parameters that it is told.
 
     Raises InputFileError where the folder has no sources of this controller, no compiler is on the PATH, or it does not compile.
     """
@@ -94,7 +107,12 @@ def compiled_target(folder: Path, sha256: str, controller: str, inputs: tuple[st
         arguments = ", ".join(f"GIVEN({one}, {one.upper()})" for one in inputs)
         fixed = int(number in ("q31", "q15"))
         kind = "int32_t" if fixed else number
-        between.write_text(BETWEEN.format(id=name, ID=name.upper(), kind=kind, fixed=fixed, arguments=arguments), encoding="utf-8")
+        settings = "".join(
+            f"    if (which == {index}) {{\n        {name}_set_{one}(&state, ({kind})value);\n    }}\n"
+            for index, one in enumerate(scheduled)
+        )
+        text = BETWEEN.format(id=name, ID=name.upper(), kind=kind, fixed=fixed, arguments=arguments, settings=settings)
+        between.write_text(text, encoding="utf-8")
         _compile([compiler, *OPTIONS, f"-I{folder}", "-o", str(library), str(source), str(between), "-lm"], source)
         return Target(ctypes.CDLL(str(library)), number, (header, source))
 

@@ -63,6 +63,15 @@ def variants_of(model: Model, controller: Controller, scenario: Scenario, owner:
     return found
 
 
+def known(model: Model, variant: Variant) -> dict[str, float]:
+    """PARAMETERS of a variant's plant [SI], as what a scheduled controller is told of it; of a range its middle."""
+    if variant.values:
+        return variant.values
+    coulomb, viscous = coulomb_level(model), viscous_level(model)
+    values = (model.parameters.inertia.value, 0.5 * sum(viscous), 0.5 * sum(coulomb), model.bench.actuator.constant.value)
+    return dict(zip(PARAMETERS, values, strict=True))
+
+
 def ranges(model: Model) -> dict[str, tuple[float, float]]:
     """(low, high) of each of PARAMETERS [SI]: the bench's range over the product's life, or else the model's interval."""
     known = model.bench.mechanics

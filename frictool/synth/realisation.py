@@ -53,14 +53,14 @@ def stored_forms(k: Lti) -> LinearController:
         discrete=whole.document(),
         continuous=inverse_tustin(whole).document(),
         sos=tuple(tuple(float(value) for value in row) for row in sections),
-        anti_windup=tuple(float(value) for value in _anti_windup(whole.a, whole.b, whole.c, whole.d)),
+        anti_windup=tuple(float(value) for value in anti_windup_gains(whole.a, whole.b, whole.c, whole.d)),
     )
 
 
 def running_in_sections(linear: LinearController, period: float) -> LinearController:
     """The same controller whose sections run on the target, with the anti-windup gains of their states; period [s]."""
     chain = running(msgspec.structs.replace(linear, form="sos", sos_anti_windup=(0.0,) * (2 * len(linear.sos))), period)
-    gains = _anti_windup(chain.a, chain.b, chain.c, chain.d)
+    gains = anti_windup_gains(chain.a, chain.b, chain.c, chain.d)
     return msgspec.structs.replace(linear, form="sos", sos_anti_windup=tuple(float(value) for value in gains))
 
 
@@ -137,7 +137,7 @@ def _integrator_section(zeros: Roots, poles: Roots) -> tuple[Matrix, Roots, Root
     return np.empty((0, 6)), zeros, np.append(poles, 1.0)
 
 
-def _anti_windup(a: Matrix, b: Matrix, c: Matrix, d: Matrix) -> NDArray[np.float64]:
+def anti_windup_gains(a: Matrix, b: Matrix, c: Matrix, d: Matrix) -> NDArray[np.float64]:
     """l in x+ = a x + b eta + l (limited drive - drive): the observer gain that makes a - l c stable and fast.
 
     While limited, the controller's state follows what the limited drive says it should be (conditioned form). The weights b b' and

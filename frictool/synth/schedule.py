@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.documents import controller as stored
-from frictool.documents.controller import StateSpace
 from frictool.errors import NoSolutionError
 from frictool.plant.box import enclosing
 from frictool.plant.lti import Lti
 from frictool.plant.polytope import PARAMETERS, PlantPoint
 from frictool.synth.problem import Candidate, Problem
+from frictool.synth.realisation import anti_windup_gains
 from frictool.verify.interior import interior_points
 from frictool.verify.speed_loop import check_loop, performance
 
@@ -72,12 +72,13 @@ def verified_schedule(problem: Problem, candidate: Candidate) -> stored.Schedule
         gamma, margin = max(gamma, performance(k, problem.running(point.rates))), min(margin, check.modulus_margin)
     return stored.Schedule(
         parameters=names,
-        corners=tuple(_corner(corner, k.document()) for corner, k in zip(corners, candidate.scheduled, strict=True)),
+        corners=tuple(_corner(corner, k) for corner, k in zip(corners, candidate.scheduled, strict=True)),
         gamma=gamma,
         modulus_margin=margin,
         points=POINTS,
     )
 
 
-def _corner(point: PlantPoint, discrete: StateSpace) -> stored.Corner:
-    return stored.Corner(point.inertia, point.viscous, point.coulomb, point.constant, discrete)
+def _corner(point: PlantPoint, k: Lti) -> stored.Corner:
+    gains = tuple(float(value) for value in anti_windup_gains(k.a, k.b, k.c, k.d))
+    return stored.Corner(point.inertia, point.viscous, point.coulomb, point.constant, k.document(), gains)

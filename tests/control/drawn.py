@@ -136,7 +136,7 @@ def controllers(draw: st.DrawFn, *, bounded: bool = False, scheduled: bool = Tru
     actuator = msgspec.structs.replace(base.bench.actuator, winding=draw(windings))
     linear = draw(linear_controllers(bounded=bounded))
     cascade = draw(st.booleans())
-    schedule = draw(st.none() | schedules(len(linear.discrete.a))) if scheduled and linear.form == "state_space" else None
+    schedule = draw(st.none() | st.integers(0, 4).flatmap(schedules)) if scheduled and linear.form == "state_space" else None
     return msgspec.structs.replace(
         base,
         drive_limit=draw(st.sampled_from([0.5, 50.0])),
@@ -164,7 +164,8 @@ def schedules(draw: st.DrawFn, n: int) -> Schedule:
             a = np.where(absent, 0.0, stable(random, n))
             d = float(random.standard_normal())
             discrete = space(a, random.standard_normal(n), random.standard_normal(n), d)
-            corners.append(Corner(1.32e-5, 3.81e-4, coulomb, constant, discrete))
+            gains = tuple(map(float, 0.1 * random.standard_normal(n)))
+            corners.append(Corner(1.32e-5, 3.81e-4, coulomb, constant, discrete, gains))
     return Schedule(("coulomb", "constant") if both else ("constant",), tuple(corners), 1.0, 0.5, 0)
 
 

@@ -44,7 +44,8 @@ class PlainController:
         self.eta = 0.0
         self.limited = 0
         self.observed = self.found = 0.0
-        self.x = [0.0] * (2 * len(controller.linear.sos) if self.sections else len(controller.linear.discrete.a))
+        space = controller.schedule.corners[0].discrete if controller.schedule else controller.linear.discrete
+        self.x = [0.0] * (2 * len(controller.linear.sos) if self.sections else len(space.a))
         self.scheduled: dict[str, float] = {}
         for name in controller.schedule.parameters if controller.schedule else ():
             values = [getattr(corner, name) for corner in controller.schedule.corners]
@@ -193,12 +194,13 @@ class PlainController:
             self.observed += own.observer_rad_s * self.period * (applied - self.found)
         return applied
 
-    def coefficients(self) -> tuple[list[list[float]], list[float], list[float], float]:
-        """(a, b, c, d) at this sample: the document's, or the sum over the corners (5.64)."""
-        spaces = [self.document.linear.discrete]
+    def coefficients(self) -> tuple[list[list[float]], list[float], list[float], float, list[float]]:
+        """(a, b, c, d, l) at this sample: the document's, or the sum over the corners (5.64)."""
+        spaces, gains = [self.document.linear.discrete], [self.document.linear.anti_windup]
         weights = [1.0]
         if self.document.schedule is not None:
-            spaces, weights = [corner.discrete for corner in self.document.schedule.corners], self.weights()
+            corners = self.document.schedule.corners
+            spaces, gains, weights = [one.discrete for one in corners], [one.anti_windup for one in corners], self.weights()
 
         def total(values: Sequence[float]) -> float:
             return values[0] if all(value == values[0] for value in values) else summed_all(values, weights)
@@ -206,7 +208,7 @@ class PlainController:
         n = len(spaces[0].a)
         a = [[total([s.a[i][j] for s in spaces]) for j in range(n)] for i in range(n)]
         b, c = [total([s.b[i][0] for s in spaces]) for i in range(n)], [total([s.c[0][i] for s in spaces]) for i in range(n)]
-        return a, b, c, total([s.d[0][0] for s in spaces])
+        return a, b, c, total([s.d[0][0] for s in spaces]), [total([one[i] for one in gains]) for i in range(n)]
 
     def weights(self) -> list[float]:
         """alpha_i of (5.46)."""
@@ -223,22 +225,24 @@ class PlainController:
         return found
 
     def equation_output(self, entering: float) -> float:
-        _, _, c, d = self.coefficients()
+        _, _, c, d, _ = self.coefficients()
         return summed([d, *c], [entering, *self.x])
 
     def advance_equation(self, entering: float, excess: float, met: int) -> None:
         own = self.document.linear
-        a, b, _, _ = self.coefficients()
-        x = []
-        for i, row in enumerate(own.discrete.a):
-            integrator = row[i] == 1.0 and sum(value != 0.0 for value in row) == 1
+        a, b, _, _, gains = self.coefficients()
+        schedule, x = self.document.schedule, []
+        spaces = [one.discrete for one in schedule.corners] if schedule else [own.discrete]
+        for i in range(len(b)):
+            rows = [space.a[i] for space in spaces]
+            integrator = all(row[i] == 1.0 and sum(value != 0.0 for value in row) == 1 for row in rows)
             holds = own.conditional and (met * entering > 0.0 or self.mode == "rest")
             if integrator and (holds or self.released):
                 x.append(self.x[i])
             elif self.mode == "rest" and not (integrator and own.conditional):
                 x.append(0.0)
             else:
-                x.append(summed([b[i], own.anti_windup[i], *a[i]], [entering, excess, *self.x]))
+                x.append(summed([b[i], gains[i], *a[i]], [entering, excess, *self.x]))
         self.x = x
 
     def chain(self, entering: float) -> tuple[float, list[tuple[float, float]]]:

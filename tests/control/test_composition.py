@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import math
 
-import msgspec
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.control.composition import controller_program
 from frictool.control.machine import control_step, machine, read, start_at
-from frictool.documents.controller import Controller, Corner, Schedule, StateSpace
-from frictool.errors import NoSolutionError
+from frictool.documents.controller import Controller
 from tests.control.drawn import Sample, assaults, controllers, wanderings
-from tests.control.example import CUT_LAW, clutch_controller
 from tests.control.plain import PlainController
 
 
@@ -44,14 +40,3 @@ def test_equals_the_plain_controller_bit_by_bit(
             assert read(made, states[name]) == seen[name], name
         names = [f"s[{i // 2}][{i % 2}]" if letter == "s" else f"x[{i}]" for i in range(len(plain.x))]
         assert [read(made, states[name]) for name in names] == plain.x
-
-
-def test_scheduled_controllers_of_another_order_than_their_gains_are_one_line() -> None:
-    controller = clutch_controller(CUT_LAW)
-    order = len(controller.linear.anti_windup)
-    wide = (0.0,) * (order + 1)
-    larger = StateSpace((wide,) * (order + 1), ((0.0,),) * (order + 1), (wide,), ((1.0,),))
-    corners = tuple(Corner(1.3e-5, 3.8e-4, coulomb, 0.0134, larger) for coulomb in (0.05, 0.15))
-    odd = msgspec.structs.replace(controller, schedule=Schedule(("coulomb",), corners, 1.0, 0.5, 9))
-    with pytest.raises(NoSolutionError, match=f"have {order + 1} states.*has {order}: they cannot run; leave out"):
-        controller_program(odd)

@@ -49,11 +49,11 @@ def _block(equation: Equation, *, conditions: bool = False) -> Block:
 
     def build(program: Program) -> Node:
         k, entering = coefficients(program, equation), input_of(program, "entering")
-        drive = difference_equation.output(program, equation, k, entering, np.full(n, 1e9))
+        drive = difference_equation.output(program, k, entering, np.full(n, 1e9))
         held = resting = None
         if conditions:
             held, resting = (input_of(program, name) > program.constant(0.0) for name in ("held", "resting"))
-        difference_equation.advance(program, equation, k, entering, input_of(program, "excess"), held, resting)
+        difference_equation.advance(program, equation.integrators, k, entering, input_of(program, "excess"), held, resting)
         return drive
 
     return Block(build)
@@ -104,10 +104,10 @@ def test_anti_windup_follows_the_drive_that_is_applied(n: int, seed: int) -> Non
 
     def build(program: Program) -> Node:
         k, entering = coefficients(program, equation), input_of(program, "entering")
-        drive = difference_equation.output(program, equation, k, entering, np.full(n, 1e9))
+        drive = difference_equation.output(program, k, entering, np.full(n, 1e9))
         bound = program.constant(0.5, "bound")
         limited, _ = limit(program, drive, -bound, bound)
-        difference_equation.advance(program, equation, k, entering, limited - drive, None, None)
+        difference_equation.advance(program, equation.integrators, k, entering, limited - drive, None, None)
         return limited
 
     block, x = Block(build), np.zeros(n)
@@ -149,11 +149,11 @@ def test_states_stay_within_their_bounds_under_a_limited_drive(n: int, condition
 
     def build(program: Program) -> Node:
         k, entering = coefficients(program, equation), input_of(program, "entering")
-        drive = difference_equation.output(program, equation, k, entering, bounds)
+        drive = difference_equation.output(program, k, entering, bounds)
         bound, zero = program.constant(0.5, "bound"), program.constant(0.0)
         limited, met = limit(program, drive, -bound, bound)
         held = met * entering > zero if conditional else None
-        difference_equation.advance(program, equation, k, entering, limited - drive, held, None)
+        difference_equation.advance(program, equation.integrators, k, entering, limited - drive, held, None)
         return limited
 
     block = Block(build)

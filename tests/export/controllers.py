@@ -128,7 +128,7 @@ def scheduled(controller: Controller) -> Controller:
     corners = []
     for index, (coulomb, constant) in enumerate(((0.05, 0.011), (0.15, 0.011), (0.05, 0.015), (0.15, 0.015))):
         c = tuple(tuple((1.0 + 0.1 * index) * value for value in row) for row in base.c)
-        corners.append(Corner(1.3e-5, 3.8e-4, coulomb, constant, msgspec.structs.replace(base, c=c)))
+        corners.append(Corner(1.3e-5, 3.8e-4, coulomb, constant, msgspec.structs.replace(base, c=c), controller.linear.anti_windup))
     return msgspec.structs.replace(controller, schedule=Schedule(("coulomb", "constant"), tuple(corners), 1.0, 0.5, 9))
 
 
