@@ -114,12 +114,19 @@ def state_bounds(equation: Equation, entering: float, drive: float, conditional:
     bounds = np.full(n, np.inf)
     if held and (np.any(equation.gains[free]) or np.any(equation.a[np.ix_(free, held)])):
         return bounds
-    bounds[free] = impulse_sums(a, into_e) * entering + impulse_sums(a, into_u) * drive
+    bounds[free] = _reach(impulse_sums(a, into_e), entering) + _reach(impulse_sums(a, into_u), drive)
     for i in held:
         others = float(np.sum(np.abs(equation.c[free]) * bounds[free])) + abs(equation.d) * entering
         if equation.c[i] != 0.0 and len(held) == 1 and equation.c[i] * equation.b[i] >= 0.0:
             bounds[i] = (drive + others) / abs(equation.c[i]) + abs(equation.b[i]) * entering
     return bounds
+
+
+def _reach(sums: Matrix, bound: float) -> Matrix:
+    """sums (n,) times a bound, either of them possibly inf; what nothing enters stays 0."""
+    found = np.zeros(len(sums))
+    found[sums != 0.0] = sums[sums != 0.0] * bound
+    return found
 
 
 def impulse_sums(a: Matrix, b: Matrix) -> Matrix:
