@@ -224,7 +224,7 @@ def summary(log: Log) -> dict[str, Any]:
                 "duration_s": round(float(stream.time[-1] - stream.time[0]) + stream.period, 9),
                 "final_error": float(stream.signals["reference"][-1] - position[-1]),
                 "command_peak": float(abs(command).max()),
-                "at_rest": bool(stream.signals["velocity"][-1] == 0.0),
+                "at_rest": not stream.signals["velocity"][-max(1, stream.time.size // 10) :].any(),  # a limit cycle stands still in between
                 "units": stream.units,
                 **({"plant": plants[stream.topic]} if stream.topic in plants else {}),
             }
