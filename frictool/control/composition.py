@@ -163,8 +163,7 @@ class _Composition:
             return friction_compensation.modelled(program, speed, *parts, own.smoothing_speed), None
         assert self.speed is not None
         limit = self.document.drive_limit
-        found = friction_compensation.observed(program, self.speed, own.observer_rad_s, own.inertia / constant, own.gain, limit)
-        return found, found
+        return friction_compensation.observed(program, self.speed, own.observer_rad_s, own.inertia / constant, own.gain, limit)
 
     def _linear(self, entering: Node, widest: float, resting: Node | None, released: Node | None, braking: Node) -> None:
         """The linear controller, what is added to it, its limit, and the step of its states."""
@@ -211,8 +210,7 @@ class _Composition:
         if observed is not None:
             compensated = self.document.friction_compensation
             assert compensated is not None
-            found_friction = next(node for node in program.nodes if program.names.get(node.index) == "friction_found")
-            friction_compensation.observe(program, applied, found_friction, compensated.observer_rad_s, self.period)
+            friction_compensation.observe(program, applied, observed, compensated.observer_rad_s, self.period)
 
     def _equations(self, equation: Equation) -> list[Equation]:
         schedule = self.document.schedule

@@ -23,9 +23,10 @@ def modelled(program: Program, speed: Node, coulomb: float, viscous: float, smoo
     return program.named("compensation", dry + program.constant(viscous, "viscous_drive") * speed)
 
 
-def observed(program: Program, speed: Node, bandwidth: float, inertia: float, gain: float, most: float) -> Node:
-    """Drive [A | V] that the observer finds; `inertia` in drive units per acceleration, `most` what the friction is at most.
+def observed(program: Program, speed: Node, bandwidth: float, inertia: float, gain: float, most: float) -> tuple[Node, Node]:
+    """The drive [A | V] that is added, and the friction that is found, in the same unit.
 
+    inertia: in drive units per acceleration. most: what the friction is at most.
     The state moves by `observe`, once the drive is known.
     """
     program.block("friction compensation from a disturbance observer")
@@ -33,7 +34,7 @@ def observed(program: Program, speed: Node, bandwidth: float, inertia: float, ga
     before = program.state("observed", -REACH * most, REACH * most)
     high = program.constant(most, "observer_limit")
     found = program.named("friction_found", program.smaller(program.larger(before - carried, -high), high))
-    return program.named("compensation", program.constant(gain, "compensation_gain") * found)
+    return program.named("compensation", program.constant(gain, "compensation_gain") * found), found
 
 
 def observe(program: Program, drive: Node, found: Node, bandwidth: float, period: float) -> None:

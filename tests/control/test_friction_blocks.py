@@ -107,8 +107,7 @@ def test_observer_finds_a_constant_friction(
     period, most = 1e-3, 10.0
 
     def build(program: Program) -> Node:
-        added = friction_compensation.observed(program, input_of(program, "speed"), bandwidth, inertia, gain, most)
-        found = next(node for node in program.nodes if program.names.get(node.index) == "friction_found")
+        added, found = friction_compensation.observed(program, input_of(program, "speed"), bandwidth, inertia, gain, most)
         friction_compensation.observe(program, input_of(program, "drive"), found, bandwidth, period)
         return added
 
@@ -123,6 +122,6 @@ def test_observer_finds_a_constant_friction(
 
 
 def test_observer_is_never_above_the_drives_limit() -> None:
-    block = Block(lambda p: friction_compensation.observed(p, input_of(p, "speed"), 100.0, 1.0, 1.0, 2.0))
+    block = Block(lambda p: friction_compensation.observed(p, input_of(p, "speed"), 100.0, 1.0, 1.0, 2.0)[0])
     assert block.set(observed=50.0).step(speed=0.0) == 2.0
     assert block.step(speed=10.0) == -2.0
