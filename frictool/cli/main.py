@@ -30,6 +30,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "simulate": ("frictool.cli.simulate", "Step tests of model and controller, as a log."),
     "report": ("frictool.cli.report", "Metrics and verdict of logs against the specification."),
     "export": ("frictool.cli.export", "Controller to C99 with golden vectors."),
+    "observe": ("frictool.cli.observe", "Velocity, friction and wear from a running actuator's log; observers designed."),
     "compare": ("frictool.cli.compare", "Friction laws in the four tests of thesis 3.7, as numbers and verdicts."),
     "schema": ("frictool.cli.schema", "JSON Schema of a document, for editors."),
 }

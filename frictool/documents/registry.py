@@ -12,6 +12,7 @@ from frictool.documents.controller import Controller
 from frictool.documents.design import Design
 from frictool.documents.friction import Friction
 from frictool.documents.model import Model
+from frictool.documents.observer import Observer
 from frictool.documents.reading import Reader, compose, read_text
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
@@ -25,6 +26,7 @@ DOCUMENTS: dict[str, type[msgspec.Struct]] = {
     "controller": Controller,
     "scenario": Scenario,
     "friction": Friction,
+    "observer": Observer,
 }
 
 T = TypeVar("T", bound=msgspec.Struct)

@@ -17,8 +17,8 @@ import itertools
 import numpy as np
 from scipy.signal import fftconvolve
 
+from frictool.bell import bell
 from frictool.identify.excite.information import Friction, Sensing, Stroke, Vector, of_sliding, regressors
-from frictool.identify.rows.bell import bell
 from frictool.identify.rows.smoothing import SHORTEST
 
 STROKE_SHARE = 0.25  # longest window over the median stroke

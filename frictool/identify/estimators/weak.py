@@ -21,6 +21,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import ndtri
 
+from frictool.bell import bell
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
 from frictool.identify.assess.recorded import recorded_facts
@@ -33,7 +34,6 @@ from frictool.identify.methods import Settings
 from frictool.identify.outcome import SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.record import Record
 from frictool.identify.regression.unknowns import half_width
-from frictool.identify.rows.bell import bell
 from frictool.identify.rows.friction_columns import Rows, knee_column, position_columns, rows_of
 from frictool.identify.rows.samples import Samples, fit, joined, parameters_of
 from frictool.identify.rows.slipping import slipping_mask, slipping_rows

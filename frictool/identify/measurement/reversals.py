@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.special import ndtri
 
+from frictool.bell import bell
 from frictool.documents.bench import Bench
 from frictool.identify.assess.recorded import recorded_facts
 from frictool.identify.assess.weak import weak_deviation
@@ -27,7 +28,6 @@ from frictool.identify.outcome import Interval, NothingUsable
 from frictool.identify.record import Record, Vector
 from frictool.identify.regression.regression import Matrix, Singular, Solution, solve
 from frictool.identify.regression.unknowns import half_width
-from frictool.identify.rows.bell import bell
 from frictool.identify.rows.slip import slip_mask
 from frictool.identify.rows.slipping import full_backlash
 from frictool.identify.rows.smoothing import smoothed_by

@@ -20,8 +20,8 @@ from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 from scipy.signal import savgol_coeffs
 
+from frictool.bell import bell
 from frictool.identify.record import Record, Vector
-from frictool.identify.rows.bell import bell
 from frictool.identify.rows.smoothing import SHORTEST
 
 HIGHEST = 6  # order of the polynomials, as of the breakaway's

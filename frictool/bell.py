@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from frictool.identify.record import Vector
+Vector = NDArray[np.float64]
 
 
 def bell(window: int) -> Vector:
