@@ -45,7 +45,8 @@ class Estimate:
     all directions and zones together. kind: what the data say the wear is, `none` where they say that there is none. forward, backward:
     the wear of each direction. added: of kind additive, what friction has grown by [N m | N]. zones: of kind zones.
     scale: factor that is on all of them alike where the actuator's constant is not the bench's, from the bench's range of it; no interval
-    here holds it, and a ratio to commissioning is free of it. others: further parameters that the same moves gave, over the model's value (inertia, viscous, ...).
+    here holds it, and a ratio to commissioning is free of it. others: further parameters that the same moves gave, over the model's value
+    (inertia, viscous, ...).
     warnings: for people.
     """
 

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from frictool.bell import bell
 from frictool.identify.assess.bench_facts import facts_of
 from frictool.identify.assess.entropy import metric_entropy, sensor_entropy
 from frictool.identify.assess.noise_filter import filter_for, noise_ratio
@@ -18,7 +19,6 @@ from frictool.identify.assess.ramps import SPREAD, ramp_precision
 from frictool.identify.assess.sines import sines_half_width
 from frictool.identify.assess.weak import weak_deviation
 from frictool.identify.excite.information import Friction, Sensing, Stroke, cramer_rao, regressors
-from frictool.identify.rows.bell import bell
 from tests.identify.benches import clutch
 
 AXIS = Friction(inertia=2.0, viscous=3.0, coulomb=1.0)

@@ -7,11 +7,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from frictool.bell import bell
 from frictool.identify.estimators.weak import weak
 from frictool.identify.estimators.weak_structure import better
 from frictool.identify.methods import Settings
 from frictool.identify.outcome import Fit
-from frictool.identify.rows.bell import bell
 from frictool.identify.rows.friction_columns import HIGHEST, Rows, bend_column, knee_column, names_to, position_columns
 from frictool.plant.axis import AxisParameters
 from sample_logs.make import TRUTH, sines

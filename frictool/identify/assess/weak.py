@@ -1,6 +1,6 @@
 """How precise least squares over smoothing windows is, computed before anything is measured: the weak form of the equation of motion.
 
-Convolved with a bell g whose second difference is c (identify/rows/bell.py) the equation needs no derivative of a measurement:
+Convolved with a bell g whose second difference is c (bell.py) the equation needs no derivative of a measurement:
 
     inertia (c*x) + viscous (g*dx) + coulomb (g*sign v) + offset = g*u + n,    n = g*e_u - (inertia c + viscous g*d) * e_x
 
