@@ -1,0 +1,104 @@
+"""An observer document as the block that runs: alone along a log, or beside a controller.
+
+    position, effort ──▶ block of the document's kind ──▶ position, velocity, friction, wear
+
+What is found at a sample is from what was measured before it, so that a controller can use it; the effort of the sample comes after.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+from frictool.control import switched_observer
+from frictool.control.found import Found
+from frictool.control.program import Node, Program
+from frictool.control.switched_observer import SlipMode, SwitchedFacts
+from frictool.documents.bench import Bench
+from frictool.documents.observer import Mode, Observer
+
+MARGIN = 0.5  # of the travel's width, by which measured positions may lie outside it
+TOP_SPEEDS = 4.0  # of the bench's top speed, that an estimate may reach
+MOST_WEAR = 16.0  # friction over the model's, either sign
+
+
+class ObserverProgram(NamedTuple):
+    """A program with the inputs `position` [rad | m] and `effort` [N m | N], and what it finds."""
+
+    program: Program
+    found: Found
+
+
+def observer_program(observer: Observer) -> ObserverProgram:
+    """The observer alone; its output is the velocity."""
+    program, most = Program(), _most_effort(observer.bench)
+    position = program.input("position", *reach(observer.bench))
+    effort = program.input("effort", -most, most)
+    found, move = begun(program, position, observer)
+    move(effort)
+    program.output = found.velocity
+    return ObserverProgram(program, found)
+
+
+def begun(program: Program, position: Node, observer: Observer) -> tuple[Found, Callable[[Node], None]]:
+    """The block of a measured position [rad | m], and what moves it once the effort [N m | N] until the next sample is known."""
+    if observer.switched is None:
+        raise ValueError("observer.yaml: tracking has no block yet")
+    facts = switched_facts(observer)
+    found, chosen = switched_observer.predicted(program, position, facts)
+    return found, lambda effort: switched_observer.corrected(program, position, effort, found, chosen, facts)
+
+
+def switched_facts(observer: Observer) -> SwitchedFacts:
+    """What the switched block is made from. Raises ValueError where the document lacks a mode."""
+    own, friction = observer.switched, observer.friction
+    assert own is not None
+    stuck = next((mode for mode in own.modes if mode.direction == 0), None)
+    forward, backward = (_cells([mode for mode in own.modes if mode.direction == side]) for side in (1, -1))
+    if stuck is None or not forward or not backward:
+        raise ValueError("switched.modes: one direction or the stuck mode is missing; allowed: modes of directions -1, 0 and 1")
+    additive = own.wear == "additive"
+    return SwitchedFacts(
+        period=observer.sample_period_s,
+        inertia=observer.inertia.value,
+        switch_speed=own.switch_speed.value,
+        forward=forward,
+        backward=backward,
+        stuck=(stuck.gains[0][0], stuck.gains[1][0]),
+        kept=own.stuck_speed_kept,
+        additive=additive,
+        curves=(friction.forward, friction.backward),
+        travel=(friction.over.low, friction.over.high),
+        viscous=friction.viscous,
+        offset=friction.offset,
+        top_speed=top_speed(observer.bench),
+        most_wear=_most_effort(observer.bench) if additive else MOST_WEAR,
+    )
+
+
+def _cells(modes: list[Mode]) -> tuple[SlipMode, ...]:
+    """The cells of a direction in the order of position; one without a span holds everywhere."""
+    ordered = sorted(modes, key=lambda mode: mode.over[0] if mode.over is not None else -math.inf)
+    rows = [tuple(row[0] for row in mode.gains) for mode in ordered]
+    highs = [mode.over[1] if mode.over is not None else math.inf for mode in ordered]
+    return tuple(SlipMode(high, mode.friction, (row[0], row[1], row[2])) for mode, row, high in zip(ordered, rows, highs, strict=True))
+
+
+def reach(bench: Bench) -> tuple[float, float]:
+    """What measured positions [rad | m] may be."""
+    travel = bench.mechanics.travel
+    if travel is None:
+        return -math.inf, math.inf
+    beyond = MARGIN * (travel.high - travel.low)
+    return travel.low - beyond, travel.high + beyond
+
+
+def top_speed(bench: Bench) -> float:
+    """What an estimated velocity [per s] may be, either way."""
+    top = bench.mechanics.top_speed
+    return math.inf if top is None else TOP_SPEEDS * top.value
+
+
+def _most_effort(bench: Bench) -> float:
+    return bench.actuator.constant.value * bench.actuator.limit.value

@@ -1,0 +1,156 @@
+"""The thesis's switched observers (6.4), (6.22): the model of the mode that the estimate is in, put right by its gains.
+
+    mode   0 where |omega| < Sigma, else the direction's cell that theta is in (6.17)
+    e      = y - theta
+    theta' = theta + T omega + L1 e
+    omega' = omega + T/J (u - F) + L2 e      slipping,  F = alpha f_i (6.13) or f(theta) + alpha (6.22), against the motion
+           = a omega + L2 e                  stuck, a = 0 (6.18), or 1
+    alpha' = alpha + L3 e                    slipping; stuck it is frozen, as (6.14) takes its estimate for a measurement
+
+All at one sample, theta, omega, alpha being the estimates there. F has the sign of omega, which a mode other than 0 has for certain.
+
+Known of it: the mode is chosen from the estimate, so that the certificate of (6.6), which takes it as known, does not cover the samples in
+which plant and observer are in different modes. Rule: Sigma some encoder steps per sample period; with a coarse encoder that is most of the
+travel, and these two observers do not work there (docs/theory/observers.md has figures).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from frictool.control.found import Found
+from frictool.control.program import Node, Program
+
+STATES = ("estimated_position", "estimated_velocity", "estimated_wear")
+
+
+@dataclass(frozen=True)
+class SlipMode:
+    """One cell of a direction, up to the position `high` [rad | m]: friction f_m [N m | N], gains L1 [1], L2 [1/s], L3 [wear per rad | m]."""
+
+    high: float
+    friction: float
+    gains: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class SwitchedFacts:
+    """What the block is made from, in SI.
+
+    inertia [kg m2 | kg], switch_speed Sigma [per s]. forward, backward: cells in the order of position; the first and the last hold beyond
+    the travel too. stuck: (L1, L2) of mode 0. kept: A_0's factor a of omega. additive: whether wear is what friction has grown by; then
+    curves (forward, backward) are the polynomials of f, lowest power first, over `travel`, and the cells' own friction is not used.
+    viscous [N m s/rad | N s/m], offset [N m | N] of a positive effort's opponent: of the model, 0 in the thesis.
+    top_speed, most_wear: what the states stay within.
+    """
+
+    period: float
+    inertia: float
+    switch_speed: float
+    forward: tuple[SlipMode, ...]
+    backward: tuple[SlipMode, ...]
+    stuck: tuple[float, float]
+    kept: float
+    additive: bool
+    curves: tuple[tuple[float, ...], tuple[float, ...]]
+    travel: tuple[float, float]
+    viscous: float
+    offset: float
+    top_speed: float
+    most_wear: float
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """What the mode of this sample says: whether it is 0, and its gains."""
+
+    is_stuck: Node
+    gains: tuple[Node, Node, Node]
+
+
+def switched(program: Program, position: Node, effort: Node, facts: SwitchedFacts) -> Found:
+    """The observer of a measured position [rad | m] under an effort [N m | N] that holds from this sample to the next."""
+    found, chosen = predicted(program, position, facts)
+    corrected(program, position, effort, found, chosen, facts)
+    return found
+
+
+def predicted(program: Program, position: Node, facts: SwitchedFacts) -> tuple[Found, Chosen]:
+    """What is known before the effort of this sample is; states start at the measured position, at rest, with no wear."""
+    program.block("switched observer: its mode from the estimate, the mode's gains and friction")
+    top, most = facts.top_speed, facts.most_wear
+    theta = program.state(STATES[0], position.low, position.high, start="position")
+    omega = program.state(STATES[1], -top, top)
+    wear = program.state(STATES[2], -most, most, start=0.0 if facts.additive else 1.0)
+    zero = program.constant(0.0)
+    is_stuck = program.named("is_stuck", abs(omega) < program.constant(facts.switch_speed, "switch_speed"))
+    is_forward = program.named("is_forward", omega > zero)
+    sides = [_Side(program, theta, cells, name) for cells, name in ((facts.forward, "forward"), (facts.backward, "backward"))]
+    stuck = [program.constant(gain, f"stuck_gain_{row}") for row, gain in enumerate(facts.stuck)]
+    slips = [program.select(is_forward, *(side.gain(row) for side in sides)) for row in range(3)]
+    gains = [program.named(f"chosen_gain_{row}", program.select(is_stuck, stuck[row], slips[row])) for row in range(2)]
+    size = _friction(program, theta, wear, is_forward, sides, facts)
+    friction = program.named("estimated_friction", program.select(is_stuck, zero, program.select(is_forward, size, -size)))
+    return Found(theta, omega, friction, wear), Chosen(is_stuck, (gains[0], gains[1], program.named("chosen_gain_2", slips[2])))
+
+
+def corrected(program: Program, position: Node, effort: Node, found: Found, chosen: Chosen, facts: SwitchedFacts) -> None:
+    """Moves the states to the next sample."""
+    program.block("switched observer: the mode's model to the next sample, put right by its gains")
+    theta, omega, wear = (program.states[name] for name in STATES)
+    error = program.named("innovation", position - theta)
+    one, period = program.constant(1.0), program.constant(facts.period, "period")
+    program.update(STATES[0], program.dot([one, period, chosen.gains[0]], [theta, omega, error]))
+    push = effort - found.friction
+    if facts.viscous != 0.0:
+        push = push - program.constant(facts.viscous, "observer_viscous") * omega
+    if facts.offset != 0.0:
+        push = push - program.constant(facts.offset, "observer_offset")
+    slipping = omega + program.constant(facts.period / facts.inertia, "period_per_inertia") * push
+    standing = program.constant(facts.kept, "stuck_speed_kept") * omega
+    program.update(STATES[1], program.select(chosen.is_stuck, standing, slipping) + chosen.gains[1] * error)
+    program.update(STATES[2], program.select(chosen.is_stuck, wear, wear + chosen.gains[2] * error))
+
+
+class _Side:
+    """The cells of one direction, and in which of them the position is."""
+
+    def __init__(self, program: Program, theta: Node, cells: Sequence[SlipMode], name: str) -> None:
+        self.program, self.cells, self.name = program, cells, name
+        self.below = [theta < program.constant(cell.high, f"{name}_edge_{k}") for k, cell in enumerate(cells[:-1])]
+
+    def gain(self, row: int) -> Node:
+        """L of the cell that the position is in."""
+        return self._of_cell(f"gain_{row}", [cell.gains[row] for cell in self.cells])
+
+    def friction(self) -> Node:
+        """f_m of that cell."""
+        return self._of_cell("friction", [cell.friction for cell in self.cells])
+
+    def _of_cell(self, what: str, values: Sequence[float]) -> Node:
+        nodes = [self.program.constant(value, f"{self.name}_{what}_{k}") for k, value in enumerate(values)]
+        chosen = nodes[-1]
+        for is_below, node in zip(reversed(self.below), reversed(nodes[:-1]), strict=True):
+            chosen = self.program.select(is_below, node, chosen)
+        return chosen
+
+
+def _friction(program: Program, theta: Node, wear: Node, is_forward: Node, sides: list[_Side], facts: SwitchedFacts) -> Node:
+    """The magnitude of the friction where it slips."""
+    if not facts.additive:
+        known = program.select(is_forward, *(side.friction() for side in sides))
+        return program.named("friction_size", wear * program.named("friction_known", known))
+    low, high = (program.constant(end, name) for end, name in zip(facts.travel, ("map_low", "map_high"), strict=True))
+    within = program.named("position_on_map", program.smaller(program.larger(theta, low), high))
+    curves = [_polynomial(program, within, curve, side.name) for curve, side in zip(facts.curves, sides, strict=True)]
+    return program.named("friction_size", program.named("friction_known", program.select(is_forward, *curves)) + wear)
+
+
+def _polynomial(program: Program, x: Node, coefficients: Sequence[float], name: str) -> Node:
+    """By Horner's rule."""
+    nodes = [program.constant(value, f"{name}_curve_{power}") for power, value in enumerate(coefficients)]
+    total = nodes[-1]
+    for node in reversed(nodes[:-1]):
+        total = total * x + node
+    return total
