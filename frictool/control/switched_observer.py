@@ -27,7 +27,7 @@ STATES = ("estimated_position", "estimated_velocity", "estimated_wear")
 
 @dataclass(frozen=True)
 class SlipMode:
-    """One cell of a direction, up to the position `high` [rad | m]: friction f_m [N m | N], gains L1 [1], L2 [1/s], L3 [wear per rad | m]."""
+    """Cell of a direction, up to the position `high` [rad | m]: friction f_m [N m | N], gains L1 [1], L2 [1/s], L3 [wear per rad | m]."""
 
     high: float
     friction: float
