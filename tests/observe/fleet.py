@@ -194,7 +194,8 @@ def steps(seconds: float = SECONDS) -> Vector:
 def targets(seed: int, seconds: float = SECONDS) -> Vector:
     """Steps to random places of the travel, 8 rad away at least, held for HOLD [s] each."""
     period, draw = clutch().bench.sample_period_s, np.random.Generator(np.random.PCG64([seed, TARGETS_STREAM]))
-    places, last = [], 0.0
+    places: list[float] = []
+    last = 0.0
     while len(places) < round(seconds / HOLD):
         place = float(draw.uniform(1.0, 60.0))
         if abs(place - last) >= 8.0:
@@ -226,7 +227,9 @@ def _one(unit: Unit, reference: Vector, seed: int, document: Controller, running
     drive += noise * np.random.Generator(np.random.PCG64([seed, NOISE_STREAM])).standard_normal(drive.size)
     time, effort = period * np.arange(reference.size), bench.actuator.constant.value * drive
     velocity = record[:, TRUE_VELOCITY].copy()
-    return Run(unit, (Piece(time, record[:, MEASURED].copy(), effort, follows=False, velocity=velocity),), velocity)
+    return Run(
+        unit, (Piece(time, record[:, MEASURED].copy(), np.asarray(effort, dtype=np.float64), follows=False, velocity=velocity),), velocity
+    )
 
 
 def main(arguments: list[str]) -> int:
