@@ -223,13 +223,11 @@ def _one(unit: Unit, reference: Vector, seed: int, document: Controller, running
     status = worn_loop(axis(unit).as_array(), rest(), copied(running), reference, period, document.delay_samples, worn, rows, record)
     if status != OK:
         raise RuntimeError(f"{unit}: status {status}")
-    drive = np.concatenate([np.zeros(unit.late), record[: reference.size - unit.late, TRUE_DRIVE]])
+    drive: Vector = np.concatenate([np.zeros(unit.late), record[: reference.size - unit.late, TRUE_DRIVE]])
     drive += noise * np.random.Generator(np.random.PCG64([seed, NOISE_STREAM])).standard_normal(drive.size)
-    time, effort = period * np.arange(reference.size), bench.actuator.constant.value * drive
-    velocity = record[:, TRUE_VELOCITY].copy()
-    return Run(
-        unit, (Piece(time, record[:, MEASURED].copy(), np.asarray(effort, dtype=np.float64), follows=False, velocity=velocity),), velocity
-    )
+    effort: Vector = bench.actuator.constant.value * drive
+    position, velocity = record[:, MEASURED].copy(), record[:, TRUE_VELOCITY].copy()
+    return Run(unit, (Piece(period * np.arange(reference.size), position, effort, follows=False, velocity=velocity),), velocity)
 
 
 def main(arguments: list[str]) -> int:
