@@ -227,7 +227,8 @@ def _one(unit: Unit, reference: Vector, seed: int, document: Controller, running
     drive += noise * np.random.Generator(np.random.PCG64([seed, NOISE_STREAM])).standard_normal(drive.size)
     effort: Vector = bench.actuator.constant.value * drive
     position, velocity = record[:, MEASURED].copy(), record[:, TRUE_VELOCITY].copy()
-    return Run(unit, (Piece(period * np.arange(reference.size), position, effort, follows=False, velocity=velocity),), velocity)
+    time: Vector = period * np.arange(reference.size)
+    return Run(unit, (Piece(time, position, effort, follows=False, velocity=velocity),), velocity)
 
 
 def main(arguments: list[str]) -> int:
