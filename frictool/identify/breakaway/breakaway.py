@@ -29,6 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
+from frictool.bell import effort_weights
 from frictool.documents.bench import Bench
 from frictool.identify.breakaway.dwell import Rising, rising_friction
 from frictool.identify.breakaway.onset import OK, onset_time, search_span
@@ -37,7 +38,6 @@ from frictool.identify.outcome import Interval, NothingUsable
 from frictool.identify.record import Record, Vector
 from frictool.identify.regression.regression import Singular, Solution
 from frictool.identify.regression.unknowns import half_width
-from frictool.identify.rows.smoothing import effort_weights
 from frictool.identify.rows.strokes import find_strokes
 
 SHORTEST_REST = 30  # samples without a count, for a line to be fitted

@@ -13,13 +13,13 @@ from collections.abc import Callable
 import numpy as np
 from scipy.signal import lfilter
 
+from frictool.bell import effort_weights
 from frictool.documents.bench import Bench
 from frictool.identify.methods import Settings
 from frictool.identify.outcome import Fit, NothingUsable
 from frictool.identify.record import Record, Vector
 from frictool.identify.rows.resolution import refuse_hidden_inertia
 from frictool.identify.rows.samples import Samples, fit, joined
-from frictool.identify.rows.smoothing import effort_weights
 from frictool.identify.rows.strokes import find_strokes
 
 

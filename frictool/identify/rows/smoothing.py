@@ -30,6 +30,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.signal import savgol_coeffs
 
+from frictool.bell import effort_weights
 from frictool.identify.record import Record, Vector
 from frictool.kernels import kernel
 
@@ -52,22 +53,6 @@ def bump(window: int, period: float) -> Vector:
     """g (window - 2,), no unit, sum 1: the kernel whose second difference is c."""
     once = np.cumsum(acceleration_filter(window, period)) * period
     return np.asarray(np.cumsum(once[:-1])[:-1] * period, dtype=np.float64)
-
-
-def effort_weights(period: float, lag: float) -> tuple[float, float, float]:
-    """What u[k-1], u[k], u[k+1] weigh in the effort that acts over the triangle from sample k-1 to k+1; their sum is 1.
-
-    Between two samples u = u0 + (u1 - u0) f(s), s = 0..1, f = (1 - e^(-r s))/(1 - e^-r), r = period/lag: weights int s f and int (1-s) f.
-    """
-    if lag == 0.0:
-        return 0.5, 0.5, 0.0
-    r = period / lag
-    if r < 1e-3:
-        return 1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0  # f = s up to r/2
-    whole = -math.expm1(-r)
-    mean = (1.0 - whole / r) / whole
-    rising = (0.5 - (whole - r * math.exp(-r)) / r**2) / whole
-    return 0.5 - rising, rising + 0.5 - (mean - rising), mean - rising
 
 
 @kernel
