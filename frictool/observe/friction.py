@@ -1,0 +1,104 @@
+"""Friction along a log, with its interval: the model's law times what it has worn by (kernels/friction_along.py)."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from statistics import NormalDist
+from typing import TypeVar
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.model import Model
+from frictool.documents.quantity import Quantity
+from frictool.observe.estimate import Estimate, Range
+from frictool.observe.kernels.friction_along import GAPS, KNOWN, STATE_SIZE, ZONE_SIZE, friction_along
+from frictool.observe.samples import Piece, Vector
+from frictool.plant.axis_model import axis_of, load_of
+
+Matrix = NDArray[np.float64]
+S = TypeVar("S", bound=msgspec.Struct)
+NEVER = 1e30  # rad | m: end stops that no axis reaches, so that every axis has its laws in the kernels' array
+NONE = Range(0.0, 0.0, 0.0)
+
+
+class FrictionAlong:
+    """Follows the friction from piece to piece. confidence: of its intervals."""
+
+    def __init__(self, model: Model, confidence: float = 0.95) -> None:
+        self._axes = np.stack([_extended(one) for one in (model, _with_viscous(model, 0), _with_viscous(model, 1))])
+        self._load = load_of(model).as_array()
+        backlash = model.bench.mechanics.backlash or Quantity(0.0)
+        self._widths = np.array([backlash.value, *backlash.interval])
+        self._quantile = NormalDist().inv_cdf(0.5 + 0.5 * confidence)
+        self._state = np.zeros(STATE_SIZE)
+
+    def take(self, piece: Piece, velocity: Matrix, known: Sequence[tuple[int, Estimate]]) -> Matrix:
+        """Friction (3, n): value, low, high [N m | N], positive against a positive motion.
+
+        velocity (3, n): value, low, high. known: what is known of the wear from which sample of the piece on, the first from 0 on.
+        """
+        if not piece.follows:
+            self._state[KNOWN], self._state[GAPS:] = 0.0, 0.0
+        out = np.empty((3, piece.time.size))
+        ends = [*(start for start, _ in known[1:]), piece.time.size]
+        for (low, estimate), high in zip(known, ends, strict=True):
+            factors, zones = _worn(estimate)
+            part = slice(low, high)
+            friction_along(
+                self._axes,
+                self._load,
+                self._widths,
+                factors,
+                zones,
+                self._quantile,
+                piece.position[part],
+                velocity[:, part],
+                piece.effort[part],
+                self._state,
+                out[:, part],
+            )
+        return out
+
+
+def _worn(estimate: Estimate) -> tuple[Matrix, Matrix]:
+    """Wear forward and backward and added friction (3, 3), zones (k, 5), as the kernel takes them."""
+    both = Range(1.0, 1.0, 1.0) if estimate.kind == "additive" and estimate.added is not None else estimate.wear
+    sides = (both, both)
+    if estimate.kind == "directional":
+        sides = (estimate.forward or both, estimate.backward or both)
+    added = estimate.added if estimate.kind == "additive" and estimate.added is not None else NONE
+    factors = np.array([[one.value, one.low, one.high] for one in (*sides, added)])
+    zones = [[zone.low, zone.high, zone.wear.value, zone.wear.low, zone.wear.high] for zone in estimate.zones]
+    return factors, np.array(zones if estimate.kind == "zones" else []).reshape(-1, ZONE_SIZE)
+
+
+def _extended(model: Model) -> Vector:
+    axis = axis_of(model)
+    return axis._replace(laws=axis.laws._replace(stops=(-NEVER, NEVER))).as_array()
+
+
+def _with_viscous(model: Model, end: int) -> Model:
+    """The model with each viscous friction at one end of its interval, 0 the lower."""
+
+    def at_end(found: Quantity | None) -> Quantity | None:
+        return None if found is None else msgspec.structs.replace(found, value=max(0.0, found.interval[end]))
+
+    def replaced(part: S, *names: str) -> S:
+        return msgspec.structs.replace(part, **{name: at_end(getattr(part, name)) for name in names})
+
+    laws = model.laws
+    if laws is not None:
+        backward = None if laws.backward is None else replaced(laws.backward, "viscous")
+        regimes = tuple(replaced(regime, "viscous", "backward") for regime in laws.regimes)
+        laws = msgspec.structs.replace(laws, backward=backward, regimes=regimes)
+    return msgspec.structs.replace(model, parameters=replaced(model.parameters, "viscous"), laws=laws)
+
+
+def placed(piece: Piece, before: Estimate, found: Sequence[Estimate]) -> list[tuple[int, Estimate]]:
+    """From which sample of a piece on each estimate is known: the first after the last that it is from; of those at one sample the last."""
+    starts = [0, *(int(np.searchsorted(piece.time, one.time, side="right")) for one in found)]
+    pairs = [(start, one) for start, one in zip(starts, (before, *found), strict=True) if start < piece.time.size]
+    return [one for one, after in itertools.zip_longest(pairs, pairs[1:]) if after is None or after[0] > one[0]]

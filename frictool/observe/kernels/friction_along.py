@@ -1,0 +1,154 @@
+"""Friction along samples: in slip that of the model's law times what it has worn by, at rest the effort that the axis stands.
+
+    slip       direction (wear F(x, |v|) + added) + viscous v     F with its Stribeck curve (2.34), (4.41)
+    in a gap   direction F_gap                                    between motor and load of a backlash (4.45)
+    at rest    effort - offset - load(x)                          at most the breakaway, worn
+
+The gap is followed from the position alone, as a play, for the width and for either end of its interval.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.axis_friction import breakaway_at, coulomb_at, straight_line
+from frictool.kernels import kernel
+from frictool.plant.axis import BACKLASH_BREAKAWAY, BACKLASH_COULOMB, OFFSET
+from frictool.plant.axis_laws import STRIBECK_EXPONENT, STRIBECK_VELOCITY
+from frictool.plant.load import load_effort
+
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+
+# what is kept from sample to sample: position, effort, whether both are known, mean square of the effort's noise, how much that is worth,
+# gaps of the width's value, low, high
+LAST_X, LAST_EFFORT, KNOWN, NOISE, WEIGHT, GAPS = 0, 1, 2, 3, 4, 5
+STATE_SIZE = GAPS + 3
+FORGET = 1.0 / 256.0  # of the noise, a sample at rest
+VALUE, LOW, HIGH = 0, 1, 2
+ROUNDING = 1e-9  # of a gap's half width
+ZONE_SIZE = 5  # from, to, wear, low, high
+AXES = 3  # the model's axis, and with the viscous friction of either end of its interval
+
+
+@kernel
+def dry_friction(p: Vector, x: float, direction: float, speed: float) -> float:
+    """F [N m | N] in slip without the viscous part, after a long rest before it; p (EXTENDED_SIZE,)."""
+    level = coulomb_at(p, direction, x)
+    if p[STRIBECK_VELOCITY] > 0.0:
+        fall = math.exp(-((speed / p[STRIBECK_VELOCITY]) ** p[STRIBECK_EXPONENT]))
+        level += max(0.0, breakaway_at(p, direction, x, math.inf) - level) * fall
+    return level
+
+
+@kernel
+def viscous_friction(p: Vector, direction: float, speed: float) -> float:
+    """The viscous part [N m | N], across the knees of its regimes."""
+    added, viscous = straight_line(p, direction, speed)
+    return added + viscous * speed
+
+
+@kernel
+def _factor(factors: Matrix, zones: Matrix, x: float, direction: float, which: int) -> float:
+    """Wear at x in a direction; factors (3, 3): forward, backward, added."""
+    for row in range(zones.shape[0]):
+        if zones[row, 0] <= x < zones[row, 1]:
+            return float(zones[row, 2 + which])
+    return float(factors[0 if direction > 0.0 else 1, which])
+
+
+@kernel
+def _strongest(p: Vector, direction: float, x: float, factors: Matrix, zones: Matrix) -> float:
+    """What the axis stands at most at x [N m | N], worn as far as may be; not less than the friction inside a gap."""
+    worn = breakaway_at(p, direction, x, math.inf) * _factor(factors, zones, x, direction, HIGH) + factors[2, HIGH]
+    return max(worn, p[BACKLASH_BREAKAWAY])
+
+
+@kernel
+def _within(value: float, most: float) -> float:
+    return min(max(value, -most), most)
+
+
+@kernel
+def _side(axes: Matrix, x: float, direction: float, speed: float, factors: Matrix, zones: Matrix, which: int) -> tuple[float, float]:
+    """Worn dry friction and viscous friction of one end of what is known."""
+    dry = dry_friction(axes[0], x, direction, speed)
+    worn = _factor(factors, zones, x, direction, which) * dry + factors[2, which]
+    return worn, viscous_friction(axes[which], direction, speed)
+
+
+@kernel
+def _in_slip(axes: Matrix, x: float, v: float, factors: Matrix, zones: Matrix, loose: float) -> tuple[float, float, float]:
+    """Friction of an axis that slips: value, low, high. loose: the part of the widths for which it is inside its gap."""
+    direction, speed, inside = 1.0 if v > 0.0 else -1.0, abs(v), axes[0, BACKLASH_COULOMB]
+    if loose == 1.0:
+        return direction * inside, direction * inside, direction * inside
+    worn, viscous = _side(axes, x, direction, speed, factors, zones, VALUE)
+    least_worn, least_viscous = _side(axes, x, direction, speed, factors, zones, LOW)
+    most_worn, most_viscous = _side(axes, x, direction, speed, factors, zones, HIGH)
+    value = worn + viscous
+    low = max(0.0, value - math.hypot(least_worn - worn, least_viscous - viscous))
+    high = value + math.hypot(most_worn - worn, most_viscous - viscous)
+    if loose > 0.0:
+        low = min(low, inside)
+    return (value, low, high) if direction > 0.0 else (-value, -high, -low)
+
+
+@kernel
+def _play(state: Vector, x: float, direction: float, widths: Vector) -> float:
+    """Follows the gaps to x and says what part of the widths leaves the axis inside its gap."""
+    loose = 0
+    for which in range(3):
+        half = 0.5 * widths[which]
+        gap = min(max(state[GAPS + which] + (x - state[LAST_X]), -half), half)
+        state[GAPS + which] = gap
+        loose += direction * gap < half * (1.0 - ROUNDING)
+    return loose / 3.0
+
+
+@kernel
+def friction_along(
+    axes: Matrix,
+    load: Vector,
+    widths: Vector,
+    factors: Matrix,
+    zones: Matrix,
+    quantile: float,
+    x: Vector,
+    v: Matrix,
+    effort: Vector,
+    state: Vector,
+    out: Matrix,
+) -> None:
+    """Friction of samples that follow one another, out (3, n): value, low, high [N m | N].
+
+    axes (3, EXTENDED_SIZE): the model's, and those of its lowest and highest viscous friction. load: plant/load.py. widths (3,) of the gap.
+    factors (3, 3): wear forward, wear backward, added friction, each with low and high. zones (k, 5). quantile: of the normal law.
+    x, effort (n,); v (3, n); state (STATE_SIZE,), kept.
+    """
+    p = axes[0]
+    for k in range(x.shape[0]):
+        if state[KNOWN] == 0.0:
+            state[LAST_X], state[LAST_EFFORT], state[KNOWN] = x[k], effort[k], 1.0
+        speed = v[VALUE, k]
+        loose = _play(state, x[k], 1.0 if speed >= 0.0 else -1.0, widths)
+        if speed == 0.0:
+            held = effort[k] - p[OFFSET] - load_effort(load, x[k])
+            step = effort[k] - state[LAST_EFFORT]
+            state[NOISE] += FORGET * (0.5 * step * step - state[NOISE])
+            state[WEIGHT] += FORGET * (1.0 - state[WEIGHT])
+            spread = quantile * math.sqrt(state[NOISE] / state[WEIGHT])
+            most = _strongest(p, 1.0 if held >= 0.0 else -1.0, x[k], factors, zones)
+            value, low, high = _within(held, most), _within(held - spread, most), _within(held + spread, most)
+        else:
+            value, low, high = _in_slip(axes, x[k], speed, factors, zones, loose)
+            if v[LOW, k] < 0.0 and v[HIGH, k] > 0.0:  # nobody knows which way it moves: all that both ways allow
+                _, one, other = _in_slip(axes, x[k], v[LOW, k], factors, zones, loose)
+                low, high = min(low, one), max(high, other)
+                _, one, other = _in_slip(axes, x[k], v[HIGH, k], factors, zones, loose)
+                low, high = min(low, one), max(high, other)
+        out[VALUE, k], out[LOW, k], out[HIGH, k] = value, low, high
+        state[LAST_X], state[LAST_EFFORT] = x[k], effort[k]
