@@ -66,7 +66,7 @@ def switched_facts(observer: Observer) -> SwitchedFacts:
         forward=forward,
         backward=backward,
         stuck=(stuck.gains[0][0], stuck.gains[1][0]),
-        kept=own.stuck_speed_kept,
+        kept=own.stuck_speed,
         additive=additive,
         curves=(friction.forward, friction.backward),
         travel=(friction.over.low, friction.over.high),

@@ -108,7 +108,7 @@ def corrected(program: Program, position: Node, effort: Node, found: Found, chos
     if facts.offset != 0.0:
         push = push - program.constant(facts.offset, "observer_offset")
     slipping = omega + program.constant(facts.period / facts.inertia, "period_per_inertia") * push
-    standing = program.constant(facts.kept, "stuck_speed_kept") * omega
+    standing = program.constant(facts.kept, "stuck_speed") * omega
     program.update(STATES[1], program.select(chosen.is_stuck, standing, slipping) + chosen.gains[1] * error)
     program.update(STATES[2], program.select(chosen.is_stuck, wear, wear + chosen.gains[2] * error))
 

@@ -49,7 +49,7 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
     wear: multiplicative, friction alpha f (6.13); additive, f + alpha (6.22). switch_speed: Sigma, below which the mode is 0. weights: the
     diagonal of C-bar (6.19). decay: lambda, 1 where none was imposed. transitions: the pairs (i, j) for which (6.6) holds.
-    stuck_speed_kept: what A_0 multiplies the velocity by, 0 as (6.18) has it, 1 as (6.20).
+    stuck_speed: what A_0 multiplies the velocity by, 0 as (6.18) has it, or 1, so that a gain can move it (docs/theory/observers.md).
     gamma: that of the inequalities, evaluated again with the stored gains. switching_radius: worst spectral radius over the products of the
     two modes of an allowed pair. simulated_gain: the largest ||z||/||Delta|| seen along allowed switching sequences; at most gamma.
     """
@@ -61,7 +61,7 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     transitions: tuple[tuple[int, int], ...]
     gamma: PositiveNumber
     decay: Annotated[float, msgspec.Meta(gt=0, le=1)] = 1.0
-    stuck_speed_kept: Annotated[float, msgspec.Meta(ge=0, le=1)] = 0.0
+    stuck_speed: Annotated[float, msgspec.Meta(ge=0, le=1)] = 1.0
     switching_radius: float = 0.0
     simulated_gain: float = 0.0
 

@@ -43,7 +43,7 @@ def drawn_observer(
         modes=tuple(modes),
         transitions=tuple((i, j) for i in indices for j in indices),
         gamma=1.0,
-        stuck_speed_kept=kept,
+        stuck_speed=kept,
     )
     bench = clutch().bench
     return Observer(

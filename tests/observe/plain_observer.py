@@ -52,7 +52,7 @@ class PlainObserver:
         gains = [row[0] for row in mode.gains]
         theta = self.theta + period * self.omega + gains[0] * error
         if mode.direction == 0:
-            self.omega = self.own.stuck_speed_kept * self.omega + gains[1] * error
+            self.omega = self.own.stuck_speed * self.omega + gains[1] * error
         else:
             push = effort - friction
             push = push - known.viscous * self.omega if known.viscous else push
