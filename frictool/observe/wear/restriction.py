@@ -1,0 +1,122 @@
+"""What is taken to wear: the few parameters that the columns of a row are combinations of, and what is known of them before any move.
+
+    multiplicative   dry_d,z = wear            additive   dry_d,z = 1, level_d = d added            directional   dry_d,z = wear_d
+    zones            dry_d,z = wear_z
+
+Beside these every kind has the inertia, the viscous friction and its bends, and an offset: level_d = d offset (a current sensor's, say).
+
+What is known: wide where a unit may differ from the model, or grow old: inertia, viscous friction, wear; narrow where the model says what
+shape friction has over speed. A bend that the model has not is 0 within what SHAPE of the dry friction would need at top speed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.model import Model
+from frictool.documents.quantity import Quantity
+from frictool.observe.wear.layout import Layout
+
+Vector = NDArray[np.float64]
+
+INERTIA_SPREAD = 0.3  # standard deviations beside the model's intervals, of the value
+VISCOUS_SPREAD = 0.5
+SHAPE = 0.03  # of the dry friction at top speed
+OFFSET_SPREAD = 0.02  # of the dry friction
+WEAR_SPREAD = 0.5
+QUANTILE = 1.96  # of an interval's half width
+
+
+@dataclass(frozen=True)
+class Restriction:
+    """columns = fixed + matrix parameters: matrix (p, r), fixed (p,), names (r,); prior mean and deviation (r,) of each parameter."""
+
+    names: tuple[str, ...]
+    matrix: Vector
+    fixed: Vector
+    mean: Vector
+    deviation: Vector
+
+    def place(self, name: str) -> int:
+        """Where a parameter is."""
+        return self.names.index(name)
+
+
+def restriction(model: Model, layout: Layout, wear: Mapping[str, tuple[Vector, float, float]], fixed: Vector | None = None) -> Restriction:
+    """`wear`: of each of its parameters the columns (p,), the mean and the deviation known beforehand. fixed (p,): 0 where not given."""
+    known = _known(model, layout)
+    columns = [np.eye(len(layout.names))[:, layout.names.index(name)] for name in known]
+    given = [(name, *values) for name, values in known.items()]
+    return Restriction(
+        names=(*known, *wear),
+        matrix=np.column_stack([*columns, *(column for column, _, _ in wear.values())]) if columns else np.empty((0, 0)),
+        fixed=np.zeros(len(layout.names)) if fixed is None else fixed,
+        mean=np.array([*(mean for _, mean, _ in given), *(mean for _, mean, _ in wear.values())]),
+        deviation=np.array([*(spread for _, _, spread in given), *(spread for _, _, spread in wear.values())]),
+    )
+
+
+def dry_columns(layout: Layout, side: str | None = None, zone: int | None = None) -> Vector:
+    """1 at the columns (p,) of the dry friction, of one direction (`forward`, `backward`) or zone where that is given, 0 elsewhere."""
+    chosen = np.zeros(len(layout.names))
+    for place, name in enumerate(layout.names):
+        kind, *rest = name.split("_")
+        if kind == "dry" and side in (None, rest[0]) and zone in (None, int(rest[1])):
+            chosen[place] = 1.0
+    return chosen
+
+
+def level_columns(layout: Layout, backward: float, forward: float) -> Vector:
+    """What a level of one unit of effort is in the columns (p,)."""
+    given = {"level_backward": backward, "level_forward": forward}
+    return np.array([given.get(name, 0.0) for name in layout.names])
+
+
+def offset_of(layout: Layout) -> tuple[Vector, float, float]:
+    """An offset of the drive, which opposes a positive effort, beside the model's."""
+    return level_columns(layout, -1.0, 1.0), 0.0, OFFSET_SPREAD * layout.friction
+
+
+def multiplicative(model: Model, layout: Layout) -> Restriction:
+    """All dry friction is multiplied by `wear`."""
+    return restriction(model, layout, {"offset": offset_of(layout), "wear": (dry_columns(layout), 1.0, WEAR_SPREAD)})
+
+
+def _known(model: Model, layout: Layout) -> dict[str, tuple[float, float]]:
+    """(mean, deviation) of inertia, viscous friction and its bends."""
+    today, bench = model.parameters, model.bench.mechanics
+    top = (
+        bench.top_speed.value if bench.top_speed is not None else max([2.0 * float(knee) for knee in layout.knees], default=layout.slowest)
+    )
+    inertia = today.inertia
+    steep = max([today.viscous.value, bench.viscous.value])
+    out = {
+        "inertia": (inertia.value, float(np.hypot(INERTIA_SPREAD * inertia.value, _half(inertia) / QUANTILE))),
+        "viscous": (today.viscous.value, _spread(today.viscous, SHAPE * layout.friction / top)),
+    }
+    regimes = model.laws.regimes if model.laws is not None else ()
+    slope = today.viscous
+    bends = {regime.above.value: regime.viscous for regime in regimes}
+    for place, knee in enumerate(layout.knees):
+        own = bends.get(float(knee))
+        width = SHAPE * layout.friction / max(top - float(knee), 0.25 * top)
+        if own is None:
+            out[f"bend_{place}"] = (0.0, width)
+        else:
+            out[f"bend_{place}"] = (own.value - slope.value, max(_spread(own, width), _half(own), VISCOUS_SPREAD * steep))
+            slope = own
+    return out
+
+
+def _half(quantity: Quantity) -> float:
+    low, high = quantity.interval
+    return 0.5 * (high - low)
+
+
+def _spread(quantity: Quantity, least: float) -> float:
+    """Deviation of a viscous friction [N m s/rad | N s/m], which goes with the temperature."""
+    return float(np.sqrt((VISCOUS_SPREAD * quantity.value) ** 2 + (_half(quantity) / QUANTILE) ** 2 + least**2))
