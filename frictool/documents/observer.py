@@ -50,8 +50,10 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     wear: multiplicative, friction alpha f (6.13); additive, f + alpha (6.22). switch_speed: Sigma, below which the mode is 0. weights: the
     diagonal of C-bar (6.19). decay: lambda, 1 where none was imposed. transitions: the pairs (i, j) for which (6.6) holds.
     stuck_speed: what A_0 multiplies the velocity by, 0 as (6.18) has it, or 1, so that a gain can move it (docs/theory/observers.md).
-    gamma: that of the inequalities, evaluated again with the stored gains. switching_radius: worst spectral radius over the products of the
-    two modes of an allowed pair. simulated_gain: the largest ||z||/||Delta|| seen along allowed switching sequences; at most gamma.
+    gamma: that of the inequalities, evaluated again with the stored gains; smallest_gamma: without a decay. switching_radius: worst
+    spectral radius over the products of two modes that may alternate. simulated_gain: the largest ||z||/||Delta|| seen along allowed
+    switching sequences; at most gamma. In mode 0 alpha stands still, which the inequalities do not cover: motion_after_rest_s of motion
+    make up for a rest of any length.
     """
 
     wear: Literal["multiplicative", "additive"]
@@ -64,6 +66,8 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     stuck_speed: Annotated[float, msgspec.Meta(ge=0, le=1)] = 1.0
     switching_radius: float = 0.0
     simulated_gain: float = 0.0
+    smallest_gamma: float | None = None
+    motion_after_rest_s: float | None = None
 
     def __post_init__(self) -> None:
         known = [mode.index for mode in self.modes]

@@ -12,8 +12,8 @@ so that e' P e falls by lambda^2 a sample where Delta = 0, whatever the allowed 
 L_i = P_i^-1 V_i' (the thesis prints V' P^-1, and V > 0, which has neither a sign nor a square).
 
 The solver's word is not taken. With the gains and the P_i found, the smallest gamma of (6.9), which (6.6) implies, is the largest
-eigenvalue of a matrix in closed form, evaluated here; what cannot be proved so is no solution. States are put into units in which all is
-of order one, and then into those in which the mean P of the pass before is the unit matrix.
+eigenvalue of a matrix in closed form, evaluated here; what cannot be proved so is no solution. States are put into units in which what
+couples them is of order one, and then into those in which the mean P of the pass before is the unit matrix.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from numpy.typing import NDArray
 from scipy.linalg import cholesky
 
 from frictool.errors import NoSolutionError
-from frictool.lmi.coordinates import osborne
 from frictool.lmi.sdp import Assembled, assembled, solve, symmetric, upper_triangle
 
 Matrix = NDArray[np.float64]
 Switches = Sequence[tuple[int, int]]
 PASSES = 3  # of balancing
 ROOM, MOST_ROOM = 1.005, 1.01  # gamma over the smallest one, at which the gains are taken: inside the solutions and not on their edge
+HELD = 1e-3  # weight of the units given, in finding units
 UNSEEN = 1e-9  # smallest singular value of [A - z; C], of the largest, below which the mode of A at z is not seen
 
 
@@ -86,7 +86,8 @@ def synthesise(modes: Mapping[int, Subsystem], switches: Switches, decay: float 
     least, balanced = _least(modes, switches, decay, t) if decay < 1.0 else (without, balanced)
     if not np.isfinite(least.gamma):
         raise NoSolutionError(_unsolved(decay, without.gamma))
-    return replace(_centred(_Problem(modes, switches, decay, balanced), least), smallest_gamma=without.gamma)
+    best = _centred(_Problem(modes, switches, decay, balanced), least)
+    return replace(best, smallest_gamma=min(without.gamma, best.gamma))  # what decays solves the inequalities without a decay too
 
 
 def _least(modes: Mapping[int, Subsystem], switches: Switches, decay: float, t: Matrix) -> tuple[SwitchedGains, Matrix]:
@@ -220,12 +221,14 @@ def _centred(problem: _Problem, least: SwitchedGains) -> SwitchedGains:
 
 
 def _units(modes: Mapping[int, Subsystem]) -> Matrix:
-    """Units of the states in which what enters, moves and leaves them is of like size."""
-    systems = []
-    for mode in modes.values():
-        out = np.vstack([mode.weight / _largest(mode.weight), np.max(np.abs(mode.c / _rows(mode.c)), axis=0)])
-        systems.append(np.block([[mode.a, mode.q], [out, np.zeros((len(out), mode.q.shape[1]))]]))
-    return osborne(systems, len(systems[0]) - len(out))
+    """Units of the states in which what couples them in A is of order one, by least squares of its logarithms over all modes."""
+    coupling = np.max([np.abs(mode.a - np.diag(np.diag(mode.a))) for mode in modes.values()], axis=0)
+    n, rows, right = len(coupling), [], []
+    for i, j in zip(*np.nonzero(coupling), strict=True):
+        rows.append(np.eye(n)[j] - np.eye(n)[i])
+        right.append(-np.log(coupling[i, j]))
+    stacked = np.vstack([*rows, HELD * np.eye(n)])  # what is not coupled stays as it is
+    return np.diag(np.exp(np.linalg.lstsq(stacked, np.concatenate([right, np.zeros(n)]), rcond=None)[0]))
 
 
 def _unsolved(decay: float, without: float) -> str:

@@ -1,0 +1,1 @@
+"""Observers designed from a model and verified before they are written."""

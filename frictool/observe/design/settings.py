@@ -1,0 +1,61 @@
+"""What a switched observer is designed for, beside the model."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from frictool.documents.model import Model
+from frictool.documents.quantity import si_unit
+from frictool.errors import NoSolutionError
+
+Transitions = Literal["neighbours", "all"]
+
+DECAY, DECAY_PERIOD = 0.997, 1e-3  # a sample of so many seconds: a time constant of 0.333 s, which other periods keep
+SLOW = 1.0 / 40.0  # of the top speed: Sigma where nobody gives it; 10 rad/s of the clutch's 400
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the options of `observe design` ask for; None: derived from the model.
+
+    intervals: n of (6.15)-(6.16), for each direction whose friction varies with the position. switch_speed: Sigma [rad/s | m/s]. weights:
+    diagonal of C-bar (6.19). decay: lambda, by which the error falls a sample at least. inertia [kg m2 | kg]. transitions: neighbours, as
+    figure 6.3; all, any mode after any other. stuck_speed: what a sample leaves of the estimated speed in mode 0, the 1 that holds it or
+    the 0 of (6.18).
+    """
+
+    intervals: int = 10
+    switch_speed: float | None = None
+    weights: tuple[float, float, float] = (1.0, 100.0, 0.001)
+    decay: float | None = None
+    inertia: float | None = None
+    transitions: Transitions = "neighbours"
+    stuck_speed: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.stuck_speed <= 1.0:
+            raise ValueError(f"stuck_speed: found {self.stuck_speed:g}; allowed: 0 to 1")
+        if min(self.weights) < 0.0 or self.weights[1] <= 0.0:
+            raise ValueError(
+                f"weights: found {', '.join(f'{w:g}' for w in self.weights)}; allowed: none below 0, that of the speed above 0"
+            )
+
+
+def decay_of(model: Model, settings: Settings) -> float:
+    """Lambda a sample."""
+    return settings.decay if settings.decay is not None else math.pow(DECAY, model.bench.sample_period_s / DECAY_PERIOD)
+
+
+def switch_speed_of(model: Model, settings: Settings) -> float:
+    """Sigma [rad/s | m/s]. Raises NoSolutionError where neither the settings nor the bench's top speed give it."""
+    if settings.switch_speed is not None:
+        return settings.switch_speed
+    if model.bench.mechanics.top_speed is None:
+        unit = si_unit("velocity", model.axis)
+        raise NoSolutionError(
+            f"the speed below which the observer takes the axis to be stuck is not known: the bench has no mechanics.top_speed to take a "
+            f"fortieth of; give --switch-speed, such as 10{unit.replace(' ', '')}"
+        )
+    return SLOW * model.bench.mechanics.top_speed.value

@@ -1,0 +1,81 @@
+"""A switched observer from its modes: gains by (6.6), rounded as they are stored, verified, written down."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.model import Model
+from frictool.documents.observer import FrictionMap, Mode, Observer, Row, Switched
+from frictool.documents.provenance import Provenance
+from frictool.documents.quantity import Quantity, si_unit
+from frictool.lmi.switched_observer import synthesise
+from frictool.observe.design.matrices import Facts, subsystem
+from frictool.observe.design.settings import Settings, decay_of, switch_speed_of
+from frictool.observe.design.transitions import Switch
+from frictool.observe.design.verification import verify
+
+Matrix = NDArray[np.float64]
+DIGITS = 10  # of a stored gain
+
+
+def facts_of(model: Model, settings: Settings, friction: FrictionMap, wear: Literal["multiplicative", "additive"]) -> Facts:
+    """What all modes share."""
+    inertia = settings.inertia if settings.inertia is not None else model.parameters.inertia.value
+    return Facts(wear, model.bench.sample_period_s, inertia, friction.viscous, settings.stuck_speed, settings.weights)
+
+
+def designed(
+    model: Model,
+    settings: Settings,
+    provenance: Provenance,
+    facts: Facts,
+    friction: FrictionMap,
+    modes: list[Mode],
+    allowed: tuple[Switch, ...],
+) -> Observer:
+    """The observer with gains for `modes`, which come without. Raises NoSolutionError where there are none, or they are not verified."""
+    posed = {mode.index: subsystem(facts, mode.direction, mode.friction, mode.deviation) for mode in modes}
+    found = synthesise(posed, allowed, decay_of(model, settings))
+    gains = {index: _rounded(each) for index, each in found.gains.items()}
+    gains[0][2, 0] = 0.0  # alpha's estimate is what is measured in mode 0: nothing moves it there
+    proved = verify(posed, allowed, gains, found)
+    stored = tuple(
+        msgspec.structs.replace(mode, gains=_rows(gains[mode.index]), spectral_radius=proved.radii[mode.index]) for mode in modes
+    )
+    switched = Switched(
+        wear=facts.wear,
+        switch_speed=Quantity(switch_speed_of(model, settings), unit=si_unit("velocity", model.axis)),
+        weights=settings.weights,
+        modes=stored,
+        transitions=allowed,
+        gamma=proved.gamma,
+        decay=found.decay,
+        stuck_speed=settings.stuck_speed,
+        switching_radius=proved.switching_radius,
+        simulated_gain=proved.simulated_gain,
+        smallest_gamma=found.smallest_gamma,
+        motion_after_rest_s=proved.motion_samples(found.decay) * facts.period if found.decay < 1.0 else None,
+    )
+    return Observer(
+        "observer/1",
+        model.name,
+        model.axis,
+        facts.period,
+        Quantity(facts.inertia, unit=si_unit("inertia", model.axis)),
+        friction,
+        model.bench,
+        provenance,
+        switched=switched,
+    )
+
+
+def _rounded(gains: Matrix) -> Matrix:
+    return np.array([[float(f"{value:.{DIGITS - 1}e}") for value in row] for row in gains])
+
+
+def _rows(gains: Matrix) -> tuple[Row, ...]:
+    return tuple(tuple(float(value) + 0.0 for value in row) for row in gains)

@@ -1,0 +1,178 @@
+"""What is verified of a switched observer before it is written, from the gains as they are stored.
+
+The error's recursion is e(k+1) = (A_i - L_i C_i) e(k) + Q_i Delta(k), z = C-bar e (6.5). The inequalities promise, for every sequence of
+allowed switches, that e' P_i e falls by lambda^2 a sample where Delta = 0, and that |z| <= gamma |Delta| from no error. Here the loop is
+moved through time, which knows nothing of inequalities: every allowed pair (the first mode, then the second; to and fro where both ways are
+allowed) and random allowed sequences, with white, constant and worst disturbances, the last by alternating the recursion and its adjoint.
+
+A rest is another matter. In mode 0 the inequalities take alpha as measured, where in truth its own estimate is what is measured, and it
+stays as it is: an eigenvalue of 1, which no decay covers. Over a rest of any length and the first sample after it e' P e may grow by a
+factor, found here from the recursion as it really is; how long a motion has to last for its decay to make up for that is told.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.errors import NoSolutionError
+from frictool.lmi.switched_observer import Subsystem, SwitchedGains, proved_gamma
+
+Matrix = NDArray[np.float64]
+Switch = tuple[int, int]
+SAMPLES = 600  # of a simulated sequence
+WORST_ROUNDS = 6  # of the search for the worst disturbance
+RANDOM_SEQUENCES = 64
+SEED = 8
+LONGEST_REST = 4096  # samples; by then what a rest does to the speed is over
+ROUNDING = 1e-6  # relative
+
+
+@dataclass(frozen=True)
+class Verified:
+    """gamma: proved of the stored gains. radii: of A_i - L_i C_i. switching_radius: the worst over the products of two modes that may
+    alternate. simulated_gain: the largest |z|/|Delta| seen. growth: of e' P e over a rest of any length and the sample after it."""
+
+    gamma: float
+    radii: dict[int, float]
+    switching_radius: float
+    simulated_gain: float
+    growth: float
+
+    def motion_samples(self, decay: float) -> float:
+        """Samples of motion between two rests after which e' P e has fallen for certain; infinite without a decay."""
+        return math.inf if decay >= 1.0 else max(0.0, math.log(self.growth) / (-2.0 * math.log(decay)))
+
+
+def verify(modes: Mapping[int, Subsystem], switches: Sequence[Switch], gains: Mapping[int, Matrix], found: SwitchedGains) -> Verified:
+    """Verifies `gains` (n, m), as stored, with the P of `found`. Raises NoSolutionError naming what does not hold."""
+    gamma = proved_gamma(modes, switches, gains, found.p, found.t, found.decay)
+    if not math.isfinite(gamma):
+        raise NoSolutionError("not verified: (6.9) does not hold for the gains as they are stored; ask for a decay nearer to 1")
+    loops = {i: mode.a - gains[i] @ mode.c for i, mode in modes.items()}
+    radii = {i: radius(loop) for i, loop in loops.items()}
+    for index, value in radii.items():
+        if value >= 1.0:
+            raise NoSolutionError(f"not verified: mode {index} has an error with an eigenvalue of modulus {value:.6g}; it must be below 1")
+    both = [(i, j) for i, j in switches if (j, i) in switches]
+    switching = max(radius(loops[j] @ loops[i]) for i, j in both)
+    if switching >= 1.0:
+        raise NoSolutionError(f"not verified: two modes that alternate have an error that grows, by {switching:.6g} in two samples")
+    gain = _simulated(modes, loops, _sequences(switches), found)
+    if gain > gamma * (1.0 + ROUNDING):
+        raise NoSolutionError(f"not verified: in simulation |z|/|Delta| is {gain:.6g}, above the gamma of {gamma:.6g} that was found")
+    return Verified(gamma, radii, switching, gain, _growth_over_rest(modes[0], gains[0], switches, found))
+
+
+def radius(matrix: Matrix) -> float:
+    """The largest modulus of an eigenvalue."""
+    return float(np.max(np.abs(np.linalg.eigvals(matrix))))
+
+
+def _sequences(switches: Sequence[Switch]) -> NDArray[np.intp]:
+    """Modes (k, SAMPLES + 1) that follow one another as allowed, whatever their numbers."""
+    allowed = set(switches)
+    after = {i: sorted(j for i_, j in allowed if i_ == i) for i in sorted({i for i, _ in allowed})}
+    first = np.arange(SAMPLES + 1) <= SAMPLES // 2
+    rows = [np.where(first, i, j) for i, j in sorted(allowed) if (i, i) in allowed and (j, j) in allowed]
+    rows += [np.where(np.arange(SAMPLES + 1) % 2 == 0, i, j) for i, j in sorted(allowed) if i < j and (j, i) in allowed]
+    random = np.random.default_rng(SEED)
+    for number in range(RANDOM_SEQUENCES):
+        stay = 0.0 if number % 2 else float(random.uniform(0.5, 0.99))  # every second one switches as often as it can
+        now, row = int(random.choice(list(after))), []
+        for _ in range(SAMPLES + 1):
+            row.append(now)
+            if not (now in after[now] and random.uniform() < stay):
+                now = int(random.choice(after[now]))
+        rows.append(np.array(row))
+    return np.array(rows)
+
+
+def _simulated(modes: Mapping[int, Subsystem], loops: Mapping[int, Matrix], sequences: NDArray[np.intp], found: SwitchedGains) -> float:
+    """The largest |z|/|Delta| over the sequences. Raises NoSolutionError where e' P e does not fall by lambda^2 without a disturbance."""
+    numbers = sorted(modes)
+    index = np.searchsorted(numbers, sequences).T  # (SAMPLES + 1, k)
+    t = found.t
+    back = np.linalg.inv(t)
+    a = np.array([back @ loops[i] @ t for i in numbers])
+    q = np.array([back @ modes[i].q for i in numbers])
+    weight = np.array([modes[i].weight @ t for i in numbers])
+    p = np.array([found.p[i] for i in numbers])
+    _refuse_rising(a, p, index, found.decay)
+    random = np.random.default_rng(SEED + 1)
+    shape = (len(index) - 1, index.shape[1], q.shape[2])
+    gain, worst = 0.0, random.normal(size=shape)
+    for delta in (random.normal(size=shape), np.ones(shape)):
+        gain = max(gain, float(np.max(_norm(_forward(a, q, weight, index, delta)) / _norm(delta))))
+    for _ in range(WORST_ROUNDS):
+        out = _forward(a, q, weight, index, worst)
+        gain = max(gain, float(np.max(_norm(out) / np.maximum(_norm(worst), 1e-300))))
+        worst = _adjoint(a, q, weight, index, out)
+        worst /= np.maximum(_norm(worst), 1e-300)[None, :, None]
+    return gain
+
+
+def _norm(signal: Matrix) -> Matrix:
+    """(k,) of signals (samples, k, m)."""
+    return np.asarray(np.sqrt(np.sum(signal**2, axis=(0, 2))))
+
+
+def _forward(a: Matrix, q: Matrix, weight: Matrix, index: NDArray[np.intp], delta: Matrix) -> Matrix:
+    """z (samples, k, p) of disturbances (samples, k, w), from no error."""
+    e, out = np.zeros((index.shape[1], a.shape[1])), []
+    for now, disturbance in zip(index[:-1], delta, strict=True):
+        out.append(np.einsum("kij,kj->ki", weight[now], e))
+        e = np.einsum("kij,kj->ki", a[now], e) + np.einsum("kij,kj->ki", q[now], disturbance)
+    return np.array(out)
+
+
+def _adjoint(a: Matrix, q: Matrix, weight: Matrix, index: NDArray[np.intp], z: Matrix) -> Matrix:
+    """The adjoint of `_forward`: disturbances (samples, k, w) of outputs (samples, k, p)."""
+    s, out = np.zeros((index.shape[1], a.shape[1])), []
+    for now, seen in zip(index[-2::-1], z[::-1], strict=True):
+        out.append(np.einsum("kji,kj->ki", q[now], s))
+        s = np.einsum("kji,kj->ki", a[now], s) + np.einsum("kji,kj->ki", weight[now], seen)
+    return np.array(out[::-1])
+
+
+def _refuse_rising(a: Matrix, p: Matrix, index: NDArray[np.intp], decay: float) -> None:
+    """Raises NoSolutionError where e' P e does not fall by decay^2 at some sample of a sequence, from a random error."""
+    e = np.random.default_rng(SEED + 2).normal(size=(index.shape[1], a.shape[1]))
+    value = np.einsum("ki,kij,kj->k", e, p[index[0]], e)
+    for now, then in itertools.pairwise(index):
+        e = np.einsum("kij,kj->ki", a[now], e)
+        after = np.einsum("ki,kij,kj->k", e, p[then], e)
+        if np.any(after > decay**2 * value * (1.0 + ROUNDING)):
+            raise NoSolutionError("not verified: in simulation the error's Lyapunov function does not fall by the decay that was proved")
+        value = np.where(after > 1e-200, after, 0.0)
+        e = np.where(after[:, None] > 1e-200, e, 0.0)
+
+
+def _growth_over_rest(mode: Subsystem, gains: Matrix, switches: Sequence[Switch], found: SwitchedGains) -> float:
+    """The largest factor of e' P e from the first sample of a rest to the first of a motion, alpha's estimate standing still.
+
+    Raises NoSolutionError where the error of position and speed does not die out in a rest.
+    """
+    resting = mode.a - gains[:, :1] @ mode.c[:1]
+    resting[2] = (0.0, 0.0, 1.0)
+    if radius(resting[:2, :2]) >= 1.0:
+        raise NoSolutionError(
+            "not verified: in mode 0, with alpha's estimate standing still, the errors of position and speed have an eigenvalue of "
+            f"modulus {radius(resting[:2, :2]):.6g}; it must be below 1"
+        )
+    t = found.t
+    step = np.linalg.solve(t, resting @ t)
+    root = np.linalg.inv(np.linalg.cholesky(found.p[0])).T  # P_0 becomes the unit matrix
+    moves = [found.p[j] for i, j in switches if i == 0 and j != 0]
+    worst, length, over = 1.0, 1, step @ root
+    while length <= LONGEST_REST:
+        worst = max(worst, *(float(np.linalg.eigvalsh(over.T @ p @ over)[-1]) for p in moves))
+        over, length = step @ over, length + 1
+        if np.max(np.abs(step @ over - over)) <= 1e-12 * np.max(np.abs(over)):
+            break
+    return worst
