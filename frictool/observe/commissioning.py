@@ -1,0 +1,41 @@
+"""A unit's estimate at commissioning, and the ratio of a later one to it: what both share, the actuator's constant, is not in it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+from frictool.errors import InputFileError
+from frictool.observe.estimate import Estimate, Range
+
+
+@dataclass(frozen=True)
+class Commissioning:
+    """The wear that a unit had, and where that is from."""
+
+    wear: Range
+    source: str
+
+    def ratio(self, estimate: Estimate) -> Range:
+        """Of the wear now to the wear then."""
+        return estimate.wear.over(self.wear)
+
+
+def commissioned(estimate: Estimate, source: str) -> Commissioning:
+    """From the estimate of the unit's first log. Raises InputFileError where it tells no wear."""
+    if not estimate.moves or not estimate.wear.low > 0.0:
+        raise InputFileError(source, f"tells no wear to compare with: {estimate.moves} moves; a commissioning log needs some")
+    return Commissioning(estimate.wear, source)
+
+
+def read_commissioning(path: Path) -> Commissioning:
+    """From the --json of the run along the unit's first log. Raises InputFileError where it is none."""
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+        wear = Range(*(float(found["wear"][key]) for key in ("value", "low", "high")))
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputFileError(path, f"is no --json of `frictool observe run`: {type(error).__name__} {error}") from None
+    if not 0.0 < wear.low <= wear.value <= wear.high:
+        raise InputFileError(path, f"wear is {wear.value:g} in [{wear.low:g}, {wear.high:g}]; allowed: 0 < low <= value <= high")
+    return Commissioning(wear, str(path))
