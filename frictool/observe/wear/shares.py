@@ -1,0 +1,44 @@
+"""Friction of some directions and zones over the model's, as weights of the columns' parameters: what an interval of theirs is taken of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.friction.position_polynomial import mean_over
+from frictool.observe.wear.layout import Layout
+from frictool.observe.wear.restriction import dry_columns, level_columns
+
+Vector = NDArray[np.float64]
+SIDES = ("backward", "forward")
+
+
+def zone_mean(layout: Layout, zone: int) -> Vector:
+    """Weights (p,) of the plain mean of a zone's two directions."""
+    columns = dry_columns(layout, zone=zone)
+    return np.asarray(columns / np.sum(columns))
+
+
+def friction_share(layout: Layout, zones: Sequence[int], side: str | None = None) -> Vector:
+    """Weights (p,) of the friction over the model's in the mean over `zones`; of one direction, or of both."""
+    sides = SIDES if side is None else (side,)
+    bounded = np.all(np.isfinite(layout.edges)) and layout.edges[0] < layout.edges[-1]
+    spans = {zone: float(layout.edges[zone + 1] - layout.edges[zone]) if bounded else 1.0 for zone in zones}
+    weights, whole = np.zeros(len(layout.names)), 0.0
+    for name in sides:
+        for zone, span in spans.items():
+            part = span * _mean_friction(layout, name, zone)
+            weights[layout.names.index(f"dry_{name}_{zone}")] = part
+            whole += part
+    levels = level_columns(layout, *(sum(spans.values()) if name in sides else 0.0 for name in SIDES))
+    return np.asarray((weights + levels) / whole)
+
+
+def _mean_friction(layout: Layout, side: str, zone: int) -> float:
+    """The model's own, over a zone [N m | N]."""
+    curve, (low, high) = layout.dry[SIDES.index(side)], layout.mapped
+    if not np.isfinite(low):
+        return float(curve[0])
+    return mean_over(curve, float(low), float(high), float(layout.edges[zone]), float(layout.edges[zone + 1]))
