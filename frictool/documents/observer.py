@@ -52,8 +52,8 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     stuck_speed: what A_0 multiplies the velocity by, 0 as (6.18) has it, or 1, so that a gain can move it (docs/theory/observers.md).
     gamma: that of the inequalities, evaluated again with the stored gains; smallest_gamma: without a decay. switching_radius: worst
     spectral radius over the products of two modes that may alternate. simulated_gain: the largest ||z||/||Delta|| seen along allowed
-    switching sequences; at most gamma. In mode 0 alpha stands still, which the inequalities do not cover: motion_after_rest_s of motion
-    make up for a rest of any length.
+    switching sequences; at most gamma. Of what the inequalities do not cover: motion_after_rest_s of motion make up for a rest of any
+    length, in which alpha stands still, motion_after_turn_s for a switch between moving modes that is not in `transitions`.
     """
 
     wear: Literal["multiplicative", "additive"]
@@ -68,6 +68,7 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     simulated_gain: float = 0.0
     smallest_gamma: float | None = None
     motion_after_rest_s: float | None = None
+    motion_after_turn_s: float | None = None
 
     def __post_init__(self) -> None:
         known = [mode.index for mode in self.modes]
@@ -78,16 +79,34 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
                 raise ValueError(f"transitions: found {list(pair)}; allowed: pairs of the modes' indices")
 
 
+class Knee(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Above a speed the viscous friction grows by `steeper` [N m s/rad | N s/m] (figure 4.10)."""
+
+    above: PositiveVelocity
+    steeper: float
+
+
+class Backlash(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Between motor and load (4.45): full width [rad | m], and the friction [N m | N] of the motor alone inside it."""
+
+    width: PositiveNumber
+    friction: Annotated[float, msgspec.Meta(ge=0)]
+
+
 class Tracking(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """An observer of position, velocity and disturbance that moves by the model and is put right by what the encoder excludes.
 
-    gains: of the innovation, on position [1], velocity [1/s] and disturbance [N m/rad s | N/m s], each times the sample period where it
-    integrates. cell: the innovation is what a position misses the encoder's cell by [rad | m], 0: the whole difference.
+    gains: of the innovation, on position [1], velocity [1/s] and disturbance [N m/rad | N/m], a sample; three poles at exp(-bandwidth T).
+    cell: the innovation is what a position misses so much of the encoder's cell by [rad | m], 0: the whole difference.
+    breakaway_ratio: of the friction at rest, over that in slip.
     """
 
     gains: tuple[float, float, float]
     bandwidth_rad_s: PositiveNumber
     cell: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+    breakaway_ratio: Annotated[float, msgspec.Meta(ge=1)] = 1.0
+    knees: tuple[Knee, ...] = ()
+    backlash: Backlash | None = None
 
 
 class Observer(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

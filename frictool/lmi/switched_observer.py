@@ -31,7 +31,7 @@ from frictool.lmi.sdp import Assembled, assembled, solve, symmetric, upper_trian
 Matrix = NDArray[np.float64]
 Switches = Sequence[tuple[int, int]]
 PASSES = 3  # of balancing
-ROOM, MOST_ROOM = 1.005, 1.01  # gamma over the smallest one, at which the gains are taken: inside the solutions and not on their edge
+ROOM, MOST_ROOM = 1.005, 1.008  # gamma over the smallest one, at which the gains are taken: inside the solutions, not on their edge
 HELD = 1e-3  # weight of the units given, in finding units
 UNSEEN = 1e-9  # smallest singular value of [A - z; C], of the largest, below which the mode of A at z is not seen
 
@@ -82,25 +82,27 @@ def synthesise(modes: Mapping[int, Subsystem], switches: Switches, decay: float 
     t = _units(modes)
     for index, mode in modes.items():
         refuse_undetectable(index, mode.in_states(t))
-    without, balanced = _least(modes, switches, 1.0, t)
-    least, balanced = _least(modes, switches, decay, t) if decay < 1.0 else (without, balanced)
-    if not np.isfinite(least.gamma):
+    without = min(_candidates(modes, switches, 1.0, t), key=lambda found: found.gamma)
+    found = _candidates(modes, switches, decay, t)
+    least = min(each.gamma for each in found)
+    if not np.isfinite(least):
         raise NoSolutionError(_unsolved(decay, without.gamma))
-    best = _centred(_Problem(modes, switches, decay, balanced), least)
-    return replace(best, smallest_gamma=min(without.gamma, best.gamma))  # what decays solves the inequalities without a decay too
+    best = next(each for each in found if each.gamma <= MOST_ROOM * least)
+    return replace(best, smallest_gamma=min(without.gamma, least))  # what decays solves the inequalities without a decay too
 
 
-def _least(modes: Mapping[int, Subsystem], switches: Switches, decay: float, t: Matrix) -> tuple[SwitchedGains, Matrix]:
-    """The smallest gamma that is proved, infinite where none is, and the states in which its mean P is the unit matrix."""
-    best, balanced = SwitchedGains({}, np.inf, decay, np.inf, {}, t), t
+def _candidates(modes: Mapping[int, Subsystem], switches: Switches, decay: float, t: Matrix) -> list[SwitchedGains]:
+    """Gains a little inside of the smallest gamma, of the best states first, then those at it; of infinite gamma where none is proved."""
+    inner, edge = [], []
     for _ in range(PASSES):
-        found = _Problem(modes, switches, decay, balanced).smallest()
-        if not np.isfinite(found.gamma):
+        problem = _Problem(modes, switches, decay, t)
+        asked, found = problem.smallest()
+        if not found.p:
             break
-        balanced = balanced @ np.linalg.inv(cholesky(np.mean(list(found.p.values()), axis=0)))
-        if found.gamma < best.gamma:
-            best, t = found, balanced
-    return best, t
+        inner.append(problem.inside(ROOM * asked))
+        edge.append(found)
+        t = t @ np.linalg.inv(cholesky(np.mean(list(found.p.values()), axis=0)))
+    return [*reversed(inner), *reversed(edge), _nothing(decay, t)]
 
 
 def proved_gamma(
@@ -145,7 +147,7 @@ class _Problem:
         posed = {index: mode.in_states(t) for index, mode in modes.items()}
         self.n = len(t)
         self.half = self.n * (self.n + 1) // 2
-        weight, entering = (max(_largest(getattr(mode, part)) for mode in posed.values()) for part in ("weight", "q"))
+        weight, entering = (_largest(np.vstack([getattr(mode, part) for mode in posed.values()])) for part in ("weight", "q"))
         self.weight, self.unit = weight, weight * entering  # the latter of gamma
         self.posed = {i: Subsystem(m.a, m.c / _rows(m.c), m.q / entering, m.weight / weight) for i, m in posed.items()}
         self.first, count = {}, 0
@@ -154,9 +156,10 @@ class _Problem:
             count += self.half + self.n * len(mode.c)
         self.count = count + 1
 
-    def smallest(self) -> SwitchedGains:
-        """The gains of the smallest gamma."""
-        return self.gains(solve(np.eye(self.count)[-1], [self.inequality(i, j) for i, j in self.switches]).x)
+    def smallest(self) -> tuple[float, SwitchedGains]:
+        """The smallest gamma as the solver says it, and its gains."""
+        x = solve(np.eye(self.count)[-1], [self.inequality(i, j) for i, j in self.switches]).x
+        return self.unit * float(np.sqrt(max(x[-1], 0.0))), self.gains(x)
 
     def inside(self, gamma: float) -> SwitchedGains:
         """The gains that satisfy the inequalities at `gamma` by the largest margin."""
@@ -195,7 +198,7 @@ class _Problem:
             p[index] = self.weight**2 * symmetric(own[: self.half], self.n)  # of the weights as they are
             v = own[self.half : self.half + self.n * len(mode.c)].reshape(len(mode.c), self.n)
             if not np.all(np.isfinite(own)) or np.linalg.eigvalsh(p[index])[0] <= 0.0:
-                return SwitchedGains({}, np.inf, self.decay, np.inf, {}, self.t)
+                return _nothing(self.decay, self.t)
             gains[index] = self.weight**2 * self.t @ np.linalg.solve(p[index], v.T) / _rows(self.modes[index].c @ self.t).T
         proved = proved_gamma(self.modes, self.switches, gains, p, self.t, self.decay)
         return SwitchedGains(gains, proved, self.decay, np.inf, p, self.t)
@@ -214,10 +217,8 @@ def _inequality(mode: Subsystem, decay: float, p_i: Matrix, p_j: Matrix, v: Matr
     return whole
 
 
-def _centred(problem: _Problem, least: SwitchedGains) -> SwitchedGains:
-    """The gains a little inside of the smallest gamma, or at it where the solver finds none there."""
-    found = problem.inside(ROOM * least.gamma)
-    return found if found.gamma <= MOST_ROOM * least.gamma else least
+def _nothing(decay: float, t: Matrix) -> SwitchedGains:
+    return SwitchedGains({}, np.inf, decay, np.inf, {}, t)
 
 
 def _units(modes: Mapping[int, Subsystem]) -> Matrix:

@@ -10,7 +10,7 @@ from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
 from frictool.errors import NoSolutionError
 
-Transitions = Literal["neighbours", "all"]
+Transitions = Literal["neighbours", "direction"]
 
 DECAY, DECAY_PERIOD = 0.997, 1e-3  # a sample of so many seconds: a time constant of 0.333 s, which other periods keep
 SLOW = 1.0 / 40.0  # of the top speed: Sigma where nobody gives it; 10 rad/s of the clutch's 400
@@ -22,8 +22,8 @@ class Settings:
 
     intervals: n of (6.15)-(6.16), for each direction whose friction varies with the position. switch_speed: Sigma [rad/s | m/s]. weights:
     diagonal of C-bar (6.19). decay: lambda, by which the error falls a sample at least. inertia [kg m2 | kg]. transitions: neighbours, as
-    figure 6.3; all, any mode after any other. stuck_speed: what a sample leaves of the estimated speed in mode 0, the 1 that holds it or
-    the 0 of (6.18).
+    figure 6.3; direction, any interval of a direction after any other. stuck_speed: what a sample leaves of the estimated speed in mode
+    0, the 1 that holds it or the 0 of (6.18).
     """
 
     intervals: int = 10

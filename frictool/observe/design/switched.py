@@ -16,7 +16,7 @@ from frictool.lmi.switched_observer import synthesise
 from frictool.observe.design.matrices import Facts, subsystem
 from frictool.observe.design.settings import Settings, decay_of, switch_speed_of
 from frictool.observe.design.transitions import Switch
-from frictool.observe.design.verification import verify
+from frictool.observe.design.verification import motion_samples, verify
 
 Matrix = NDArray[np.float64]
 DIGITS = 10  # of a stored gain
@@ -58,7 +58,8 @@ def designed(
         switching_radius=proved.switching_radius,
         simulated_gain=proved.simulated_gain,
         smallest_gamma=found.smallest_gamma,
-        motion_after_rest_s=proved.motion_samples(found.decay) * facts.period if found.decay < 1.0 else None,
+        motion_after_rest_s=_seconds(motion_samples(proved.rest, found.decay), facts.period),
+        motion_after_turn_s=_seconds(motion_samples(proved.turn, found.decay), facts.period),
     )
     return Observer(
         "observer/1",
@@ -71,6 +72,10 @@ def designed(
         provenance,
         switched=switched,
     )
+
+
+def _seconds(samples: float | None, period: float) -> float | None:
+    return None if samples is None else samples * period
 
 
 def _rounded(gains: Matrix) -> Matrix:

@@ -7,7 +7,8 @@ allowed) and random allowed sequences, with white, constant and worst disturbanc
 
 A rest is another matter. In mode 0 the inequalities take alpha as measured, where in truth its own estimate is what is measured, and it
 stays as it is: an eigenvalue of 1, which no decay covers. Over a rest of any length and the first sample after it e' P e may grow by a
-factor, found here from the recursion as it really is; how long a motion has to last for its decay to make up for that is told.
+factor, found here from the recursion as it really is; so it may at a switch between two moving modes that is not allowed, such as a turn
+that skips mode 0. How long a motion has to last for its decay to make up for either is told.
 """
 
 from __future__ import annotations
@@ -36,17 +37,20 @@ ROUNDING = 1e-6  # relative
 @dataclass(frozen=True)
 class Verified:
     """gamma: proved of the stored gains. radii: of A_i - L_i C_i. switching_radius: the worst over the products of two modes that may
-    alternate. simulated_gain: the largest |z|/|Delta| seen. growth: of e' P e over a rest of any length and the sample after it."""
+    alternate. simulated_gain: the largest |z|/|Delta| seen. rest, turn: growth of e' P e over a rest of any length and the sample after it,
+    and over a switch between moving modes that is not allowed."""
 
     gamma: float
     radii: dict[int, float]
     switching_radius: float
     simulated_gain: float
-    growth: float
+    rest: float
+    turn: float
 
-    def motion_samples(self, decay: float) -> float:
-        """Samples of motion between two rests after which e' P e has fallen for certain; infinite without a decay."""
-        return math.inf if decay >= 1.0 else max(0.0, math.log(self.growth) / (-2.0 * math.log(decay)))
+
+def motion_samples(growth: float, decay: float) -> float | None:
+    """Samples of motion whose decay makes up for a growth of e' P e; None without a decay."""
+    return None if decay >= 1.0 else max(0.0, math.log(growth) / (-2.0 * math.log(decay)))
 
 
 def verify(modes: Mapping[int, Subsystem], switches: Sequence[Switch], gains: Mapping[int, Matrix], found: SwitchedGains) -> Verified:
@@ -66,7 +70,7 @@ def verify(modes: Mapping[int, Subsystem], switches: Sequence[Switch], gains: Ma
     gain = _simulated(modes, loops, _sequences(switches), found)
     if gain > gamma * (1.0 + ROUNDING):
         raise NoSolutionError(f"not verified: in simulation |z|/|Delta| is {gain:.6g}, above the gamma of {gamma:.6g} that was found")
-    return Verified(gamma, radii, switching, gain, _growth_over_rest(modes[0], gains[0], switches, found))
+    return Verified(gamma, radii, switching, gain, _over_rest(modes[0], gains[0], switches, found), _over_turn(loops, switches, found))
 
 
 def radius(matrix: Matrix) -> float:
@@ -153,7 +157,7 @@ def _refuse_rising(a: Matrix, p: Matrix, index: NDArray[np.intp], decay: float) 
         e = np.where(after[:, None] > 1e-200, e, 0.0)
 
 
-def _growth_over_rest(mode: Subsystem, gains: Matrix, switches: Sequence[Switch], found: SwitchedGains) -> float:
+def _over_rest(mode: Subsystem, gains: Matrix, switches: Sequence[Switch], found: SwitchedGains) -> float:
     """The largest factor of e' P e from the first sample of a rest to the first of a motion, alpha's estimate standing still.
 
     Raises NoSolutionError where the error of position and speed does not die out in a rest.
@@ -176,3 +180,11 @@ def _growth_over_rest(mode: Subsystem, gains: Matrix, switches: Sequence[Switch]
         if np.max(np.abs(step @ over - over)) <= 1e-12 * np.max(np.abs(over)):
             break
     return worst
+
+
+def _over_turn(loops: Mapping[int, Matrix], switches: Sequence[Switch], found: SwitchedGains) -> float:
+    """The largest factor of e' P e at a switch between moving modes that is not allowed."""
+    posed = {i: np.linalg.solve(found.t, loop @ found.t) @ np.linalg.inv(np.linalg.cholesky(found.p[i])).T for i, loop in loops.items()}
+    allowed, moving = set(switches), [i for i in loops if i]
+    steps = [(posed[i], found.p[j]) for i in moving for j in moving if (i, j) not in allowed]
+    return max([1.0, *(float(np.linalg.eigvalsh(step.T @ p @ step)[-1]) for step, p in steps)])

@@ -1,0 +1,95 @@
+"""What `observe design` tells people, and machines, of an observer."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from frictool.documents.model import Model
+from frictool.documents.observer import Mode, Observer, Switched
+from frictool.documents.quantity import si_unit
+from frictool.observe.design.notes import count_speed, notes, time_constant
+
+
+def text(observer: Observer, model: Model) -> str:
+    """For people."""
+    switched = observer.switched
+    assert switched is not None
+    unit = si_unit("velocity", observer.axis)
+    lines = [
+        f"{observer.name}: {switched.wear} switched observer, {observer.sample_period_s * 1e3:g} ms, {len(switched.modes)} modes, "
+        f"{len(switched.transitions)} switches, stuck below {switched.switch_speed.value:g} {unit}",
+        f"gamma {switched.gamma:.4g}{_without(switched)}, seen in simulation {switched.simulated_gain:.4g}; "
+        f"the error falls by {switched.decay:.5g} a sample at least",
+        *_table(observer, switched),
+        f"two modes that alternate: spectral radius {switched.switching_radius:.4f}",
+        f"alpha: {_span([time_constant(mode.spectral_radius, observer.sample_period_s) for mode in switched.modes if mode.direction])} ms",
+        *(f"note: {line}" for line in notes(observer, model)),
+    ]
+    return "\n".join(lines)
+
+
+def machine(observer: Observer, model: Model) -> dict[str, Any]:
+    """The machine's view."""
+    switched = observer.switched
+    assert switched is not None
+    return {
+        "kind": observer.kind,
+        "gamma": switched.gamma,
+        "smallest_gamma": switched.smallest_gamma,
+        "simulated_gain": switched.simulated_gain,
+        "decay": switched.decay,
+        "switch_speed": switched.switch_speed.value,
+        "weights": list(switched.weights),
+        "switching_radius": switched.switching_radius,
+        "stuck_speed": switched.stuck_speed,
+        "motion_after_rest_s": switched.motion_after_rest_s,
+        "motion_after_turn_s": switched.motion_after_turn_s,
+        "count_speed": count_speed(observer),
+        "modes": [_mode(mode, observer.sample_period_s) for mode in switched.modes],
+        "transitions": [list(pair) for pair in switched.transitions],
+        "notes": notes(observer, model),
+    }
+
+
+def _mode(mode: Mode, period: float) -> dict[str, Any]:
+    return {
+        "index": mode.index,
+        "direction": mode.direction,
+        "over": None if mode.over is None else list(mode.over),
+        "friction": mode.friction,
+        "deviation": mode.deviation,
+        "gains": [list(row) for row in mode.gains],
+        "spectral_radius": mode.spectral_radius,
+        "time_constant_s": time_constant(mode.spectral_radius, period),
+    }
+
+
+def _without(switched: Switched) -> str:
+    least = switched.smallest_gamma
+    return "" if least is None or switched.decay == 1.0 else f" ({least:.4g} without a decay)"
+
+
+def _table(observer: Observer, switched: Switched) -> list[str]:
+    """A row a mode."""
+    heads = (
+        "mode",
+        f"over {si_unit('position', observer.axis)}",
+        f"friction {si_unit('effort', observer.axis)}",
+        "deviation",
+        "L",
+        "radius",
+    )
+    rows = [heads, *(_row(mode) for mode in switched.modes)]
+    widths = [max(len(row[column]) for row in rows) for column in range(len(heads))]
+    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+
+
+def _row(mode: Mode) -> tuple[str, ...]:
+    over = "" if mode.over is None else f"{mode.over[0]:.4g} .. {mode.over[1]:.4g}"
+    size = ("", "") if not mode.friction else (f"{mode.friction:.4g}", f"{mode.deviation:.3g}")
+    return (str(mode.index), over, *size, " ".join(f"{row[0]:.4g}" for row in mode.gains), f"{mode.spectral_radius:.4f}")
+
+
+def _span(seconds: list[float]) -> str:
+    low, high = 1e3 * min(seconds), 1e3 * max(seconds)
+    return f"time constant {low:.3g} to {high:.3g}"
