@@ -2,8 +2,8 @@
 
     Piece ──moves.py──▶ Move ──filter.py──▶ wear, inertia, viscous friction, offset ──▶ Estimate, one after each move
 
-Wear walks by WALK a move. A move that alone would put it further off than SURPRISE deviations of its own makes it walk as far as explains
-the move, along WALKS: worn slowly, worn in a few moves, changed at once (thesis 6.3.2: times 1.5 at 5 s).
+Wear walks by WALK a move. Where moves, one or some together, tell of more (change.py), it is let walk as far as explains them: it has worn
+faster, or changed at once (thesis 6.3.2: times 1.5 at 5 s).
 
 The interval is the filter's, and FLOOR of the wear beside it in quadrature: what the model's shape over position and speed, and the rows'
 own approximations, leave however many moves there are. It was set on plants that no acceptance check uses (docs/theory/wear.md).
@@ -18,15 +18,13 @@ from scipy.special import ndtri
 from frictool.documents.model import Model
 from frictool.observe.estimate import Estimate, Range
 from frictool.observe.samples import Piece
+from frictool.observe.wear.change import Change
 from frictool.observe.wear.filter import Filter
 from frictool.observe.wear.layout import Layout, layout_of
 from frictool.observe.wear.moves import Move, Moves
 from frictool.observe.wear.restriction import Restriction, multiplicative
 
-WALK = 5e-4  # of wear, a move
-WALKS = (0.02, 0.1, 0.5)
-SURPRISE = 4.0  # deviations
-EXPLAINED = 2.0
+WALK = 1e-4  # of wear, a move
 FLOOR = 0.004  # of the wear, a deviation
 FIRST_NOISE = 0.01  # of the dry friction: a row's residual before any was seen
 CONFIDENCE = 0.95
@@ -38,7 +36,7 @@ class WearEstimator:
     def __init__(self, model: Model, period: float | None = None, confidence: float = CONFIDENCE) -> None:
         """`period` [s] of the log where it is not the bench's. Raises FrictoolError for a model without dry friction."""
         self.model, self.layout, self.confidence = model, layout_of(model, period), confidence
-        self.filter = filter_of(self.layout, multiplicative(model, self.layout))
+        self.filter, self._change = filter_of(self.layout, multiplicative(model, self.layout)), Change("wear")
         self._moves, self._count, self._quantile = Moves(self.layout), 0, float(ndtri(0.5 + 0.5 * confidence))
         self.estimate = Estimate(0.0, 0, prior(model))
 
@@ -52,35 +50,23 @@ class WearEstimator:
 
     def _after(self, move: Move) -> Estimate:
         self._count += 1
-        follow(self.filter, move, "wear")
+        self.filter.walk("wear", math.hypot(WALK, self._change.seen(self.filter, move)))
+        self.filter.update(move)
         others = {"inertia": self._range("inertia", 1.0 / self.model.parameters.inertia.value)}
         self.estimate = Estimate(move.time, self._count, self._range("wear", 1.0, FLOOR), others=others)
         return self.estimate
 
     def _range(self, name: str, scale: float, floor: float = 0.0) -> Range:
         """A parameter times `scale` with its interval, `floor` of its value in quadrature."""
-        place = self.filter.restricted.place(name)
-        value = scale * float(self.filter.mean[place])
-        deviation = math.hypot(scale * math.sqrt(float(self.filter.covariance[place, place])), floor * value)
-        return Range(value, value - self._quantile * deviation, value + self._quantile * deviation)
+        value, deviation = self.filter.value(name)
+        half = self._quantile * math.hypot(deviation, floor * value)
+        return Range(scale * value, scale * (value - half), scale * (value + half))
 
 
 def filter_of(layout: Layout, restricted: Restriction) -> Filter:
     """A filter that has seen no move. White noise of the effort makes 1/(every sum phi^2) rows as good as one."""
     inflation = 1.0 / (layout.every * float(layout.phi @ layout.phi))
     return Filter(restricted, (FIRST_NOISE * layout.friction) ** 2, max(inflation, 1.0))
-
-
-def follow(own: Filter, move: Move, name: str) -> float:
-    """Takes a move into a filter, `name` its wear; returns how far the wear was let walk beforehand."""
-    own.walk(name, WALK)
-    moved, deviation = own.surprise(move, name)
-    walked = 0.0
-    if abs(moved) > SURPRISE * deviation:
-        walked = next((step for step in WALKS if abs(moved) <= EXPLAINED * math.hypot(deviation, step)), WALKS[-1])
-        own.walk(name, walked)
-    own.update(move)
-    return walked
 
 
 def prior(model: Model) -> Range:

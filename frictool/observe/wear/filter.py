@@ -1,6 +1,6 @@
 """A Kalman filter over moves, whose measurement is the Gram matrix of a move; one for each kind of wear.
 
-    prior N(m, P)   ──move: information A/r, b/r──▶   P' = (P^-1 + A/r)^-1,  m' = P' (P^-1 m + b/r)   ──walk Q──▶  the next move
+    prior N(m, P)   ──move: information A/r, b/r──▶   P' = (P^-1 + A/r)^-1,  m' = P' (P^-1 m + b/r)   ──walk──▶  the next move
 
 Rows overlap and their errors are not independent: r is the variance of a row's residual times how many rows tell as much as one
 (`inflation`). The residual's variance is learned from the moves; parameters are counted in deviations of what is known of them.
@@ -21,71 +21,55 @@ MEMORY_ROWS = 5000.0  # over how many rows the variance is a mean
 
 
 class Filter:
-    """mean (r,), covariance (r, r): of the restriction's parameters, SI. variance: of a row's residual [(N m)^2 | N^2]."""
+    """state (r,), spread (r, r): mean and covariance of the restriction's parameters, from what is known of them, in deviations of that.
+
+    variance: known beforehand of a row's residual [(N m)^2 | N^2]. inflation: rows that tell as much as one with independent errors.
+    """
 
     def __init__(self, restricted: Restriction, variance: float, inflation: float) -> None:
         self.restricted, self.inflation = restricted, inflation
-        self._matrix = restricted.matrix * restricted.deviation
-        self._fixed = restricted.fixed + restricted.matrix @ restricted.mean
         self.state, self.spread = np.zeros(restricted.mean.size), np.eye(restricted.mean.size)
+        self._matrix = restricted.matrix * restricted.deviation
+        self._known = restricted.fixed + restricted.matrix @ restricted.mean
         self._squares, self._rows = variance * PRIOR_ROWS, PRIOR_ROWS
 
     @property
     def variance(self) -> float:
-        """Of a row's residual."""
+        """Of a row's residual [(N m)^2 | N^2]."""
         return self._squares / self._rows
 
     @property
-    def mean(self) -> Vector:
-        """Of the parameters (r,)."""
-        return np.asarray(self.restricted.mean + self.restricted.deviation * self.state)
+    def noise(self) -> float:
+        """r: of as many rows as tell what one with independent errors would [(N m)^2 | N^2]."""
+        return self.variance * self.inflation
 
-    @property
-    def covariance(self) -> Vector:
-        """Of the parameters (r, r)."""
-        scale = self.restricted.deviation
-        return self.spread * np.outer(scale, scale)
+    def value(self, name: str) -> tuple[float, float]:
+        """A parameter's mean and deviation [SI]."""
+        place = self.restricted.place(name)
+        scale = float(self.restricted.deviation[place])
+        return float(self.restricted.mean[place]) + scale * float(self.state[place]), scale * float(np.sqrt(self.spread[place, place]))
 
     def information(self, move: Move) -> tuple[Vector, Vector, float]:
-        """A (r, r), b (r,) and the sum of squares of a move, of what the fixed part of the columns leaves, parameters in deviations."""
-        gram, size = move.gram, move.gram.shape[0] - 1
-        columns, own = gram[:size, :size], self._fixed
-        right = gram[:size, size] - columns @ own
-        squares = float(gram[size, size] - 2.0 * own @ gram[:size, size] + own @ columns @ own)
-        return self._matrix.T @ columns @ self._matrix, self._matrix.T @ right, squares
+        """A (r, r), b (r,) and the sum of squares of a move, beside what is known beforehand, parameters in deviations."""
+        gram, size, known = move.gram, move.gram.shape[0] - 1, self._known
+        columns = gram[:size, :size]
+        left = gram[:size, size] - columns @ known
+        squares = float(gram[size, size] - known @ gram[:size, size] - known @ left)
+        return self._matrix.T @ columns @ self._matrix, self._matrix.T @ left, squares
 
     def walk(self, name: str, deviation: float) -> None:
         """The parameter may have moved by `deviation` [SI]."""
         place = self.restricted.place(name)
         self.spread[place, place] += (deviation / self.restricted.deviation[place]) ** 2
 
-    def surprise(self, move: Move, name: str) -> tuple[float, float]:
-        """By how much a move alone would move a parameter [SI], the others as they are known now, and that number's deviation.
-
-        0 and inf where the move does not tell of it.
-        """
-        place, scale = self.restricted.place(name), float(self.restricted.deviation[self.restricted.place(name)])
-        a, b, _ = self.information(move)
-        noise = self.variance * self.inflation
-        known = self.spread.copy()
-        loose = 1e6  # the parameter is free, its correlation with the others kept out
-        known[place, :] = known[:, place] = 0.0
-        known[place, place] = loose
-        posterior = np.linalg.inv(np.linalg.inv(known) + a / noise)
-        moved = float((posterior @ ((b - a @ self.state) / noise))[place])
-        own = float(posterior[place, place])
-        return (0.0, np.inf) if own > 0.5 * loose else (scale * moved, scale * float(np.sqrt(own + self.spread[place, place])))
-
     def update(self, move: Move) -> None:
         """Takes a move."""
-        a, b, squares = self.information(move)
-        noise = self.variance * self.inflation
+        information, right, squares = self.information(move)
         before = np.linalg.inv(self.spread)
-        spread = np.linalg.inv(before + a / noise)
+        spread = np.linalg.inv(before + information / self.noise)
+        self.state = spread @ (before @ self.state + right / self.noise)
         self.spread = 0.5 * (spread + spread.T)
-        self.state = self.spread @ (before @ self.state + b / noise)
-        left = max(squares - 2.0 * float(self.state @ b) + float(self.state @ a @ self.state), 0.0)
+        left = max(squares - 2.0 * float(self.state @ right) + float(self.state @ information @ self.state), 0.0)
         self._squares, self._rows = self._squares + left, self._rows + move.rows
         if self._rows > MEMORY_ROWS:
-            self._squares *= MEMORY_ROWS / self._rows
-            self._rows = MEMORY_ROWS
+            self._squares, self._rows = self._squares * MEMORY_ROWS / self._rows, MEMORY_ROWS
