@@ -35,9 +35,9 @@ def _encoder(observer: Observer, switched: Switched) -> str:
     speed, wear = (max(abs(mode.gains[row][0]) for mode in switched.modes) * step for row in (1, 2))
     return (
         f"the encoder is coarse: one count, {step:.4g} {position}, in one sample looks like {seen:.4g} {velocity}, "
-        f"{seen / sigma:.3g} times the switch speed; it moves the estimated speed by up to {speed:.3g} {velocity} and alpha by up to {wear:.3g}{effort}. This "
-        f"observer needs a count below {COARSE * sigma * observer.sample_period_s:.2g} {position}; for this encoder take --kind tracking, "
-        "and observe run for the wear"
+        f"{seen / sigma:.3g} times the switch speed; it moves the estimated speed by up to {speed:.3g} {velocity} and alpha by up to "
+        f"{wear:.3g}{effort}. This observer needs a count below {COARSE * sigma * observer.sample_period_s:.2g} {position}; for this "
+        "encoder take --kind tracking, and observe run for the wear"
     )
 
 
