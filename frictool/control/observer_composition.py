@@ -11,12 +11,13 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from frictool.control import switched_observer
+from frictool.control import switched_observer, tracking_observer
 from frictool.control.found import Found
 from frictool.control.program import Node, Program
 from frictool.control.switched_observer import SlipMode, SwitchedFacts
+from frictool.control.tracking_observer import TrackingFacts
 from frictool.documents.bench import Bench
-from frictool.documents.observer import Mode, Observer
+from frictool.documents.observer import Mode, Observer, Tracking
 
 MARGIN = 0.5  # of the travel's width, by which measured positions may lie outside it
 TOP_SPEEDS = 4.0  # of the bench's top speed, that an estimate may reach
@@ -43,8 +44,10 @@ def observer_program(observer: Observer) -> ObserverProgram:
 
 def begun(program: Program, position: Node, observer: Observer) -> tuple[Found, Callable[[Node], None]]:
     """The block of a measured position [rad | m], and what moves it once the effort [N m | N] until the next sample is known."""
-    if observer.switched is None:
-        raise ValueError("observer.yaml: tracking has no block yet")
+    if observer.tracking is not None:
+        own = tracking_facts(observer, observer.tracking)
+        found, tracked = tracking_observer.predicted(program, position, own)
+        return found, lambda effort: tracking_observer.moved(program, effort, tracked, own)
     facts = switched_facts(observer)
     found, chosen = switched_observer.predicted(program, position, facts)
     return found, lambda effort: switched_observer.corrected(program, position, effort, found, chosen, facts)
@@ -74,6 +77,29 @@ def switched_facts(observer: Observer) -> SwitchedFacts:
         offset=friction.offset,
         top_speed=top_speed(observer.bench),
         most_wear=_most_effort(observer.bench) if additive else MOST_WEAR,
+    )
+
+
+def tracking_facts(observer: Observer, own: Tracking) -> TrackingFacts:
+    """What the tracking block is made from."""
+    friction, bench, gap = observer.friction, observer.bench, own.backlash
+    return TrackingFacts(
+        period=observer.sample_period_s,
+        inertia=observer.inertia.value,
+        gains=own.gains,
+        cell=own.cell,
+        step=bench.encoder.resolution,
+        forward=friction.forward,
+        backward=friction.backward,
+        travel=(friction.over.low, friction.over.high),
+        breakaway=own.breakaway_ratio,
+        viscous=friction.viscous,
+        knees=tuple((knee.above.value, knee.steeper) for knee in own.knees),
+        offset=friction.offset,
+        backlash=0.0 if gap is None else gap.width,
+        loose=0.0 if gap is None else gap.friction,
+        top_speed=top_speed(bench),
+        most_effort=_most_effort(bench),
     )
 
 
