@@ -3,14 +3,25 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
 from frictool.cli.output import FiniteRange, command_line, existing, json_option, output_option, print_json, save_text, say
 from frictool.cli.quantity_option import positive_si
 
+if TYPE_CHECKING:
+    from frictool.documents.model import Model
+    from frictool.documents.observer import Observer
+    from frictool.documents.provenance import Provenance
+
 Kind = Literal["multiplicative", "additive", "tracking"]
+SWITCHED = ("switch_speed", "weights", "decay", "transitions", "stuck_speed", "inertia")
+OPTIONS: dict[Kind, tuple[str, ...]] = {  # that each kind has
+    "multiplicative": ("intervals", *SWITCHED),
+    "additive": SWITCHED,
+    "tracking": ("bandwidth", "drive_noise", "inertia"),
+}
 
 HELP = """\b
 Example:
@@ -24,7 +35,8 @@ whatever the allowed switches. They are accepted only if the inequalities hold w
 mode's error dies out, and simulated switching sequences show no more than gamma; else nothing is written and the exit code is 4. They
 need a fine encoder.
 
-tracking is the one for a coarse encoder: it moves by the model and is put right by what the encoder excludes.
+tracking is the one for a coarse encoder: it moves by the model and is put right by what the encoder excludes. Its one number is the
+bandwidth of its error.
 """
 
 
@@ -42,7 +54,9 @@ def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[fl
 @click.command("design", help=HELP)
 @click.argument("model", type=existing)
 @click.option("--kind", type=click.Choice(["multiplicative", "additive", "tracking"]), required=True, help="Which observer.")
-@click.option("--intervals", type=click.IntRange(1, 100), help="Of the position for each direction; multiplicative.  [default: 10]")
+@click.option(
+    "--intervals", type=click.IntRange(1, 50), default=10, show_default=True, help="Of the position, for each direction; multiplicative."
+)
 @click.option("--switch-speed", help="Stuck below it, such as 10rad/s; switched kinds.  [default: a fortieth of the bench's top speed]")
 @click.option("--weights", callback=_weights, default="1,100,0.001", show_default=True, help="Of position, speed, alpha (6.19).")
 @click.option(
@@ -65,6 +79,10 @@ def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[fl
     show_default=True,
     help="What mode 0 does with the estimated speed.",
 )
+@click.option(
+    "--bandwidth", type=FiniteRange(0.0, min_open=True), help="Of its error, rad/s; tracking.  [default: by the model's intervals]"
+)
+@click.option("--drive-noise", help="Standard deviation of the measured drive, such as 0.5A; tracking.  [default: 0]")
 @output_option(required=False)
 @json_option
 def command(model: Path, kind: Kind, output: Path | None, as_json: bool, **options: Any) -> None:
@@ -80,16 +98,13 @@ def command(model: Path, kind: Kind, output: Path | None, as_json: bool, **optio
         f"--{name.replace('_', '-')}": ",".join(f"{w:g}" for w in value) if name == "weights" else value for name, value in given.items()
     }
     provenance = record(command_line("observe design", {"model": model, "--kind": kind, **words}), [model])
-    if kind == "tracking":
-        _refuse_options(given, kind, ("inertia",))
-        raise click.UsageError("--kind tracking is not there yet")
-    if kind == "additive":
-        _refuse_options(given, kind, ("switch_speed", "weights", "decay", "inertia", "transitions", "stuck_speed"))
-    from frictool.observe.design import additive, multiplicative
+    for name in given:
+        if name not in OPTIONS[kind]:
+            shown = ", ".join(f"--{other.replace('_', '-')}" for other in OPTIONS[kind])
+            raise click.UsageError(f"--{name.replace('_', '-')} is not for --kind {kind}; allowed: {shown}")
     from frictool.observe.design.text import machine, text
 
-    design = multiplicative.design if kind == "multiplicative" else additive.design
-    observer = design(document, _settings(document.axis, options), provenance)
+    observer = _designed(document, kind, provenance, options)
     if output is not None:
         save_text(output, to_yaml(observer), [model])
     if as_json:
@@ -98,24 +113,28 @@ def command(model: Path, kind: Kind, output: Path | None, as_json: bool, **optio
         say(text(observer, document), output)
 
 
-def _refuse_options(given: dict[str, Any], kind: Kind, allowed: tuple[str, ...]) -> None:
-    """Raises click.UsageError for an option that the kind does not have."""
-    for name in given:
-        if name not in allowed:
-            shown = ", ".join(f"--{other.replace('_', '-')}" for other in allowed)
-            raise click.UsageError(f"--{name.replace('_', '-')} is not for --kind {kind}; allowed: {shown}")
-
-
-def _settings(axis: Any, options: dict[str, Any]) -> Any:
+def _designed(model: Model, kind: Kind, provenance: Provenance, options: dict[str, Any]) -> Observer:
+    """The observer of a kind."""
+    from frictool.observe.design import additive, multiplicative
     from frictool.observe.design.settings import Settings
+    from frictool.observe.design.tracking import design_tracking
 
-    speed, inertia = options["switch_speed"], options["inertia"]
-    return Settings(
-        intervals=options["intervals"] or Settings.intervals,
-        switch_speed=None if speed is None else positive_si("--switch-speed", speed, "velocity", axis),
+    def quantity(name: str, dimension: str) -> float | None:
+        given = options[name]
+        return None if given is None else positive_si(f"--{name.replace('_', '-')}", given, dimension, model.axis)
+
+    inertia = quantity("inertia", "inertia")
+    if kind == "tracking":
+        noise = quantity("drive_noise", model.bench.actuator.drive) or 0.0
+        return design_tracking(model, provenance, options["bandwidth"], noise, inertia=inertia)
+    settings = Settings(
+        intervals=options["intervals"],
+        switch_speed=quantity("switch_speed", "velocity"),
         weights=options["weights"],
         decay=options["decay"],
-        inertia=None if inertia is None else positive_si("--inertia", inertia, "inertia", axis),
+        inertia=inertia,
         transitions=options["transitions"],
         stuck_speed=1.0 if options["stuck_speed"] == "held" else 0.0,
     )
+    design = multiplicative.design if kind == "multiplicative" else additive.design
+    return design(model, settings, provenance)

@@ -11,6 +11,7 @@ from frictool.documents.quantity import Span, si_unit
 from frictool.friction.position_polynomial import normalised
 
 Vector = NDArray[np.float64]
+KNEES = "viscous friction above a knee of the speed"
 
 
 def friction_map(model: Model) -> FrictionMap:
@@ -43,7 +44,7 @@ def left_out(model: Model) -> list[str]:
     own = laws.backward.viscous if laws.backward is not None else None
     found = {
         "the Stribeck curve": model.law == "stribeck",
-        "viscous friction above a knee of the speed": bool(laws.regimes),
+        KNEES: bool(laws.regimes),
         "the directions' own viscous friction": own is not None and own.value != model.parameters.viscous.value,
         "the load that depends on position": laws.load is not None,
     }

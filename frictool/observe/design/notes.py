@@ -7,16 +7,26 @@ import math
 from frictool.documents.model import Model
 from frictool.documents.observer import Observer, Switched
 from frictool.documents.quantity import si_unit
-from frictool.observe.design.friction_map import left_out
+from frictool.observe.design.friction_map import KNEES, left_out
 
+SLOW_S = 10.0  # an alpha that takes so long to follow says nothing of a shift
+KNOWN_BY_TRACKING = (KNEES,)
 COARSE = 0.1  # of the switch speed: a count in one sample that looks faster is a coarse encoder
 
 
 def notes(observer: Observer, model: Model) -> list[str]:
     """One line each."""
     switched = observer.switched
-    assert switched is not None
-    found = [_encoder(observer, switched), _intervals(observer, switched), _turning(observer, switched), *_rest(switched), _left_out(model)]
+    if switched is None:
+        return [line for line in [_left_out(model, KNOWN_BY_TRACKING)] if line]
+    found = [
+        _encoder(observer, switched),
+        _intervals(observer, switched),
+        _turning(observer, switched),
+        *_rest(switched),
+        _slow(observer, switched),
+        _left_out(model, ()),
+    ]
     return [line for line in found if line]
 
 
@@ -82,8 +92,13 @@ def _rest(switched: Switched) -> list[str]:
     return [said if after is None else f"{said}; {after * 1e3:.3g} ms of motion make up for a rest of any length"]
 
 
-def _left_out(model: Model) -> str:
-    names = left_out(model)
+def _slow(observer: Observer, switched: Switched) -> str:
+    slowest = max(time_constant(mode.spectral_radius, observer.sample_period_s) for mode in switched.modes)
+    return f"alpha takes {slowest:.3g} s to follow: ask for a --decay below {switched.decay:g}" if slowest > SLOW_S else ""
+
+
+def _left_out(model: Model, known: tuple[str, ...]) -> str:
+    names = [name for name in left_out(model) if name not in known]
     return f"not known to the observer: {', '.join(names)}" if names else ""
 
 

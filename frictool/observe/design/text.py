@@ -13,7 +13,8 @@ from frictool.observe.design.notes import count_speed, notes, time_constant
 def text(observer: Observer, model: Model) -> str:
     """For people."""
     switched = observer.switched
-    assert switched is not None
+    if switched is None:
+        return "\n".join([*_tracking(observer), *(f"note: {line}" for line in notes(observer, model))])
     unit = si_unit("velocity", observer.axis)
     lines = [
         f"{observer.name}: {switched.wear} switched observer, {observer.sample_period_s * 1e3:g} ms, {len(switched.modes)} modes, "
@@ -30,10 +31,14 @@ def text(observer: Observer, model: Model) -> str:
 
 def machine(observer: Observer, model: Model) -> dict[str, Any]:
     """The machine's view."""
-    switched = observer.switched
-    assert switched is not None
+    switched, tracking = observer.switched, observer.tracking
+    if switched is None:
+        assert tracking is not None
+        own = {"bandwidth_rad_s": tracking.bandwidth_rad_s, "gains": list(tracking.gains), "cell": tracking.cell}
+        return {"kind": observer.kind, **own, "inertia": observer.inertia.value, "notes": notes(observer, model)}
     return {
         "kind": observer.kind,
+        "inertia": observer.inertia.value,
         "gamma": switched.gamma,
         "smallest_gamma": switched.smallest_gamma,
         "simulated_gain": switched.simulated_gain,
@@ -49,6 +54,18 @@ def machine(observer: Observer, model: Model) -> dict[str, Any]:
         "transitions": [list(pair) for pair in switched.transitions],
         "notes": notes(observer, model),
     }
+
+
+def _tracking(observer: Observer) -> list[str]:
+    tracking = observer.tracking
+    assert tracking is not None
+    position, effort = si_unit("position", observer.axis), si_unit("effort", observer.axis)
+    return [
+        f"{observer.name}: tracking observer, {observer.sample_period_s * 1e3:g} ms, bandwidth "
+        f"{tracking.bandwidth_rad_s:.4g} rad/s; not corrected within {tracking.cell:.4g} {position}",
+        f"gains of the innovation, a sample: position {tracking.gains[0]:.4g}, speed {tracking.gains[1]:.4g} 1/s, disturbance "
+        f"{tracking.gains[2]:.4g} {effort}/{position}",
+    ]
 
 
 def _mode(mode: Mode, period: float) -> dict[str, Any]:
