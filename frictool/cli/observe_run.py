@@ -1,10 +1,161 @@
-"""`frictool observe run`."""
+"""`frictool observe run`: velocity, friction and wear along logs, with intervals, and a verdict."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
 import click
 
+from frictool import waiting
+from frictool.cli.observe_given import TABLES, Given, check_outputs, commissioning_of, pattern
+from frictool.cli.output import FiniteRange, command_line, existing, json_option, note, output_option, print_json, replacing, save_text, say
+from frictool.cli.progress import tell_of_compiling
+from frictool.cli.window import window_of, window_options
+from frictool.errors import EXIT_DONE, EXIT_INPUT, EXIT_NO
 
-@click.command("run")
-def command() -> None:
-    """Being built."""
+if TYPE_CHECKING:
+    from frictool.documents.provenance import Provenance
+    from frictool.observe.one_log import OneLog
+    from frictool.observe.outcome import Outcome
+    from frictool.observe.picture import Picture
+    from frictool.observe.run import Part
+
+HELP = """\b
+Example:
+  frictool observe run model.yaml shift.mcap --wear-limit 1.25 -o estimates.mcap --plot wear.svg
+  frictool observe run model.yaml fleet/ --wear-limit 1.25 -o fleet.csv --plot trend.svg
+
+Estimate velocity, friction and wear of an actuator that runs, from its encoder and its drive: each with an interval, at every sample, from
+what was known at that sample. Wear is the dry friction over the model's, 1 where nothing has worn.
+
+LOG is a canonical log or a raw file, which the columns of the model's bench tell; - is standard input. It is read block by block: hours
+take no more memory than minutes. -o writes the estimates as a log, --plot draws them (.svg, or a page, .html).
+
+With a folder or several logs, one row a log: unit, date, wear, interval, verdict (CSV on stdout, -o fleet.csv or fleet.parquet), and
+--plot draws the wear over the date. The ratio is to the unit's earliest log, or to --commissioning. A log that cannot be read is a row
+with its reason.
+
+Exit code 1 where the wear limit is exceeded, 3 where a log could not be read or has lost data; what was found is written all the same.
+"""
+
+
+@click.command("run", help=HELP)
+@click.argument("model", type=existing)
+@click.argument("logs", type=existing, nargs=-1, required=True, metavar="LOG...")
+@click.option("--wear-limit", type=FiniteRange(0.0, min_open=True), help="Exit code 1 where the wear, or its ratio, is above it.")
+@click.option("--commissioning", type=existing, help="The unit's first log, or the --json of its run: the limit is one of the ratio.")
+@click.option("--observer", type=existing, help="Velocity and friction by this observer (observer.yaml of `observe design`).")
+@click.option("--plot", type=existing, help="A picture of the estimates (.svg), or a page (.html); of several logs the trend.")
+@click.option("--confidence", type=FiniteRange(0.5, 0.9999), default=0.95, show_default=True, help="Of the intervals.")
+@window_options
+@click.option("--stream", "topic", metavar="TOPIC", help="Which stream of the log. [default: /axis]")
+@click.option("--unit", metavar="REGEX", help="Where the logs do not say their unit: what it finds in a file's name.")
+@click.option("--date", metavar="REGEX", help="The same of the date: year, month, day, and hour, minute, second.")
+@click.option("--salvage", is_flag=True, help="Keep what can be read of a damaged file; exit code 3.")
+@output_option(required=False, help="The estimates (.mcap), or of several logs the table (.csv, .parquet); - is stdout.")
+@json_option
+@click.pass_context
+def command(
+    ctx: click.Context,
+    model: Path,
+    logs: tuple[Path, ...],
+    wear_limit: float | None,
+    commissioning: Path | None,
+    observer: Path | None,
+    plot: Path | None,
+    confidence: float,
+    start: float | None,
+    end: float | None,
+    topic: str | None,
+    unit: str | None,
+    date: str | None,
+    salvage: bool,
+    output: Path | None,
+    as_json: bool,
+) -> None:
+    waiting.compiling = lambda: tell_of_compiling(everywhere=True)
+    from frictool.documents.model import Model
+    from frictool.documents.registry import load
+    from frictool.observe.fleet import is_fleet
+    from frictool.observe.one_log import Settings
+    from frictool.observe.origin import Patterns
+
+    named = {"model": model, "logs": logs, "--wear-limit": wear_limit, "--commissioning": commissioning, "--observer": observer}
+    named |= {"--confidence": confidence, "--from": start, "--to": end, "--stream": topic, "--unit": unit, "--date": date}
+    words = command_line("observe run", {**named, "--salvage": salvage})
+    settings = Settings(window_of(start, end), topic, salvage, confidence, Patterns(pattern("--unit", unit), pattern("--date", date)))
+    given = Given(words, model, load(model, Model), settings, wear_limit, commissioning, observer, plot, output, as_json)
+    several = is_fleet(logs) or (output is not None and output.suffix.lower() in TABLES)
+    check_outputs(given, logs, several)
+    if not several:
+        ctx.exit(_single(given, logs[0]))
+    from frictool.cli.observe_fleet import observe_fleet
+
+    ctx.exit(observe_fleet(given, logs))
+
+
+def _single(given: Given, log: Path) -> int:
+    """One log: its estimates, its picture, its verdict; the exit code."""
+    from frictool.cli.progress import progress
+    from frictool.cli.standard_input import kept
+    from frictool.documents.provenance import record
+    from frictool.logs.losses import counted
+    from frictool.observe.one_log import OneLog
+    from frictool.observe.outcome import judged, lines
+    from frictool.observe.picture import Picture
+
+    reference = commissioning_of(given)
+    with kept([log]) as (path,):
+        one = OneLog(path, given.document, given.settings)
+        picture = None if given.plot is None else Picture(given.document.axis)
+        provenance = record(given.words, [*given.inputs, path])
+        with progress("observe") as tick:
+            _run(given, one, picture, provenance, tick)
+        outcome = judged(one.outcome(), given.limit, reference)
+    for warning in (*outcome.remarks, *outcome.estimate.warnings):
+        note(f"warning: {warning}")
+    if picture is not None and given.plot is not None:
+        save_text(given.plot, _drawn(given, outcome, picture, provenance), [*given.inputs, log])
+    if given.as_json:
+        print_json(outcome.as_json(), given.stdout)
+    else:
+        for line in lines(outcome, given.document):
+            say(line, given.stdout)
+    if outcome.losses:
+        note(f"warning: {Path(outcome.source).name} was read with data lost: {counted(list(outcome.losses))}")
+    exceeded = outcome.verdict is not None and outcome.verdict.exceeded
+    return EXIT_NO if exceeded else EXIT_INPUT if outcome.losses else EXIT_DONE
+
+
+def _run(given: Given, one: OneLog, picture: Picture | None, provenance: Provenance, tick: Callable[[float], None]) -> None:
+    """Reads the log and writes the estimates where they are asked for."""
+    from frictool.logs.provenance import PROVENANCE, provenance_record
+    from frictool.observe.estimates_log import write
+
+    parts = _watched(one, picture, tick)
+    if given.output is None:
+        for _ in parts:
+            pass
+        return
+    with replacing(given.output, given.inputs) as stream:
+        write(one, parts, stream, {PROVENANCE: provenance_record(provenance)})
+
+
+def _watched(one: OneLog, picture: Picture | None, tick: Callable[[float], None]) -> Iterator[Part]:
+    for part in one.parts():
+        tick(one.progress)
+        if picture is not None:
+            picture.take(part)
+        yield part
+
+
+def _drawn(given: Given, outcome: Outcome, picture: Picture, provenance: Provenance) -> str:
+    """The picture, or the page that it stands in."""
+    from frictool.observe.page import page_of_log
+
+    drawn = picture.drawn(Path(outcome.source).name, given.limit)
+    if given.plot is not None and given.plot.suffix.lower() == ".html":
+        return page_of_log(outcome, given.document, drawn, provenance)
+    return drawn + "\n"

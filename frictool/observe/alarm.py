@@ -11,7 +11,8 @@ FEWEST_MOVES = 2  # fewer tell nothing unless their interval does
 
 @dataclass(frozen=True)
 class Verdict:
-    """Against a limit of the wear. exceeded: None where it cannot be told. certain: whether all of the interval says so. reason: one line."""
+    """Against a limit of the wear. exceeded: None where it cannot be told. certain: whether all of the interval says so. reason: in one
+    line."""
 
     limit: float
     exceeded: bool | None

@@ -37,11 +37,11 @@ AXES = 3  # the model's axis, and with the viscous friction of either end of its
 @kernel
 def dry_friction(p: Vector, x: float, direction: float, speed: float) -> float:
     """F [N m | N] in slip without the viscous part, after a long rest before it; p (EXTENDED_SIZE,)."""
-    level = coulomb_at(p, direction, x)
+    level = float(coulomb_at(p, direction, x))
     if p[STRIBECK_VELOCITY] > 0.0:
         fall = math.exp(-((speed / p[STRIBECK_VELOCITY]) ** p[STRIBECK_EXPONENT]))
         level += max(0.0, breakaway_at(p, direction, x, math.inf) - level) * fall
-    return level
+    return float(level)
 
 
 @kernel
@@ -64,7 +64,7 @@ def _factor(factors: Matrix, zones: Matrix, x: float, direction: float, which: i
 def _strongest(p: Vector, direction: float, x: float, factors: Matrix, zones: Matrix) -> float:
     """What the axis stands at most at x [N m | N], worn as far as may be; not less than the friction inside a gap."""
     worn = breakaway_at(p, direction, x, math.inf) * _factor(factors, zones, x, direction, HIGH) + factors[2, HIGH]
-    return max(worn, p[BACKLASH_BREAKAWAY])
+    return float(max(worn, p[BACKLASH_BREAKAWAY]))
 
 
 @kernel

@@ -1,0 +1,77 @@
+"""`frictool observe run` over several logs: a row each, the verdicts, the trend."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from frictool.cli.observe_given import Given, commissioning_of
+from frictool.cli.output import STDOUT, note, print_json, replacing, save_text, say
+from frictool.cli.progress import progress
+from frictool.errors import EXIT_DONE, EXIT_INPUT, EXIT_NO
+
+if TYPE_CHECKING:
+    from frictool.documents.provenance import Provenance
+    from frictool.observe.table import Row
+
+
+def observe_fleet(given: Given, logs: Sequence[Path]) -> int:
+    """The exit code: EXIT_NO where a limit is exceeded, else EXIT_INPUT where a log was lost, in part or whole."""
+    from frictool.cli.standard_input import kept
+    from frictool.documents.provenance import record
+    from frictool.observe.fleet import members, observed
+    from frictool.observe.table import require_parquet, rows
+
+    if given.output is not None and given.output != STDOUT:
+        require_parquet(given.output)
+    reference = commissioning_of(given)
+    with kept(logs) as paths:
+        fleet = members(paths, [path for path in (given.output, given.plot) if path is not None])
+        with progress("observe") as tick:
+            found = observed(fleet, given.document, given.settings, tick=tick)
+        inputs = [*given.inputs, *(member.path for member in fleet if member.path.is_file())]
+        provenance = record(given.words, inputs)
+    table = rows(found, given.limit, reference)
+    _save(given, table, inputs, provenance)
+    if given.as_json:
+        print_json({"logs": [row.as_json() for row in table], "wear_limit": given.limit}, given.stdout)
+    else:
+        _tell(table, given)
+    if any(row.alarm for row in table):
+        return EXIT_NO
+    return EXIT_INPUT if any(one.lost for one in found) else EXIT_DONE
+
+
+def _tell(table: list[Row], given: Given) -> None:
+    """All of it in a line, and where the table itself is not on stdout the rows that somebody has to look at."""
+    from frictool.observe.table import as_text, headline
+
+    odd = [row for row in table if row.alarm or row.outcome is None]
+    if given.output is None or given.stdout is not None:
+        note(headline(table, given.limit))
+        return
+    say(headline(table, given.limit))
+    if odd:
+        say(as_text(odd))
+
+
+def _save(given: Given, table: list[Row], inputs: list[Path], provenance: Provenance) -> None:
+    """Writes the table, on stdout where nothing else does, and the trend."""
+    from frictool.logs.provenance import provenance_record
+    from frictool.observe.page import page_of_fleet
+    from frictool.observe.table import PARQUET, as_csv, write_parquet
+    from frictool.observe.trend import trend
+
+    if given.output is not None and given.output.suffix.lower() in PARQUET:
+        made = io.BytesIO()
+        write_parquet(table, made, provenance_record(provenance))
+        with replacing(given.output, inputs) as stream:
+            stream.write(made.getvalue())
+    elif given.output is not None or not given.as_json:
+        save_text(given.output or STDOUT, as_csv(table), inputs)
+    if given.plot is not None:
+        drawn = trend(table, given.limit)
+        is_page = given.plot.suffix.lower() == ".html"
+        save_text(given.plot, page_of_fleet(table, given.limit, drawn, provenance) if is_page else drawn + "\n", inputs)

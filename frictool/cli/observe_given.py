@@ -1,0 +1,87 @@
+"""What `frictool observe run` was asked for, and what is checked before the first log is read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from frictool.cli.output import STDOUT, refuse_inputs
+
+if TYPE_CHECKING:
+    from frictool.documents.model import Model
+    from frictool.observe.commissioning import Commissioning
+    from frictool.observe.one_log import Settings
+
+TABLES = (".csv", ".parquet", ".pq")
+PICTURES = (".svg", ".html")
+
+
+@dataclass(frozen=True)
+class Given:
+    """The command line, its documents read. words: for the provenance."""
+
+    words: str
+    model: Path
+    document: Model
+    settings: Settings
+    limit: float | None
+    commissioning: Path | None
+    observer: Path | None
+    plot: Path | None
+    output: Path | None
+    as_json: bool
+
+    @property
+    def inputs(self) -> list[Path]:
+        """All files that are read, but for the logs."""
+        return [self.model, *(path for path in (self.commissioning, self.observer) if path is not None)]
+
+    @property
+    def stdout(self) -> Path | None:
+        """STDOUT where an output goes there."""
+        return STDOUT if STDOUT in (self.output, self.plot) else None
+
+
+def pattern(option: str, text: str | None) -> str | None:
+    """Raises UsageError where it is no regular expression."""
+    import re
+
+    try:
+        re.compile(text or "")
+    except re.error as error:
+        raise click.UsageError(f"{option} {text!r} is no regular expression: {error}.") from None
+    return text
+
+
+def check_outputs(given: Given, logs: tuple[Path, ...], several: bool) -> None:
+    """Raises UsageError or OutputError before the first log is read."""
+    plot, output = given.plot, given.output
+    if plot is not None and plot != STDOUT and plot.suffix.lower() not in PICTURES:
+        raise click.UsageError(f"--plot {plot.name}: end it in {' or '.join(PICTURES)}.")
+    if output is not None and plot is not None and (output == plot or output.absolute() == plot.absolute()):
+        raise click.UsageError("-o and --plot have the same name; each needs its own.")
+    if several and output is not None and output != STDOUT and output.suffix.lower() not in TABLES:
+        raise click.UsageError(f"-o {output.name}: several logs give a table; end it in {', '.join(TABLES)}.")
+    if several and given.observer is not None:
+        raise click.UsageError("--observer runs along one log.")
+    for target in (plot, output):
+        if target is not None:
+            refuse_inputs(target, [*given.inputs, *logs])
+
+
+def commissioning_of(given: Given) -> Commissioning | None:
+    """What the wear is compared with, from a log or from the --json of its run. Raises InputFileError where it tells no wear."""
+    path = given.commissioning
+    if path is None:
+        return None
+    from frictool.logs.source import head_of
+    from frictool.observe.commissioning import commissioned, read_commissioning
+    from frictool.observe.one_log import OneLog
+
+    if head_of(path).lstrip().startswith(b"{"):
+        return read_commissioning(path)
+    one = OneLog(path, given.document, given.settings)
+    return commissioned(one.wear_alone(), str(path))

@@ -1,0 +1,42 @@
+"""Estimates along a log as a canonical log, written while they are found."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import BinaryIO
+
+from frictool.logs.assembly import origins
+from frictool.logs.canonical.chunks import chunked
+from frictool.logs.canonical.mcap_layout import KIND, NS, TIME
+from frictool.logs.canonical.mcap_writer import CanonicalWriter, Notes, write_streams
+from frictool.logs.flow import Samples
+from frictool.logs.log import MAIN_TOPIC
+from frictool.logs.losses import LOST, record_of
+from frictool.observe.one_log import OneLog
+from frictool.observe.run import Part, head
+
+ESTIMATE = "estimate"  # metadata record: what was known in the end, key by key as JSON
+
+
+def write(one: OneLog, parts: Iterator[Part], stream: BinaryIO, notes: Notes) -> None:
+    """Writes the estimates of a log; `parts` are its own, perhaps looked at on the way. notes: further metadata records."""
+    first = next(parts)
+    shift = max(0, -round(float(first.piece.time[0]) * NS))
+    made = one.feed.made
+    dated = origins(made, [one.feed.topic]).get(TIME)
+    kept = {} if dated is None else {TIME: {MAIN_TOPIC if key == one.feed.topic else key: text for key, text in dated.items()}}
+    kind = {**made.notes.get(KIND, {}), "kind": "estimated", "model": one.model.name}
+    writer = CanonicalWriter(stream, (head(one.model),), {**kept, KIND: kind, **notes}, shift)
+
+    def samples() -> Iterator[Samples]:
+        yield first.samples()
+        for part in parts:
+            yield part.samples()
+
+    def last() -> Notes:
+        facts = one.outcome().estimate.as_json()
+        found = {ESTIMATE: {name: json.dumps(value) for name, value in facts.items()}}
+        return found | ({LOST: record_of(one.feed.losses)} if one.feed.losses else {})
+
+    write_streams(writer, [chunked(samples())], last)

@@ -1,0 +1,85 @@
+"""Which actuator a log is of, and of when: from its metadata, or from what its file is called.
+
+unit    record `log`, key `unit` (`frictool ingest --unit`); else what a pattern finds in the file's name; else the folder it is in, if any
+date    record `log`, key `date`; else what the clock of a recording showed; else what a pattern finds in the file's name
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+from frictool.logs.canonical.mcap_layout import KIND, NS
+from frictool.observe.feed import Feed
+
+UNIT, DATE = "unit", "date"  # keys of the record KIND
+EARLIEST = 946_684_800 * NS  # the year 2000: a clock that shows less counts from when it was switched on
+DIGITS = {8: "%Y%m%d", 10: "%Y%m%d%H", 12: "%Y%m%d%H%M", 14: "%Y%m%d%H%M%S"}
+
+
+@dataclass(frozen=True)
+class Patterns:
+    """Regular expressions for the file's name with its folders; what counts is the first group, or all of the match."""
+
+    unit: str | None = None
+    date: str | None = None
+
+
+@dataclass(frozen=True)
+class Origin:
+    """unit: as it is called. date: ISO 8601, UTC where a clock told it. None: nothing tells it."""
+
+    unit: str | None
+    date: str | None
+
+
+@dataclass(frozen=True)
+class Name:
+    """What a log's file is called, with its folders, and the last of those that are below a folder that was given, or nothing."""
+
+    file: str
+    folder: str = ""
+
+
+def origin_of(log: Feed, name: Name, patterns: Patterns) -> Origin:
+    """Of a log that has been read."""
+    noted, called = log.made.notes.get(KIND, {}), origin_by_name(name, patterns)
+    return Origin(noted.get(UNIT) or called.unit, noted.get(DATE) or _of_clock(log) or called.date)
+
+
+def origin_by_name(name: Name, patterns: Patterns) -> Origin:
+    """The same by what the file is called alone."""
+    unit = _found(patterns.unit, name.file) or name.folder
+    return Origin(unit or None, as_date(_found(patterns.date, name.file) or ""))
+
+
+def _of_clock(log: Feed) -> str | None:
+    """When the first sample was, by what dates the log."""
+    origin = log.made.origin
+    if origin is None or origin < EARLIEST:
+        return None
+    return datetime.fromtimestamp(origin // NS + round(log.first), UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+
+
+def as_date(text: str) -> str | None:
+    """ISO 8601 from year, month, day, and hour, minute, second where they are there, with anything between them; None where it is no date.
+
+    >>> as_date("2026-01-03_08h15")
+    '2026-01-03T08:15:00'
+    """
+    digits = "".join(re.findall(r"[0-9]+", text))
+    if len(digits) not in DIGITS:
+        return None
+    try:
+        found = datetime.strptime(digits, DIGITS[len(digits)])
+    except ValueError:
+        return None
+    return found.strftime("%Y-%m-%d" if len(digits) == 8 else "%Y-%m-%dT%H:%M:%S")
+
+
+def _found(pattern: str | None, name: str) -> str | None:
+    match = re.search(pattern, name) if pattern else None
+    if match is None:
+        return None
+    return match.group(1) if match.re.groups and match.group(1) else match.group()

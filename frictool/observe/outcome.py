@@ -1,0 +1,121 @@
+"""What a log has told in the end: the estimate, the figures of the velocity, the verdict; for people and for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from frictool.documents.model import Model
+from frictool.documents.quantity import si_unit
+from frictool.logs.losses import as_rows, counted
+from frictool.logs.table import Loss
+from frictool.observe.alarm import Verdict, judge
+from frictool.observe.commissioning import Commissioning
+from frictool.observe.estimate import Estimate, Range
+
+KINDS = {
+    "none": "none that the log shows",
+    "multiplicative": "all dry friction by one factor",
+    "additive": "one effort added to the dry friction",
+    "directional": "another factor in either direction",
+    "zones": "another factor in each zone of the travel",
+}
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Of one log. figures: of the velocity, by name, in SI. ratio: of the wear to that at commissioning, from `reference`. observer: what
+    another observer says."""
+
+    source: str
+    stream: str
+    samples: int
+    duration: float
+    gaps: int
+    period: float
+    estimate: Estimate
+    figures: dict[str, Any]
+    ratio: Range | None = None
+    reference: str | None = None
+    verdict: Verdict | None = None
+    observer: dict[str, Any] | None = None
+    losses: Sequence[Loss] = ()
+    remarks: tuple[str, ...] = ()
+    confidence: float = 0.95
+    unit: str | None = None
+    date: str | None = None
+
+    def as_json(self) -> dict[str, Any]:
+        """The machine's view."""
+        verdict, ratio = self.verdict, self.ratio
+        return {
+            "log": Path(self.source).name,
+            "stream": self.stream,
+            "unit": self.unit,
+            "date": self.date,
+            "samples": self.samples,
+            "duration_s": self.duration,
+            "gaps": self.gaps,
+            "sample_period_s": self.period,
+            "confidence": self.confidence,
+            **self.estimate.as_json(),
+            **({"ratio": ratio.as_json(), "commissioning": self.reference} if ratio is not None else {}),
+            **self.figures,
+            **({"observer": self.observer} if self.observer is not None else {}),
+            "wear_limit": None if verdict is None else verdict.limit,
+            "alarm": None if verdict is None else verdict.exceeded,
+            "reason": None if verdict is None else verdict.reason,
+            "lost": as_rows(list(self.losses)),
+            "warnings": [*self.remarks, *self.estimate.warnings],
+        }
+
+
+def judged(outcome: Outcome, limit: float | None, reference: Commissioning | None) -> Outcome:
+    """The same with its ratio to commissioning and its verdict, where they are asked for."""
+    ratio = None if reference is None or not outcome.estimate.moves else reference.ratio(outcome.estimate)
+    verdict = None if limit is None else judge(outcome.estimate, limit, ratio)
+    return replace(outcome, ratio=ratio, reference=None if reference is None else Path(reference.source).name, verdict=verdict)
+
+
+def lines(outcome: Outcome, model: Model) -> list[str]:
+    """The same for people."""
+    found, share = outcome.estimate, f"{100.0 * outcome.confidence:g} %"
+    length = f"{outcome.samples} samples, {outcome.duration:.6g} s, {found.moves} move{'s' * (found.moves != 1)}"
+    shown = [f"{Path(outcome.source).name}: {length}", f"{'wear':<16}{_range(found.wear)}   ({share} interval)"]
+    shown.append(f"{'kind':<16}{KINDS[found.kind]}")
+    effort = si_unit("effort", model.axis)
+    sides = (("forward", found.forward, ""), ("backward", found.backward, ""), ("added", found.added, effort))
+    shown += [f"{'  ' + name:<16}{_range(one)} {unit}".rstrip() for name, one, unit in sides if one is not None]
+    position = si_unit("position", model.axis)
+    shown += [f"{f'  {zone.low:.4g} to {zone.high:.4g} {position}':<24}{_range(zone.wear)}" for zone in found.zones]
+    if outcome.ratio is not None:
+        shown.append(f"{'to commissioning':<17}{_range(outcome.ratio)}")
+    if found.scale is not None:
+        shown.append(f"{'scale':<16}{_range(found.scale)}   (the actuator's constant: on the wear, not on a ratio)")
+    shown += [f"{name.replace('_', ' '):<16}{_range(one)}   (over the model's)" for name, one in found.others.items()]
+    shown += _velocity(outcome, si_unit("velocity", model.axis))
+    if outcome.losses:
+        shown.append(f"lost: {counted(list(outcome.losses))}")
+    if outcome.verdict is not None:
+        shown.append(_told(outcome.verdict))
+    return shown
+
+
+def _range(found: Range) -> str:
+    return f"{found.value:.4g} in [{found.low:.4g}, {found.high:.4g}]"
+
+
+def _velocity(outcome: Outcome, unit: str) -> list[str]:
+    """The figures of the velocity, each under its own name."""
+    return [
+        f"{name.replace('_', ' '):<24}{value:.4g}" + (f" {unit}" if name.startswith("velocity_rms") else "")
+        for name, value in outcome.figures.items()
+        if isinstance(value, float)
+    ]
+
+
+def _told(verdict: Verdict) -> str:
+    word = {True: "EXCEEDED", False: "not exceeded", None: "CANNOT TELL"}[verdict.exceeded]
+    return f"wear limit {verdict.limit:g}: {word}: {verdict.reason}"

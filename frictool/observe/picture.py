@@ -1,0 +1,105 @@
+"""Wear, friction and velocity over time, each with its interval, as an SVG; and the wear of a fleet over the date.
+
+What passes while a log is read is thinned to lowest and highest values (trace.py), so that a log of hours is drawn in the memory of a
+short one and none of its peaks is lost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from frictool.documents.quantity import Axis, si_unit
+from frictool.observe.run import Part
+from frictool.observe.trace import Trace, zigzag
+from frictool.svg import render
+
+INK, MUTED, GRID, LIMIT = "#1d2733", "#6b7785", "#e3e7ec", "#b3261e"
+WEAR, FRICTION, VELOCITY = "#1f5fa8", "#c4620a", "#2f7d4f"
+WIDTH, HEIGHT = 7.0, 6.6  # inches
+BAND = 0.25  # opacity of an interval
+LONG_S, LONGER_S = 600.0, 7200.0  # s, from which on time is drawn in minutes, in hours
+STYLE: dict[Any, Any] = {
+    "svg.fonttype": "none",
+    "text.parse_math": False,
+    "font.family": ["sans-serif"],
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 9.5,
+    "axes.edgecolor": MUTED,
+    "axes.labelcolor": INK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": GRID,
+    "grid.linewidth": 0.8,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "lines.linewidth": 1.2,
+}
+
+
+@contextmanager
+def drawing(name: str) -> Iterator[None]:
+    """The settings under which a figure is drawn: the same bytes for the same data."""
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update({**STYLE, "svg.hashsalt": name})
+        yield
+
+
+class Picture:
+    """Gathers what is drawn of a log."""
+
+    def __init__(self, axis: Axis) -> None:
+        self._axis = axis
+        self._trace = Trace(9)
+
+    def take(self, part: Part) -> None:
+        """The samples that follow those before."""
+        self._trace.take(part.piece.time, np.concatenate([part.wear, part.friction, part.velocity]))
+
+    def drawn(self, name: str, limit: float | None) -> str:
+        """The `<svg>` element; name: of the log, for who cannot see it. limit: of the wear."""
+        time, low, high = self._trace.drawn()
+        scale, unit = _scale(float(time[-1] - time[0]) if time.size else 0.0)
+        with drawing("observe"):
+            figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
+            axes = figure.subplots(3, 1, sharex=True, height_ratios=[1.2, 1.0, 1.0])
+            rows = ((WEAR, "wear [1]"), (FRICTION, f"friction [{si_unit('effort', self._axis)}]"), (VELOCITY, _velocity(self._axis)))
+            for number, (one, (colour, label)) in enumerate(zip(axes, rows, strict=True)):
+                first = 3 * number
+                one.fill_between(time / scale, low[first + 1], high[first + 2], color=colour, alpha=BAND, linewidth=0.0)
+                one.plot(*zigzag(time / scale, low[first], high[first]), color=colour)
+                one.set_ylabel(label)
+            _limit(axes[0], limit)
+            axes[-1].set_xlabel(f"time [{unit}]")
+            figure.align_ylabels(axes)
+            return render(figure, f"wear, friction and velocity over time, {_plain(name)}")
+
+
+def _velocity(axis: Axis) -> str:
+    return f"velocity [{si_unit('velocity', axis)}]"
+
+
+def _limit(axes: Axes, limit: float | None) -> None:
+    if limit is not None:
+        axes.axhline(limit, color=LIMIT, linestyle=(0, (4, 2)), linewidth=1.0)
+
+
+def _scale(duration: float) -> tuple[float, str]:
+    """What a time in s is divided by to be drawn, and its unit."""
+    if duration >= LONGER_S:
+        return 3600.0, "h"
+    return (60.0, "min") if duration >= LONG_S else (1.0, "s")
+
+
+def _plain(name: str) -> str:
+    """Text from outside as an attribute holds it."""
+    return "".join(c for c in name if c.isprintable() and c not in "<>&\"'")

@@ -1,0 +1,196 @@
+"""The table of a fleet: a row a log, its wear beside that of the unit's first log, as CSV, Parquet and for programs."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from frictool.logs.extras import library
+from frictool.logs.losses import counted
+from frictool.observe.alarm import Verdict, judge
+from frictool.observe.commissioning import Commissioning, commissioned
+from frictool.observe.estimate import Range
+from frictool.observe.fleet import Found
+from frictool.observe.outcome import Outcome
+
+ESTIMATED = ("wear", "low", "high", "ratio", "ratio_low", "ratio_high")
+COLUMNS = ("unit", "date", "file", *ESTIMATED, "kind", "moves", "velocity_rms", "duration_s", "alarm", "reason")
+TEXTS = ("unit", "date", "file", "kind", "reason")
+PARQUET = (".parquet", ".pq")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One log. ratio: of its wear to the unit's at commissioning. reason: of the verdict, or why there is none. first: whether it is itself
+    what the others of its unit are compared with."""
+
+    file: str
+    unit: str | None
+    date: str | None
+    outcome: Outcome | None
+    ratio: Range | None
+    verdict: Verdict | None
+    reason: str
+    first: bool = False
+
+    @property
+    def alarm(self) -> bool | None:
+        return None if self.verdict is None else self.verdict.exceeded
+
+    def cells(self) -> dict[str, Any]:
+        """Column -> value, None where there is none."""
+        out = self.outcome
+        found = None if out is None else out.estimate
+        return {
+            "unit": self.unit,
+            "date": self.date,
+            "file": self.file,
+            **_range("wear", "low", "high", None if found is None else found.wear),
+            **_range("ratio", "ratio_low", "ratio_high", self.ratio),
+            "kind": None if found is None else found.kind,
+            "moves": None if found is None else found.moves,
+            "velocity_rms": None if out is None else out.figures.get("velocity_rms"),
+            "duration_s": None if out is None else out.duration,
+            "alarm": self.alarm,
+            "reason": self.reason or None,
+        }
+
+    def as_json(self) -> dict[str, Any]:
+        """The machine's view: what the run along this log alone prints, and the row's own."""
+        own = {} if self.outcome is None else self.outcome.as_json()
+        ratio = {} if self.ratio is None else {"ratio": self.ratio.as_json()}
+        limit = None if self.verdict is None else self.verdict.limit
+        told = {"wear_limit": limit, "alarm": self.alarm, "reason": self.reason or None}
+        return {**own, "log": self.file, "unit": self.unit, "date": self.date, **ratio, **told, "read": self.outcome is not None}
+
+
+def _range(value: str, low: str, high: str, found: Range | None) -> dict[str, float | None]:
+    return {value: None, low: None, high: None} if found is None else {value: found.value, low: found.low, high: found.high}
+
+
+def rows(fleet: Sequence[Found], limit: float | None, given: Commissioning | None) -> list[Row]:
+    """A row for each log, in the order of unit, date and file. The first log of a unit is its commissioning where none is `given`.
+
+    limit: of the ratio to commissioning where there is one, else of the wear.
+    """
+    first = {} if given is not None else _first_logs(fleet)
+    made = [_row(one, limit, given, first) for one in fleet]
+    return sorted(made, key=lambda row: (row.unit or "", row.date or "", row.file))
+
+
+def _first_logs(fleet: Iterable[Found]) -> dict[str, Found]:
+    """Unit -> the earliest of its logs that has told a wear."""
+    dated = [(one.origin.date, one.member.name.file, one) for one in fleet if one.origin.date is not None and one.outcome is not None]
+    first: dict[str, Found] = {}
+    for _, _, one in sorted(dated, key=lambda entry: entry[:2]):
+        if one.origin.unit is not None and one.outcome is not None and one.outcome.estimate.moves:
+            first.setdefault(one.origin.unit, one)
+    return first
+
+
+def _row(one: Found, limit: float | None, given: Commissioning | None, first: dict[str, Found]) -> Row:
+    out, unit, date = one.outcome, one.origin.unit, one.origin.date
+    if out is None:
+        return Row(one.member.name.file, unit, date, None, None, None, one.reason)
+    start = first.get(unit or "")
+    reference = given
+    if start is not None and start is not one and start.outcome is not None:
+        reference = commissioned(start.outcome.estimate, start.member.name.file)
+    ratio = None if reference is None or not out.estimate.moves else reference.ratio(out.estimate)
+    verdict = None if limit is None else judge(out.estimate, limit, ratio)
+    told = [] if verdict is None else [verdict.reason]
+    told += [f"data lost: {counted(list(out.losses))}"] if out.losses else []
+    told += ["first log of its unit"] if start is one else []
+    return Row(one.member.name.file, unit, date, out, ratio, verdict, "; ".join(told), start is one)
+
+
+def headline(table: Sequence[Row], limit: float | None) -> str:
+    """All of it in one line."""
+    lost = sum(row.outcome is None for row in table)
+    units = len({row.unit for row in table if row.unit is not None})
+    told = f"{len(table)} logs of {units} unit{'s' * (units != 1)}" if units else f"{len(table)} logs"
+    told += f", {lost} could not be read" if lost else ""
+    if limit is None:
+        return told
+    above = [row for row in table if row.alarm]
+    worn = f": {', '.join(dict.fromkeys(row.unit or row.file for row in above))}" if above else ""
+    return f"{told}; above the limit {limit:g}: {len(above)}{worn}"
+
+
+def shown(table: Sequence[Row]) -> tuple[list[str], list[list[str]]]:
+    """Headings and rows of texts for people, columns that no row fills left out."""
+    cells = [{name: _short(value) for name, value in _joined(row).items()} for row in table]
+    names = [name for name in (cells[0] if cells else {}) if any(one[name] for one in cells)]
+    return [name.replace("_", " ") for name in names], [[one[name] for name in names] for one in cells]
+
+
+def _joined(row: Row) -> dict[str, Any]:
+    """The cells, an interval in one."""
+    cells = row.cells()
+    for value, low, high in (("wear", "low", "high"), ("ratio", "ratio_low", "ratio_high")):
+        ends = cells.pop(low), cells.pop(high)
+        if cells[value] is not None:
+            cells[value] = f"{cells[value]:.4g} [{ends[0]:.4g}, {ends[1]:.4g}]"
+    return cells
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, bool):
+        return "ALARM" if value else "no"
+    return "" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def as_text(table: Sequence[Row]) -> str:
+    """The same in columns."""
+    headings, rows = shown(table)
+    lines = [headings, *rows]
+    widths = [max(len(line[column]) for line in lines) for column in range(len(headings))]
+    return "\n".join("  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)).rstrip() for line in lines)
+
+
+def as_csv(table: Sequence[Row]) -> str:
+    """With a line of names first; RFC 4180, but for line ends of one character."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for row in table:
+        writer.writerow([_cell(value) for value in row.cells().values()])
+    return out.getvalue()
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return repr(value) if isinstance(value, float) else str(value)
+
+
+def write_parquet(table: Sequence[Row], target: BinaryIO, provenance: dict[str, str]) -> None:
+    """The same as Parquet; dates as time stamps in UTC. Raises LogError where pyarrow is not installed."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    kinds = dict.fromkeys(COLUMNS, pa.float64()) | dict.fromkeys(TEXTS, pa.string())
+    kinds |= {"date": pa.timestamp("us", tz="UTC"), "moves": pa.int64(), "alarm": pa.bool_()}
+    cells = [{**row.cells(), "date": _stamp(row.date)} for row in table]
+    schema = pa.schema([pa.field(name, kinds[name]) for name in COLUMNS], metadata=provenance)
+    pq.write_table(pa.Table.from_pylist(cells, schema=schema), target, compression="zstd")
+
+
+def require_parquet(target: Path) -> None:
+    """Raises LogError about `target` where the library that writes it is not installed."""
+    if target.suffix.lower() in PARQUET:
+        library(target, "pyarrow.parquet", "parquet")
+
+
+def _stamp(date: str | None) -> datetime | None:
+    if date is None:
+        return None
+    found = datetime.fromisoformat(date)
+    return found if found.tzinfo is not None else found.replace(tzinfo=UTC)
