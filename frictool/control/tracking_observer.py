@@ -5,7 +5,7 @@
     v+   = v^ + T/J (e - offset - viscous v^ - dry friction + d^)     0 where that cannot move it: Coulomb friction by an implicit step
     x+   = x^ + T (v^ + v+)/2
 
-Within the cell nothing is known to be wrong, so that nothing is corrected: between two counts the speed is the model's, and at rest it is 0.
+Within the cell nothing is known to be wrong, so that nothing is corrected: between two counts the speed is the model's, and at rest 0.
 The dry friction is the map's at x^, in the backlash that of the loose motor; the gap is followed as (4.45) has it. d [N m | N] is what the
 model lacks, added to the drive. At rest it is what holds the axis against a drive beyond the breakaway, and no more.
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 
 from frictool.documents.model import Model
-from frictool.documents.observer import Backlash, FrictionMap, Knee, Observer, Tracking
+from frictool.documents.observer import Backlash, Knee, Observer, Tracking
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Quantity, si_unit
 from frictool.errors import NoSolutionError
@@ -46,8 +46,8 @@ def design_tracking(
     bandwidth = bandwidth_of(model, drive_noise, believed) if bandwidth_rad_s is None else bandwidth_rad_s
     if not 0.0 < bandwidth <= fastest:
         raise NoSolutionError(
-            f"bandwidth: found {bandwidth:g} rad/s; allowed: above 0, at most {fastest:g} rad/s, one over the bench's period; without it the "
-            f"rule gives {bandwidth_of(model, drive_noise, believed):.4g} rad/s"
+            f"bandwidth: found {bandwidth:g} rad/s; allowed: above 0, at most {fastest:g} rad/s, one over the bench's period; without it "
+            f"the rule gives {bandwidth_of(model, drive_noise, believed):.4g} rad/s"
         )
     return Observer(
         format="observer/1",
@@ -81,10 +81,20 @@ def bandwidth_of(model: Model, drive_noise: float = 0.0, inertia: float | None =
     bench, period = model.bench, model.bench.sample_period_s
     believed = model.parameters.inertia.value if inertia is None else inertia
     constant = bench.actuator.constant.value
-    unsure = max(_half_width(model.parameters.inertia) / believed, LEAST_UNSURE)
-    friction = max(_half_width(model.parameters.coulomb), _half_width(bench.mechanics.coulomb) if model.laws is not None else 0.0)
-    wrong = (unsure * constant * bench.actuator.limit.value + friction + constant * drive_noise) / believed
+    inertia_part, friction = spread(model)
+    wrong = (inertia_part * constant * bench.actuator.limit.value + friction + constant * drive_noise) / believed
     return min(RATE * math.sqrt(wrong / bench.encoder.resolution), 1.0 / period)
+
+
+def spread(model: Model) -> tuple[float, float]:
+    """Half the width of what the inertia may be off by, as a part of it, and of the dry friction [N m | N].
+
+    By the model's intervals; of a parameter that has none, by the bench's range over the product's life.
+    """
+    known, today = model.bench.mechanics, model.parameters
+    inertia = _half_width(today.inertia) or _half_width(known.inertia)
+    friction = _half_width(today.coulomb) or _half_width(known.coulomb)
+    return max(inertia / today.inertia.value, LEAST_UNSURE), friction
 
 
 def _half_width(quantity: Quantity) -> float:
