@@ -48,10 +48,10 @@ class Change:
 
 
 def score(own: Filter, move: Move, name: str) -> tuple[float, float]:
-    """h'S^-1 e and h'S^-1 h of a step of the parameter [1/SI, 1/SI^2]; their ratio is the step, the second's root its deviation's inverse."""
+    """h'S^-1 e and h'S^-1 h of a step of the parameter [1/SI, 1/SI^2]: their ratio is the step, the second its deviation to the -2."""
     place = own.restricted.place(name)
     scale = float(own.restricted.deviation[place])
     information, right, _ = own.information(move)
-    noise = own.noise * np.eye(right.size) + information @ own.spread  # S = noise A^T..., on what A spans
-    solved = np.linalg.solve(noise, np.column_stack([right - information @ own.state, information[:, place]]))
+    mixed = own.noise * np.eye(right.size) + information @ own.spread  # S = mixed A, on what A spans
+    solved = np.linalg.solve(mixed, np.column_stack([right - information @ own.state, information[:, place]]))
     return float(solved[place, 0]) / scale, max(float(solved[place, 1]), 0.0) / scale**2

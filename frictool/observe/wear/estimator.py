@@ -1,11 +1,11 @@
-"""Wear as moves come: a filter over them that remembers long, and lets go at once where friction has changed.
+"""Wear as moves come: filters over them that remember long, and let go at once where friction has changed.
 
-    Piece ──moves.py──▶ Move ──filter.py──▶ wear, inertia, viscous friction, offset ──▶ Estimate, one after each move
+    Piece ──moves.py──▶ Move ──bank.py──▶ wear, inertia, viscous friction, offset ──▶ Estimate, one after each move
 
 Wear walks by WALK a move. Where moves, one or some together, tell of more (change.py), it is let walk as far as explains them: it has worn
 faster, or changed at once (thesis 6.3.2: times 1.5 at 5 s).
 
-The interval is the filter's, and FLOOR of the wear beside it in quadrature: what the model's shape over position and speed, and the rows'
+The interval is the filters', and FLOOR of the wear beside it in quadrature: what the model's shape over position and speed, and the rows'
 own approximations, leave however many moves there are. It was set on plants that no acceptance check uses (docs/theory/wear.md).
 """
 
@@ -18,11 +18,10 @@ from scipy.special import ndtri
 from frictool.documents.model import Model
 from frictool.observe.estimate import Estimate, Range
 from frictool.observe.samples import Piece
-from frictool.observe.wear.change import Change
-from frictool.observe.wear.filter import Filter
+from frictool.observe.wear.bank import SHAPES, Bank
 from frictool.observe.wear.layout import Layout, layout_of
 from frictool.observe.wear.moves import Move, Moves
-from frictool.observe.wear.restriction import Restriction, multiplicative
+from frictool.observe.wear.restriction import multiplicative
 
 WALK = 1e-4  # of wear, a move
 FLOOR = 0.004  # of the wear, a deviation
@@ -36,7 +35,7 @@ class WearEstimator:
     def __init__(self, model: Model, period: float | None = None, confidence: float = CONFIDENCE) -> None:
         """`period` [s] of the log where it is not the bench's. Raises FrictoolError for a model without dry friction."""
         self.model, self.layout, self.confidence = model, layout_of(model, period), confidence
-        self.filter, self._change = filter_of(self.layout, multiplicative(model, self.layout)), Change("wear")
+        self.bank = multiplicative_bank(model, self.layout)
         self._moves, self._count, self._quantile = Moves(self.layout), 0, float(ndtri(0.5 + 0.5 * confidence))
         self.estimate = Estimate(0.0, 0, prior(model))
 
@@ -50,23 +49,23 @@ class WearEstimator:
 
     def _after(self, move: Move) -> Estimate:
         self._count += 1
-        self.filter.walk("wear", math.hypot(WALK, self._change.seen(self.filter, move)))
-        self.filter.update(move)
+        self.bank.take(move)
         others = {"inertia": self._range("inertia", 1.0 / self.model.parameters.inertia.value)}
         self.estimate = Estimate(move.time, self._count, self._range("wear", 1.0, FLOOR), others=others)
         return self.estimate
 
     def _range(self, name: str, scale: float, floor: float = 0.0) -> Range:
         """A parameter times `scale` with its interval, `floor` of its value in quadrature."""
-        value, deviation = self.filter.value(name)
+        value, deviation = self.bank.value(name)
         half = self._quantile * math.hypot(deviation, floor * value)
         return Range(scale * value, scale * (value - half), scale * (value + half))
 
 
-def filter_of(layout: Layout, restricted: Restriction) -> Filter:
-    """A filter that has seen no move. White noise of the effort makes 1/(every sum phi^2) rows as good as one."""
-    inflation = 1.0 / (layout.every * float(layout.phi @ layout.phi))
-    return Filter(restricted, (FIRST_NOISE * layout.friction) ** 2, max(inflation, 1.0))
+def multiplicative_bank(model: Model, layout: Layout) -> Bank:
+    """That has seen no move. White noise of the effort makes 1/(every sum phi^2) overlapping rows as good as one."""
+    inflation = max(1.0, 1.0 / (layout.every * float(layout.phi @ layout.phi)))
+    kinds = [multiplicative(model, layout, shape) for shape in SHAPES]
+    return Bank(kinds, (FIRST_NOISE * layout.friction) ** 2, inflation, "wear", WALK)
 
 
 def prior(model: Model) -> Range:

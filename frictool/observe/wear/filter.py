@@ -62,6 +62,16 @@ class Filter:
         place = self.restricted.place(name)
         self.spread[place, place] += (deviation / self.restricted.deviation[place]) ** 2
 
+    def evidence(self, move: Move, noise: float) -> float:
+        """ln p of a move to come, but for what depends on `noise` [(N m)^2 | N^2], its r, alone; to compare filters at one noise."""
+        information, right, squares = self.information(move)
+        missed = right - information @ self.state
+        left = squares - self.state @ (right + missed)
+        whole = np.eye(right.size) + self.spread @ information / noise
+        _, logarithm = np.linalg.slogdet(whole)
+        explained = missed @ np.linalg.solve(whole, self.spread @ missed)
+        return float(-0.5 * (logarithm + left / noise - explained / noise**2))
+
     def update(self, move: Move) -> None:
         """Takes a move."""
         information, right, squares = self.information(move)

@@ -5,8 +5,8 @@
 
 Beside these every kind has the inertia, the viscous friction and its bends, and an offset: level_d = d offset (a current sensor's, say).
 
-What is known: wide where a unit may differ from the model, or grow old: inertia, viscous friction, wear; narrow where the model says what
-shape friction has over speed. A bend that the model has not is 0 within what SHAPE of the dry friction would need at top speed.
+What is known: wide where a unit may differ from the model, or grow old: inertia, wear, the viscous friction that the model has. Friction
+over speed that the model has not, a slope below its knee or another bend, is 0 within what `shape` of the dry friction needs at top speed.
 """
 
 from __future__ import annotations
@@ -46,9 +46,11 @@ class Restriction:
         return self.names.index(name)
 
 
-def restriction(model: Model, layout: Layout, wear: Mapping[str, tuple[Vector, float, float]], fixed: Vector | None = None) -> Restriction:
+def restriction(
+    model: Model, layout: Layout, wear: Mapping[str, tuple[Vector, float, float]], fixed: Vector | None = None, shape: float = SHAPE
+) -> Restriction:
     """`wear`: of each of its parameters the columns (p,), the mean and the deviation known beforehand. fixed (p,): 0 where not given."""
-    known = _known(model, layout)
+    known = _known(model, layout, shape)
     columns = [np.eye(len(layout.names))[:, layout.names.index(name)] for name in known]
     given = [(name, *values) for name, values in known.items()]
     return Restriction(
@@ -81,34 +83,35 @@ def offset_of(layout: Layout) -> tuple[Vector, float, float]:
     return level_columns(layout, -1.0, 1.0), 0.0, OFFSET_SPREAD * layout.friction
 
 
-def multiplicative(model: Model, layout: Layout) -> Restriction:
+def multiplicative(model: Model, layout: Layout, shape: float = SHAPE) -> Restriction:
     """All dry friction is multiplied by `wear`."""
-    return restriction(model, layout, {"offset": offset_of(layout), "wear": (dry_columns(layout), 1.0, WEAR_SPREAD)})
+    return restriction(model, layout, {"offset": offset_of(layout), "wear": (dry_columns(layout), 1.0, WEAR_SPREAD)}, shape=shape)
 
 
-def _known(model: Model, layout: Layout) -> dict[str, tuple[float, float]]:
-    """(mean, deviation) of inertia, viscous friction and its bends."""
+def _known(model: Model, layout: Layout, shape: float) -> dict[str, tuple[float, float]]:
+    """(mean, deviation) of inertia, viscous friction and its bends.
+
+    The bench's range of the viscous friction is that of the steepest slope (plant/friction_levels.py): of the last bend where the model has
+    some.
+    """
     today, bench = model.parameters, model.bench.mechanics
-    top = (
-        bench.top_speed.value if bench.top_speed is not None else max([2.0 * float(knee) for knee in layout.knees], default=layout.slowest)
-    )
-    inertia = today.inertia
-    steep = max([today.viscous.value, bench.viscous.value])
+    fastest = max([2.0 * float(knee) for knee in layout.knees], default=layout.slowest)
+    top = bench.top_speed.value if bench.top_speed is not None else fastest
+    own = {regime.above.value: regime.viscous for regime in (model.laws.regimes if model.laws is not None else ())}
+    inertia, slope, steepest = today.inertia, today.viscous, max(own, default=0.0)
+    unsure = {
+        speed: max(_spread(viscous), _half(viscous), _half(bench.viscous) if speed == steepest else 0.0) for speed, viscous in own.items()
+    }
+    first = _spread(slope) if own else max(_spread(slope), _half(bench.viscous))
     out = {
         "inertia": (inertia.value, float(np.hypot(INERTIA_SPREAD * inertia.value, _half(inertia) / QUANTILE))),
-        "viscous": (today.viscous.value, _spread(today.viscous, SHAPE * layout.friction / top)),
+        "viscous": (slope.value, float(np.hypot(first, shape * layout.friction / top))),
     }
-    regimes = model.laws.regimes if model.laws is not None else ()
-    slope = today.viscous
-    bends = {regime.above.value: regime.viscous for regime in regimes}
-    for place, knee in enumerate(layout.knees):
-        own = bends.get(float(knee))
-        width = SHAPE * layout.friction / max(top - float(knee), 0.25 * top)
-        if own is None:
-            out[f"bend_{place}"] = (0.0, width)
-        else:
-            out[f"bend_{place}"] = (own.value - slope.value, max(_spread(own, width), _half(own), VISCOUS_SPREAD * steep))
-            slope = own
+    for place, knee in enumerate(map(float, layout.knees)):
+        width, bend = shape * layout.friction / max(top - knee, 0.25 * top), 0.0
+        if knee in own:
+            bend, width, slope = own[knee].value - slope.value, max(width, unsure[knee]), own[knee]
+        out[f"bend_{place}"] = (bend, width)
     return out
 
 
@@ -117,6 +120,6 @@ def _half(quantity: Quantity) -> float:
     return 0.5 * (high - low)
 
 
-def _spread(quantity: Quantity, least: float) -> float:
+def _spread(viscous: Quantity) -> float:
     """Deviation of a viscous friction [N m s/rad | N s/m], which goes with the temperature."""
-    return float(np.sqrt((VISCOUS_SPREAD * quantity.value) ** 2 + (_half(quantity) / QUANTILE) ** 2 + least**2))
+    return float(np.hypot(VISCOUS_SPREAD * viscous.value, _half(viscous) / QUANTILE))
