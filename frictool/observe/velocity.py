@@ -97,5 +97,7 @@ def _with_effort(piece: Piece, effort: Vector) -> Piece:
 def _joined(parts: list[Along]) -> Along:
     if len(parts) == 1:
         return parts[0]
-    names = ("time", "position", "velocity", "friction")
-    return Along(*(np.concatenate([getattr(part, name) for part in parts]) for name in names), wear=None)
+    time, position, velocity, friction = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("time", "position", "velocity", "friction")
+    )
+    return Along(time, position, velocity, friction, None)

@@ -1,7 +1,7 @@
 """How far an estimated velocity may be off, sample by sample.
 
     half^2 = (CELL_PART step w)^2 + (MODEL_PART h)^2        at most PASSED step/(time since the last count) around rest
-    h      = what is left of |delta_a - its low-pass|/w     delta_a = unsure a + friction sign(v)/J, the acceleration that the model may miss
+    h      = what is left of |delta_a - its low-pass|/w     delta_a = unsure a + friction sign(v)/J, what the model may miss
 
 The first is what an innovation within the encoder's step moves the velocity by; the second what the model may be wrong by until the
 disturbance has taken it up, so that only changes of it count, and each one for about 1/w. Both are for 95 %; the parts are such that the
