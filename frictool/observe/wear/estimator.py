@@ -36,18 +36,19 @@ class WearEstimator:
         """`period` [s] of the log where it is not the bench's. Raises FrictoolError for a model without dry friction."""
         self.model, self.layout, self.confidence = model, layout_of(model, period), confidence
         self.bank = multiplicative_bank(model, self.layout)
-        self._moves, self._count, self._quantile = Moves(self.layout), 0, float(ndtri(0.5 + 0.5 * confidence))
+        self.moves, self._count, self._quantile = Moves(self.layout), 0, float(ndtri(0.5 + 0.5 * confidence))
         self.estimate = Estimate(0.0, 0, prior(model))
 
     def take(self, piece: Piece) -> list[Estimate]:
         """One estimate for each move that ended in this piece, or that a gap before it has ended."""
-        return [self._after(move) for move in self._moves.take(piece)]
+        return [self.learn(move) for move in self.moves.take(piece)]
 
     def finish(self) -> list[Estimate]:
         """The log ends here: the move that is still going on."""
-        return [self._after(move) for move in self._moves.end()]
+        return [self.learn(move) for move in self.moves.end()]
 
-    def _after(self, move: Move) -> Estimate:
+    def learn(self, move: Move) -> Estimate:
+        """What is known with a move more; for moves that were taken elsewhere."""
         self._count += 1
         self.bank.take(move)
         others = {"inertia": self._range("inertia", 1.0 / self.model.parameters.inertia.value)}
