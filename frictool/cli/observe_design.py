@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from frictool.documents.provenance import Provenance
 
 Kind = Literal["multiplicative", "additive", "tracking"]
-SWITCHED = ("switch_speed", "weights", "decay", "transitions", "stuck_speed", "inertia")
+SWITCHED = ("switch_speed", "weights", "decay", "quiet", "transitions", "stuck_speed", "inertia")
 OPTIONS: dict[Kind, tuple[str, ...]] = {  # that each kind has
     "multiplicative": ("intervals", *SWITCHED),
     "additive": SWITCHED,
@@ -63,6 +63,11 @@ def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[fl
     "--decay",
     type=FiniteRange(0.0, 1.0, min_open=True),
     help="Of the error, a sample; 1 for none.  [default: 0.997 at 1 ms, likewise at others]",
+)
+@click.option(
+    "--quiet",
+    type=FiniteRange(1.0, min_open=True),
+    help="Gamma may be so many times the smallest, for gains that pass less of the encoder's noise; 4 is usual.  [default: (6.6) as it is]",
 )
 @click.option("--inertia", help="In place of the model's, such as 1.1e-5 or '110 g cm^2'.")
 @click.option(
@@ -135,6 +140,7 @@ def _designed(model: Model, kind: Kind, provenance: Provenance, options: dict[st
         inertia=inertia,
         transitions=options["transitions"],
         stuck_speed=1.0 if options["stuck_speed"] == "held" else 0.0,
+        quiet=options["quiet"],
     )
     design = multiplicative.design if kind == "multiplicative" else additive.design
     return design(model, settings, provenance)

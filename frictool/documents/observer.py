@@ -54,6 +54,8 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     spectral radius over the products of two modes that may alternate. simulated_gain: the largest ||z||/||Delta|| seen along allowed
     switching sequences; at most gamma. Of what the inequalities do not cover: motion_after_rest_s of motion make up for a rest of any
     length, in which alpha stands still, motion_after_turn_s for a switch between moving modes that is not in `transitions`.
+    quiet: gamma is up to so many times the smallest one with this decay, for gains that pass least of the encoder's noise: z is at most
+    noise_gain times its standard deviation [rad | m], as a gain of signals.
     """
 
     wear: Literal["multiplicative", "additive"]
@@ -69,6 +71,8 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     smallest_gamma: float | None = None
     motion_after_rest_s: float | None = None
     motion_after_turn_s: float | None = None
+    quiet: Annotated[float, msgspec.Meta(gt=1)] | None = None
+    noise_gain: float | None = None
 
     def __post_init__(self) -> None:
         known = [mode.index for mode in self.modes]

@@ -79,7 +79,7 @@ def synthesise(modes: Mapping[int, Subsystem], switches: Switches, decay: float 
     """
     if not 0.0 < decay <= 1.0:
         raise ValueError(f"a decay of {decay:g} a sample; allowed: above 0 and at most 1")
-    t = _units(modes)
+    t = units(modes)
     for index, mode in modes.items():
         refuse_undetectable(index, mode.in_states(t))
     without = min(_candidates(modes, switches, 1.0, t), key=lambda found: found.gamma)
@@ -221,7 +221,7 @@ def _nothing(decay: float, t: Matrix) -> SwitchedGains:
     return SwitchedGains({}, np.inf, decay, np.inf, {}, t)
 
 
-def _units(modes: Mapping[int, Subsystem]) -> Matrix:
+def units(modes: Mapping[int, Subsystem]) -> Matrix:
     """Units of the states in which what couples them in A is of order one, by least squares of its logarithms over all modes."""
     coupling = np.max([np.abs(mode.a - np.diag(np.diag(mode.a))) for mode in modes.values()], axis=0)
     n, rows, right = len(coupling), [], []

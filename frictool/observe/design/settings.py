@@ -23,7 +23,8 @@ class Settings:
     intervals: n of (6.15)-(6.16), for each direction whose friction varies with the position. switch_speed: Sigma [rad/s | m/s]. weights:
     diagonal of C-bar (6.19). decay: lambda, by which the error falls a sample at least. inertia [kg m2 | kg]. transitions: neighbours, as
     figure 6.3; direction, any interval of a direction after any other. stuck_speed: what a sample leaves of the estimated speed in mode
-    0, the 1 that holds it or the 0 of (6.18).
+    0, the 1 that holds it or the 0 of (6.18). quiet: gamma may be so many times the smallest, for gains that pass less of the encoder's
+    noise (lmi/quiet_observer.py); None: (6.6) as it is.
     """
 
     intervals: int = 10
@@ -33,6 +34,7 @@ class Settings:
     inertia: float | None = None
     transitions: Transitions = "neighbours"
     stuck_speed: float = 1.0
+    quiet: float | None = None
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.stuck_speed <= 1.0:

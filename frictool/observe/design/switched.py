@@ -12,7 +12,8 @@ from frictool.documents.model import Model
 from frictool.documents.observer import FrictionMap, Mode, Observer, Row, Switched
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Quantity, si_unit
-from frictool.lmi.switched_observer import synthesise
+from frictool.lmi.quiet_observer import quiet_gains
+from frictool.lmi.switched_observer import Subsystem, SwitchedGains, synthesise
 from frictool.observe.design.matrices import Facts, subsystem
 from frictool.observe.design.settings import Settings, decay_of, switch_speed_of
 from frictool.observe.design.transitions import Switch
@@ -39,7 +40,7 @@ def designed(
 ) -> Observer:
     """The observer with gains for `modes`, which come without. Raises NoSolutionError where there are none, or they are not verified."""
     posed = {mode.index: subsystem(facts, mode.direction, mode.friction, mode.deviation) for mode in modes}
-    found = synthesise(posed, allowed, decay_of(model, settings))
+    found, noise_gain = _synthesised(posed, allowed, decay_of(model, settings), settings.quiet)
     gains = {index: _rounded(each) for index, each in found.gains.items()}
     gains[0][2, 0] = 0.0  # alpha's estimate is what is measured in mode 0: nothing moves it there
     proved = verify(posed, allowed, gains, found)
@@ -60,6 +61,8 @@ def designed(
         smallest_gamma=found.smallest_gamma,
         motion_after_rest_s=_seconds(motion_samples(proved.rest, found.decay), facts.period),
         motion_after_turn_s=_seconds(motion_samples(proved.turn, found.decay), facts.period),
+        quiet=settings.quiet,
+        noise_gain=noise_gain,
     )
     return Observer(
         "observer/1",
@@ -72,6 +75,17 @@ def designed(
         provenance,
         switched=switched,
     )
+
+
+def _synthesised(
+    posed: dict[int, Subsystem], allowed: tuple[Switch, ...], decay: float, quiet: float | None
+) -> tuple[SwitchedGains, float | None]:
+    """The gains by (6.6), or those that pass less noise and how much of it."""
+    if quiet is None:
+        return synthesise(posed, allowed, decay), None
+    noise = {index: np.eye(len(mode.c))[0] for index, mode in posed.items()}  # of the position; alpha's estimate is none
+    found = quiet_gains(posed, allowed, noise, decay, quiet)
+    return found.found, found.noise_gain
 
 
 def _seconds(samples: float | None, period: float) -> float | None:

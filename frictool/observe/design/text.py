@@ -49,6 +49,8 @@ def machine(observer: Observer, model: Model) -> dict[str, Any]:
         "stuck_speed": switched.stuck_speed,
         "motion_after_rest_s": switched.motion_after_rest_s,
         "motion_after_turn_s": switched.motion_after_turn_s,
+        "quiet": switched.quiet,
+        "noise_gain": switched.noise_gain,
         "count_speed": count_speed(observer),
         "modes": [_mode(mode, observer.sample_period_s) for mode in switched.modes],
         "transitions": [list(pair) for pair in switched.transitions],
@@ -83,6 +85,8 @@ def _mode(mode: Mode, period: float) -> dict[str, Any]:
 
 def _without(switched: Switched) -> str:
     least = switched.smallest_gamma
+    if switched.quiet is not None and least is not None:
+        return f" (at most {switched.quiet:g} times {least:.4g}, for gains that pass less of the encoder's noise)"
     return "" if least is None or switched.decay == 1.0 else f" ({least:.4g} without a decay)"
 
 
