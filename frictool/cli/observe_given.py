@@ -12,6 +12,7 @@ from frictool.cli.output import STDOUT, refuse_inputs
 
 if TYPE_CHECKING:
     from frictool.documents.model import Model
+    from frictool.documents.observer import Observer
     from frictool.observe.commissioning import Commissioning
     from frictool.observe.one_log import Settings
 
@@ -70,6 +71,16 @@ def check_outputs(given: Given, logs: tuple[Path, ...], several: bool) -> None:
     for target in (plot, output):
         if target is not None:
             refuse_inputs(target, [*given.inputs, *logs])
+
+
+def observer_of(given: Given) -> tuple[Path, Observer] | None:
+    """The document of a further observer, and where it is from."""
+    if given.observer is None:
+        return None
+    from frictool.documents.observer import Observer
+    from frictool.documents.registry import load
+
+    return given.observer, load(given.observer, Observer)
 
 
 def commissioning_of(given: Given) -> Commissioning | None:

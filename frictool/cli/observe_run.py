@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from frictool import waiting
-from frictool.cli.observe_given import TABLES, Given, check_outputs, commissioning_of, pattern
+from frictool.cli.observe_given import TABLES, Given, check_outputs, commissioning_of, observer_of, pattern
 from frictool.cli.output import FiniteRange, command_line, existing, json_option, note, output_option, print_json, replacing, save_text, say
 from frictool.cli.progress import tell_of_compiling
 from frictool.cli.window import window_of, window_options
@@ -46,7 +46,7 @@ Exit code 1 where the wear limit is exceeded, 3 where a log could not be read or
 @click.argument("logs", type=existing, nargs=-1, required=True, metavar="LOG...")
 @click.option("--wear-limit", type=FiniteRange(0.0, min_open=True), help="Exit code 1 where the wear, or its ratio, is above it.")
 @click.option("--commissioning", type=existing, help="The unit's first log, or the --json of its run: the limit is one of the ratio.")
-@click.option("--observer", type=existing, help="Velocity and friction by this observer (observer.yaml of `observe design`).")
+@click.option("--observer", type=existing, help="Another observer beside, its estimates as /axis/observer (observer.yaml).")
 @click.option("--plot", type=existing, help="A picture of the estimates (.svg), or a page (.html); of several logs the trend.")
 @click.option("--confidence", type=FiniteRange(0.5, 0.9999), default=0.95, show_default=True, help="Of the intervals.")
 @window_options
@@ -108,7 +108,7 @@ def _single(given: Given, log: Path) -> int:
 
     reference = commissioning_of(given)
     with kept([log]) as (path,):
-        one = OneLog(path, given.document, given.settings)
+        one = OneLog(path, given.document, given.settings, observer=observer_of(given))
         picture = None if given.plot is None else Picture(given.document.axis)
         provenance = record(given.words, [*given.inputs, path])
         with progress("observe") as tick:

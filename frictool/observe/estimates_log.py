@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from itertools import chain, tee
 from typing import BinaryIO
 
 from frictool.logs.assembly import origins
 from frictool.logs.canonical.chunks import chunked
-from frictool.logs.canonical.mcap_layout import KIND, NS, TIME
+from frictool.logs.canonical.mcap_layout import KIND, NS, TIME, Head
 from frictool.logs.canonical.mcap_writer import CanonicalWriter, Notes, write_streams
 from frictool.logs.flow import Samples
 from frictool.logs.log import MAIN_TOPIC
 from frictool.logs.losses import LOST, record_of
+from frictool.observe.beside import samples_of
 from frictool.observe.one_log import OneLog
 from frictool.observe.run import Part, head
 
@@ -27,16 +29,16 @@ def write(one: OneLog, parts: Iterator[Part], stream: BinaryIO, notes: Notes) ->
     dated = origins(made, [one.feed.topic]).get(TIME)
     kept = {} if dated is None else {TIME: {MAIN_TOPIC if key == one.feed.topic else key: text for key, text in dated.items()}}
     kind = {**made.notes.get(KIND, {}), "kind": "estimated", "model": one.model.name}
-    writer = CanonicalWriter(stream, (head(one.model),), {**kept, KIND: kind, **notes}, shift)
-
-    def samples() -> Iterator[Samples]:
-        yield first.samples()
-        for part in parts:
-            yield part.samples()
+    own, other = tee(chain([first], parts))  # one is ahead of the other by a piece, where both are written
+    streams: list[tuple[Head, Iterator[Samples]]] = [(head(one.model), (part.samples() for part in own))]
+    if one.beside is not None:
+        streams.append((one.beside.head, (samples_of(part.beside) for part in other if part.beside is not None)))
+    del other
+    writer = CanonicalWriter(stream, tuple(each for each, _ in streams), {**kept, KIND: kind, **notes}, shift)
 
     def last() -> Notes:
-        facts = one.outcome().estimate.as_json()
+        facts = one.wear.estimate.as_json()
         found = {ESTIMATE: {name: json.dumps(value) for name, value in facts.items()}}
         return found | ({LOST: record_of(one.feed.losses)} if one.feed.losses else {})
 
-    write_streams(writer, [chunked(samples())], last)
+    write_streams(writer, [chunked(samples) for _, samples in streams], last)

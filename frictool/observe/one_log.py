@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
 from frictool.documents.model import Model
+from frictool.documents.observer import Observer
 from frictool.logs.assembly import EVERYTHING, Window
+from frictool.observe.beside import Beside, check_observer
+from frictool.observe.design.tracking import design_tracking
 from frictool.observe.estimate import Estimate
 from frictool.observe.feed import Feed, feed
 from frictool.observe.origin import Name, Patterns, origin_of
 from frictool.observe.outcome import Outcome
 from frictool.observe.run import Part, Velocity, Wear, along
+from frictool.observe.velocity import VelocityEstimator
+from frictool.observe.wear.estimator import WearEstimator
 
 
 @dataclass(frozen=True)
@@ -30,15 +37,11 @@ class Settings:
 
 def estimated_wear(model: Model, confidence: float) -> Wear:
     """The estimator of wear."""
-    from frictool.observe.wear.estimator import WearEstimator
-
     return WearEstimator(model, confidence=confidence)
 
 
 def estimated_velocity(model: Model, confidence: float) -> Velocity:
     """The estimator of the velocity."""
-    from frictool.observe.velocity import VelocityEstimator
-
     return VelocityEstimator(model, confidence)
 
 
@@ -56,18 +59,48 @@ THESE = Estimators()
 class OneLog:
     """A log that is being observed: `parts` once, then `outcome`."""
 
-    def __init__(self, path: Path, model: Model, settings: Settings, name: Name | None = None, estimators: Estimators = THESE) -> None:
+    def __init__(
+        self,
+        path: Path,
+        model: Model,
+        settings: Settings,
+        name: Name | None = None,
+        estimators: Estimators = THESE,
+        observer: tuple[Path, Observer] | None = None,
+    ) -> None:
+        """observer: the document of a further one, and where it is from; one that tracks takes the place of the velocity's estimator.
+
+        Raises LogError as `feed` does, DocumentError where the observer is for another axis or period, FrictoolError where the model has
+        no dry friction.
+        """
         self.name, self.settings = name or Name(path.name), settings
         self.feed: Feed = feed(path, model.bench, settings.window, settings.topic, settings.salvage)
         bench = msgspec.structs.replace(model.bench, sample_period_s=self.feed.period)
         self.model = msgspec.structs.replace(model, bench=bench)
         self.wear = estimators.wear(self.model, settings.confidence)
         self.velocity = estimators.velocity(self.model, settings.confidence)
+        self.beside: Beside | None = None
+        if observer is not None:
+            check_observer(*observer, self.model, self.feed.period)
+            self._take_along(observer[1])
+
+    def _take_along(self, observer: Observer) -> None:
+        if observer.tracking is not None:
+            self.velocity = VelocityEstimator(self.model, self.settings.confidence, observer)
+            return
+        own = design_tracking(self.model, observer.provenance).tracking
+        assert own is not None
+        self.beside = Beside(observer, own.bandwidth_rad_s / (2.0 * math.pi))
 
     def parts(self) -> Iterator[Part]:
         """What is known at its samples, piece after piece. Raises LogError as `Feed.pieces`."""
-        yield from along(self.feed.pieces(), self.model, self.wear, self.velocity, self.settings.confidence)
+        yield from along(self.feed.pieces(), self.model, self.wear, self.velocity, self.settings.confidence, self.beside)
         self.wear.finish()
+
+    def _figures(self) -> dict[str, Any]:
+        """Those of the velocity; a velocity that a sensor measured is not called the true one."""
+        found = self.velocity.figures()
+        return found if self.feed.truth else {name.replace("_true", "_measured"): value for name, value in found.items()}
 
     def wear_alone(self) -> Estimate:
         """The wear in the end, nothing else: in place of `parts`."""
@@ -92,7 +125,8 @@ class OneLog:
             gaps=log.gaps,
             period=log.period,
             estimate=self.wear.estimate,
-            figures=self.velocity.figures(),
+            figures=self._figures(),
+            observer=None if self.beside is None else self.beside.as_json(),
             losses=log.losses,
             remarks=log.remarks(),
             confidence=self.settings.confidence,

@@ -96,6 +96,9 @@ def lines(outcome: Outcome, model: Model) -> list[str]:
         shown.append(f"{'scale':<16}{_range(found.scale)}   (the actuator's constant: on the wear, not on a ratio)")
     shown += [f"{name.replace('_', ' '):<16}{_range(one)}   (over the model's)" for name, one in found.others.items()]
     shown += _velocity(outcome, si_unit("velocity", model.axis))
+    if outcome.observer is not None:
+        told = ", ".join(f"{name.replace('_', ' ')} {value:.4g}" for name, value in outcome.observer.items() if isinstance(value, float))
+        shown.append(f"{'observer':<16}{outcome.observer['name']}, {outcome.observer['kind']}: {told}")
     if outcome.losses:
         shown.append(f"lost: {counted(list(outcome.losses))}")
     if outcome.verdict is not None:

@@ -20,6 +20,8 @@ from frictool.documents.quantity import si_unit
 from frictool.logs.canonical.mcap_layout import NS, Head
 from frictool.logs.flow import Samples
 from frictool.logs.log import MAIN_TOPIC
+from frictool.observe.along import Along
+from frictool.observe.beside import Beside
 from frictool.observe.estimate import Estimate
 from frictool.observe.friction import FrictionAlong, placed
 from frictool.observe.samples import Piece, Vector
@@ -59,12 +61,13 @@ class Velocity(Protocol):
 
 @dataclass(frozen=True)
 class Part:
-    """What is known at the samples of a piece: velocity, friction and wear (3, n), each value, low, high."""
+    """What is known at the samples of a piece: velocity, friction and wear (3, n), each value, low, high; beside: by another observer."""
 
     piece: Piece
     velocity: Matrix
     friction: Matrix
     wear: Matrix
+    beside: Along | None = None
 
     def samples(self) -> Samples:
         """As they stand in the log, by FIELDS."""
@@ -79,14 +82,17 @@ def head(model: Model) -> Head:
     return Head(MAIN_TOPIC, FIELDS, (si_unit("position", model.axis), *(units[name] for name in ESTIMATED for _ in range(3))))
 
 
-def along(pieces: Iterable[Piece], model: Model, wear: Wear, velocity: Velocity, confidence: float) -> Iterator[Part]:
+def along(
+    pieces: Iterable[Piece], model: Model, wear: Wear, velocity: Velocity, confidence: float, beside: Beside | None = None
+) -> Iterator[Part]:
     """What is known along the pieces, one after another."""
     friction = FrictionAlong(model, confidence)
     for piece in pieces:
         before = wear.estimate
         known = placed(piece, before, wear.take(piece))
         speeds = velocity.take(piece)
-        yield Part(piece, speeds, friction.take(piece, speeds, known), _wear(piece.time, known))
+        other = None if beside is None else beside.take(piece)
+        yield Part(piece, speeds, friction.take(piece, speeds, known), _wear(piece.time, known), other)
 
 
 def _wear(time: Vector, known: list[tuple[int, Estimate]]) -> Matrix:

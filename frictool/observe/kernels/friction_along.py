@@ -68,11 +68,6 @@ def _strongest(p: Vector, direction: float, x: float, factors: Matrix, zones: Ma
 
 
 @kernel
-def _within(value: float, most: float) -> float:
-    return min(max(value, -most), most)
-
-
-@kernel
 def _side(axes: Matrix, x: float, direction: float, speed: float, factors: Matrix, zones: Matrix, which: int) -> tuple[float, float]:
     """Worn dry friction and viscous friction of one end of what is known."""
     dry = dry_friction(axes[0], x, direction, speed)
@@ -130,19 +125,23 @@ def friction_along(
     x, effort (n,); v (3, n); state (STATE_SIZE,), kept.
     """
     p = axes[0]
+    place, forward, backward, loaded = math.nan, 0.0, 0.0, 0.0  # where it rests: what it stands at most there, and its load
     for k in range(x.shape[0]):
         if state[KNOWN] == 0.0:
             state[LAST_X], state[LAST_EFFORT], state[KNOWN] = x[k], effort[k], 1.0
         speed = v[VALUE, k]
         loose = _play(state, x[k], 1.0 if speed >= 0.0 else -1.0, widths)
         if speed == 0.0:
-            held = effort[k] - p[OFFSET] - load_effort(load, x[k])
+            if x[k] != place:
+                place, loaded = x[k], p[OFFSET] + load_effort(load, x[k])
+                forward, backward = _strongest(p, 1.0, place, factors, zones), _strongest(p, -1.0, place, factors, zones)
+            held = effort[k] - loaded
             step = effort[k] - state[LAST_EFFORT]
             state[NOISE] += FORGET * (0.5 * step * step - state[NOISE])
             state[WEIGHT] += FORGET * (1.0 - state[WEIGHT])
             spread = quantile * math.sqrt(state[NOISE] / state[WEIGHT])
-            most = _strongest(p, 1.0 if held >= 0.0 else -1.0, x[k], factors, zones)
-            value, low, high = _within(held, most), _within(held - spread, most), _within(held + spread, most)
+            value = min(max(held, -backward), forward)
+            low, high = min(max(held - spread, -backward), forward), min(max(held + spread, -backward), forward)
         else:
             value, low, high = _in_slip(axes, x[k], speed, factors, zones, loose)
             if v[LOW, k] < 0.0 and v[HIGH, k] > 0.0:  # nobody knows which way it moves: all that both ways allow
