@@ -1,0 +1,201 @@
+"""Switched observers designed from models: what is stored, what is verified, what is told and what is refused."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from frictool.documents.model import Model
+from frictool.documents.observer import Observer
+from frictool.documents.provenance import Provenance
+from frictool.documents.registry import load
+from frictool.documents.writing import to_yaml
+from frictool.errors import NoSolutionError
+from frictool.lmi.switched_observer import Subsystem, SwitchedGains, synthesise
+from frictool.observe.design import additive, multiplicative
+from frictool.observe.design.friction_map import friction_at
+from frictool.observe.design.matrices import Facts, drive_input, subsystems
+from frictool.observe.design.notes import notes
+from frictool.observe.design.settings import Settings, decay_of
+from frictool.observe.design.verification import verify
+from frictool.plant.lti import Lti
+from frictool.verify.norms import norm
+from tests.synth.example import ROOT
+
+Matrix = NDArray[np.float64]
+NOWHERE = Provenance("drawn", "0")
+CLUTCH, EMPS = ROOT / "configs/clutch/nonlinear.yaml", ROOT / "configs/emps/published.yaml"
+FEW = Settings(intervals=4)
+
+
+@lru_cache
+def _model(emps: bool = False) -> Model:
+    return load(EMPS if emps else CLUTCH, Model)
+
+
+@lru_cache
+def _clutch(few: Settings = FEW) -> Observer:
+    return multiplicative.design(_model(), few, NOWHERE)
+
+
+@lru_cache
+def _found() -> SwitchedGains:
+    switched = _clutch().switched
+    assert switched is not None
+    return synthesise(subsystems(_clutch()), switched.transitions, switched.decay)
+
+
+def test_a_constant_friction_has_one_interval_a_direction() -> None:
+    observer = multiplicative.design(_model(emps=True), Settings(), NOWHERE)
+    assert observer.switched is not None
+    assert [mode.index for mode in observer.switched.modes] == [-1, 0, 1]
+    assert observer.switched.modes[0].friction == 20.3935
+    assert observer.axis == "linear"
+
+
+@pytest.mark.parametrize("kind", ["multiplicative", "additive"])
+@pytest.mark.parametrize("emps", [False, True])
+def test_what_is_stored_is_what_was_verified(kind: str, emps: bool) -> None:
+    module = multiplicative if kind == "multiplicative" else additive
+    observer = module.design(_model(emps), FEW, NOWHERE)
+    switched = observer.switched
+    assert switched is not None
+    assert observer.kind == kind
+    modes = subsystems(observer)
+    for mode in switched.modes:
+        loop = modes[mode.index].a - np.array(mode.gains) @ modes[mode.index].c
+        assert np.max(np.abs(np.linalg.eigvals(loop))) == pytest.approx(mode.spectral_radius, rel=1e-12)
+        assert mode.spectral_radius < switched.decay
+        if mode.direction:  # a mode alone is a linear system, of which the norm is known
+            own = norm(Lti(loop, modes[mode.index].q, modes[mode.index].weight, np.zeros((3, 1)), 1.0))[0]
+            assert own <= switched.gamma
+    assert switched.smallest_gamma is not None
+    assert switched.smallest_gamma <= switched.gamma
+    assert 0.9 * switched.gamma < switched.simulated_gain <= switched.gamma  # the search for the worst disturbance finds it
+    assert switched.switching_radius < 1.0
+    stuck = next(mode for mode in switched.modes if mode.direction == 0)
+    assert stuck.gains[2][0] == 0.0
+
+
+def test_the_same_inputs_give_the_same_text_and_it_is_read_back() -> None:
+    again = multiplicative.design(_model(), FEW, NOWHERE)
+    assert to_yaml(again) == to_yaml(_clutch())
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=10, deadline=None)
+def test_rests_of_any_length_between_motions_that_are_long_enough_are_made_up_for(seed: int) -> None:
+    """The error as it really is, alpha standing still in mode 0: below what it was after each motion of motion_after_rest_s."""
+    observer, found, random = _clutch(), _found(), np.random.default_rng(seed)
+    switched = observer.switched
+    assert switched is not None
+    assert switched.motion_after_rest_s is not None
+    modes = subsystems(observer)
+    loops = {mode.index: modes[mode.index].a - np.array(mode.gains) @ modes[mode.index].c for mode in switched.modes}
+    rest = modes[0].a - np.array(switched.modes[4].gains)[:, :1] @ modes[0].c[:1]
+    assert switched.modes[4].index == 0
+    samples = int(np.ceil(switched.motion_after_rest_s / observer.sample_period_s)) + 1
+    e = random.normal(size=3) / np.sqrt(np.diag(found.t @ found.t.T))
+    for _ in range(6):
+        mode = int(random.choice([i for i in loops if i]))
+        before = found.value(mode, e)
+        for _ in range(samples):
+            e = loops[mode] @ e
+        for _ in range(int(random.integers(1, 400))):
+            e = rest @ e
+        assert found.value(int(random.choice([i for i in loops if i])), e) < before
+
+
+def test_alpha_finds_a_friction_that_has_grown_along_a_sweep() -> None:
+    """The recursion (6.4) beside a plant of its own kind, with half as much friction more: to 5 % on average after half a second."""
+    observer = _clutch(Settings(intervals=10))
+    assert observer.switched is not None
+    modes, facts = subsystems(observer), Facts.of(observer)
+    forward = [mode for mode in observer.switched.modes if mode.direction == 1]
+    x, v, estimate, alphas = 0.0, 60.0, np.array([0.0, 60.0, 1.0]), []
+    for _ in range(1000):
+        cell = next((mode for mode in forward if mode.over is not None and x < mode.over[1]), forward[-1])
+        mode, push = modes[cell.index], 0.18 + 2e-3 * (60.0 - v)
+        estimate = mode.a @ estimate + drive_input(facts, 1) * push + np.array(cell.gains) @ (x - mode.c @ estimate)
+        friction = 1.5 * float(friction_at(observer.friction, 1, x))
+        x, v = x + facts.period * v, v + facts.period / facts.inertia * (push - friction)
+        alphas.append(estimate[2])
+    assert x > 50.0
+    assert np.mean(alphas[500:]) == pytest.approx(1.5, rel=0.05)
+    worst = max(mode.deviation / mode.friction for mode in forward)  # alpha takes up what the intervals leave out
+    assert np.max(np.abs(np.array(alphas[500:]) / 1.5 - 1.0)) < 1.5 * worst
+
+
+def _broken(change: str) -> None:
+    observer = _clutch()
+    assert observer.switched is not None
+    modes, found = subsystems(observer), _found()
+    gains = {i: each.copy() for i, each in found.gains.items()}
+    if change == "gains":
+        gains[2] *= 1.5
+    if change == "sign":
+        gains[2][2] *= -1.0
+    verify(modes, observer.switched.transitions, gains, found)
+
+
+def test_gains_that_were_changed_are_not_verified() -> None:
+    _broken("nothing")
+    for change in ("gains", "sign"):
+        with pytest.raises(NoSolutionError, match=r"not verified: \(6\.9\) does not hold"):
+            _broken(change)
+
+
+def test_a_gamma_that_is_too_small_is_seen_in_simulation(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("frictool.observe.design.verification.proved_gamma", lambda *_: 10.0)
+    with pytest.raises(NoSolutionError, match=r"not verified: in simulation \|z\|/\|Delta\| is .*, above the gamma of 10"):
+        _broken("nothing")
+
+
+def test_a_friction_of_zero_tells_nothing_of_its_wear() -> None:
+    today = _model(emps=True).parameters
+    bare = msgspec.structs.replace(today, coulomb=msgspec.structs.replace(today.coulomb, value=0.0, low=None, high=None))
+    model = msgspec.structs.replace(_model(emps=True), parameters=bare)
+    with pytest.raises(NoSolutionError, match=r"^mode -1: .*friction that is 0 there tells nothing of its wear"):
+        multiplicative.design(model, Settings(), NOWHERE)
+    assert additive.design(model, Settings(), NOWHERE).kind == "additive"
+
+
+def test_settings_that_cannot_be_are_refused() -> None:
+    bench = _model().bench
+    slow = msgspec.structs.replace(bench, mechanics=msgspec.structs.replace(bench.mechanics, top_speed=None))
+    with pytest.raises(NoSolutionError, match=r"no mechanics\.top_speed .* give --switch-speed, such as 10rad/s"):
+        additive.design(msgspec.structs.replace(_model(), bench=slow), Settings(), NOWHERE)
+    with pytest.raises(NoSolutionError, match="decay nearer to 1"):
+        additive.design(_model(), Settings(decay=0.3), NOWHERE)
+    with pytest.raises(ValueError, match="stuck_speed: found 2"):
+        Settings(stuck_speed=2.0)
+    with pytest.raises(ValueError, match="that of the speed above 0"):
+        Settings(weights=(1.0, 0.0, 1.0))
+
+
+def test_the_decay_keeps_its_time_constant_at_other_periods() -> None:
+    fast = msgspec.structs.replace(_model(), bench=msgspec.structs.replace(_model().bench, sample_period_s=1e-4))
+    assert decay_of(_model(), Settings()) == pytest.approx(0.997)
+    assert decay_of(fast, Settings()) ** 10 == pytest.approx(0.997)
+    assert decay_of(fast, Settings(decay=0.9)) == 0.9
+
+
+def test_notes_tell_a_coarse_encoder_with_its_figures_and_are_silent_of_a_fine_one() -> None:
+    told = notes(_clutch(), _model())
+    assert "one count, 0.1122 rad, in one sample looks like 112.2 rad/s, 11.2 times the switch speed" in told[0]
+    assert any("ms of motion make up for a rest of any length" in line for line in told)
+    fine = multiplicative.design(_model(emps=True), Settings(), NOWHERE)
+    assert not any("coarse" in line for line in notes(fine, _model(emps=True)))
+
+
+def test_an_inertia_of_ones_own_is_in_the_matrices_and_in_the_document() -> None:
+    light = additive.design(_model(), Settings(inertia=0.8 * 1.32e-5), NOWHERE)
+    assert light.inertia.value == pytest.approx(1.056e-5)
+    modes: dict[int, Subsystem] = subsystems(light)
+    assert modes[1].a[1, 2] == pytest.approx(-1e-3 / 1.056e-5)
