@@ -29,7 +29,7 @@ from frictool.documents.model import Model
 from frictool.observe.estimate import Kind, Range, Zone
 from frictool.observe.wear.layout import Layout
 from frictool.observe.wear.moves import Move
-from frictool.observe.wear.restriction import dry_columns, level_columns, offset_of, restriction
+from frictool.observe.wear.restriction import dry_columns, level_columns, restriction
 from frictool.observe.wear.shares import SIDES, friction_share, zone_mean
 
 Vector = NDArray[np.float64]
@@ -38,6 +38,7 @@ KINDS: tuple[Kind, ...] = ("none", "multiplicative", "additive", "directional", 
 WEAR = 0.3  # standard deviation of a wear, and of an added friction over the mean friction
 ROUGH = 0.01  # of the model's friction, in each direction and zone
 COMMON = 0.005  # of all of it
+OFFSET = 0.01  # of the mean friction: by how much the drive's sensor may have drifted; more looks like friction of one direction
 CERTAIN = 4.0  # of evidence, natural logarithms
 MEMORY = 60.0  # moves, over which the sums are a mean
 FEWEST = 2  # moves
@@ -68,7 +69,8 @@ class Kinds:
     def __init__(self, model: Model, layout: Layout, confidence: float = 0.95) -> None:
         self.layout = layout
         self._quantile = float(ndtri(0.5 + 0.5 * confidence))
-        base = restriction(model, layout, {"offset": offset_of(layout)}, dry_columns(layout))
+        offset = level_columns(layout, -1.0, 1.0), 0.0, OFFSET * layout.friction
+        base = restriction(model, layout, {"offset": offset}, dry_columns(layout))
         dry = dry_columns(layout)
         self._mean = base.fixed + base.matrix @ base.mean
         own = (base.matrix * base.deviation**2) @ base.matrix.T + ROUGH**2 * np.diag(dry) + COMMON**2 * np.outer(dry, dry)
