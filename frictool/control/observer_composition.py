@@ -11,17 +11,20 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
+import numpy as np
+
 from frictool.control import switched_observer, tracking_observer
 from frictool.control.found import Found
 from frictool.control.program import Node, Program
 from frictool.control.switched_observer import SlipMode, SwitchedFacts
 from frictool.control.tracking_observer import TrackingFacts
 from frictool.documents.bench import Bench
-from frictool.documents.observer import Mode, Observer, Tracking
+from frictool.documents.observer import FrictionMap, Mode, Observer, Tracking
 
+GRID = 257  # positions at which a map is looked at
 MARGIN = 0.5  # of the travel's width, by which measured positions may lie outside it
 TOP_SPEEDS = 4.0  # of the bench's top speed, that an estimate may reach
-MOST_WEAR = 16.0  # friction over the model's, either sign
+MOST_WEAR = 3.0  # alpha_max of (6.13): friction over the model's; what alpha is 0 to, and f + alpha of the largest f
 
 
 class ObserverProgram(NamedTuple):
@@ -76,7 +79,7 @@ def switched_facts(observer: Observer) -> SwitchedFacts:
         viscous=friction.viscous,
         offset=friction.offset,
         top_speed=top_speed(observer.bench),
-        most_wear=_most_effort(observer.bench) if additive else MOST_WEAR,
+        wear=(-_largest(friction), (MOST_WEAR - 1.0) * _largest(friction)) if additive else (0.0, MOST_WEAR),
     )
 
 
@@ -101,6 +104,12 @@ def tracking_facts(observer: Observer, own: Tracking) -> TrackingFacts:
         top_speed=top_speed(bench),
         most_effort=_most_effort(bench),
     )
+
+
+def _largest(friction: FrictionMap) -> float:
+    """The largest friction of the map, on a grid [N m | N]."""
+    over = np.linspace(friction.over.low, friction.over.high, GRID)
+    return float(max(np.max(np.polynomial.Polynomial(curve)(over)) for curve in (friction.forward, friction.backward)))
 
 
 def _cells(modes: list[Mode]) -> tuple[SlipMode, ...]:

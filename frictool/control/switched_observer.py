@@ -5,7 +5,8 @@
     theta' = theta + T omega + L1 e
     omega' = omega + T/J (u - F) + L2 e      slipping,  F = alpha f_i (6.13) or f(theta) + alpha (6.22), against the motion
            = a omega + L2 e                  stuck, a = 0 (6.18), or 1
-    alpha' = alpha + L3 e                    slipping; stuck it is frozen, as (6.14) takes its estimate for a measurement
+    alpha' = alpha + L3 e                    slipping, within [alpha_min, alpha_max]; stuck it is frozen, as (6.14) takes its estimate for
+                                             a measurement
 
 All at one sample, theta, omega, alpha being the estimates there. F has the sign of omega, which a mode other than 0 has for certain.
 
@@ -42,7 +43,7 @@ class SwitchedFacts:
     the travel too. stuck: (L1, L2) of mode 0. kept: A_0's factor a of omega. additive: whether wear is what friction has grown by; then
     curves (forward, backward) are the polynomials of f, lowest power first, over `travel`, and the cells' own friction is not used.
     viscous [N m s/rad | N s/m], offset [N m | N] of a positive effort's opponent: of the model, 0 in the thesis.
-    top_speed, most_wear: what the states stay within.
+    top_speed: what the estimated speed stays within. wear: (alpha_min, alpha_max).
     """
 
     period: float
@@ -58,7 +59,7 @@ class SwitchedFacts:
     viscous: float
     offset: float
     top_speed: float
-    most_wear: float
+    wear: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -79,10 +80,10 @@ def switched(program: Program, position: Node, effort: Node, facts: SwitchedFact
 def predicted(program: Program, position: Node, facts: SwitchedFacts) -> tuple[Found, Chosen]:
     """What is known before the effort of this sample is; states start at the measured position, at rest, with no wear."""
     program.block("switched observer: its mode from the estimate, the mode's gains and friction")
-    top, most = facts.top_speed, facts.most_wear
+    top = facts.top_speed
     theta = program.state(STATES[0], position.low, position.high, start="position")
     omega = program.state(STATES[1], -top, top)
-    wear = program.state(STATES[2], -most, most, start=0.0 if facts.additive else 1.0)
+    wear = program.state(STATES[2], *facts.wear, start=0.0 if facts.additive else 1.0)
     zero = program.constant(0.0)
     is_stuck = program.named("is_stuck", abs(omega) < program.constant(facts.switch_speed, "switch_speed"))
     is_forward = program.named("is_forward", omega > zero)
@@ -110,7 +111,9 @@ def corrected(program: Program, position: Node, effort: Node, found: Found, chos
     slipping = omega + program.constant(facts.period / facts.inertia, "period_per_inertia") * push
     standing = program.constant(facts.kept, "stuck_speed") * omega
     program.update(STATES[1], program.select(chosen.is_stuck, standing, slipping) + chosen.gains[1] * error)
-    program.update(STATES[2], program.select(chosen.is_stuck, wear, wear + chosen.gains[2] * error))
+    least, most = (program.constant(end, name) for end, name in zip(facts.wear, ("least_wear", "most_wear"), strict=True))
+    learned = program.smaller(program.larger(wear + chosen.gains[2] * error, least), most)
+    program.update(STATES[2], program.select(chosen.is_stuck, wear, learned))
 
 
 class _Side:

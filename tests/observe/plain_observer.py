@@ -19,6 +19,16 @@ class PlainObserver:
         self.own = observer.switched
         self.theta, self.omega = position, 0.0
         self.alpha = 1.0 if self.own.wear == "multiplicative" else 0.0
+        self.alphas = self.bounds()
+
+    def bounds(self) -> tuple[float, float]:
+        """alpha in [0, 3], or f + alpha from 0 to 3 f of the largest f."""
+        if self.own.wear == "multiplicative":
+            return 0.0, 3.0
+        known = self.document.friction
+        grid = np.linspace(known.over.low, known.over.high, 257)
+        largest = max(float(np.max(np.polynomial.Polynomial(curve)(grid))) for curve in (known.forward, known.backward))
+        return -largest, 2.0 * largest
 
     def mode(self) -> Mode:
         """Mode 0 below Sigma, else the cell of the direction; the outermost cells hold beyond the travel too."""
@@ -58,7 +68,7 @@ class PlainObserver:
             push = push - known.viscous * self.omega if known.viscous else push
             push = push - known.offset if known.offset else push
             self.omega = self.omega + period / self.document.inertia.value * push + gains[1] * error
-            self.alpha = self.alpha + gains[2] * error
+            self.alpha = min(max(self.alpha + gains[2] * error, self.alphas[0]), self.alphas[1])
         self.theta = theta
         return found
 
