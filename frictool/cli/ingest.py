@@ -52,6 +52,10 @@ longer period what has faster parts. --salvage keeps what can be read of a damag
 @window_options
 @click.option("--resample", "period", type=FiniteRange(1e-6, 10.0), metavar="S", help="Put all streams on one grid of this period [s].")
 @click.option("--kind", type=click.Choice(list(KINDS)), help="Which test the log is of, where it is known. [default: info finds it]")
+@click.option(
+    "--unit", "unit_name", metavar="NAME", help="Which actuator the log is of, by its serial number; `observe run` tells them apart."
+)
+@click.option("--date", metavar="DATE", help="When it was recorded (2026-01-03, or with T08:15:00), where its clock does not tell.")
 @click.option("--salvage", is_flag=True, help="Keep what can be read of a damaged file; exit code 3.")
 @output_option()
 @json_option
@@ -64,6 +68,8 @@ def command(
     end: float | None,
     period: float | None,
     kind: str | None,
+    unit_name: str | None,
+    date: str | None,
     salvage: bool,
     output: Path,
     as_json: bool,
@@ -87,7 +93,9 @@ def command(
     from frictool.logs.table import LAYOUT
     from frictool.logs.text.layout import PLAIN
 
-    options = {"--from": start, "--to": end, "--resample": period, "--kind": kind, "--salvage": salvage}
+    said = _said(kind, unit_name, date)
+    named = {"--kind": kind, "--unit": unit_name, "--date": date}
+    options = {"--from": start, "--to": end, "--resample": period, **named, "--salvage": salvage}
     line = command_line("ingest", {"raw": raw, "--bench": bench, **options})
     with kept(raw) as paths:
         recordings = sources(paths)
@@ -95,7 +103,7 @@ def command(
             raise click.UsageError("Missing option '--bench'; where there is no bench.yaml yet, --guess proposes one.")
         inputs = [*(file for parts in recordings for file in parts), *([] if bench is None else [bench])]
         made = assemble(paths, document, salvage)
-        notes = {PROVENANCE: provenance_record(record(line, inputs)), **({KIND: {**made.notes.get(KIND, {}), TEST: kind}} if kind else {})}
+        notes = {PROVENANCE: provenance_record(record(line, inputs)), **({KIND: {**made.notes.get(KIND, {}), **said}} if said else {})}
         with replacing(output, inputs) as stream, progress("ingest") as tick:
             streams = write(made, stream, notes, window, None if period is None else round(period * 1e9), tick)
     for parts in recordings:
@@ -112,6 +120,19 @@ def command(
     else:
         say(table(facts), output)
     _refuse_loss(made, output)
+
+
+def _said(kind: str | None, unit: str | None, date: str | None) -> dict[str, str]:
+    """What the command line says of the log, as its record KIND has it. Raises UsageError where the date is none."""
+    from datetime import datetime
+
+    from frictool.logs.canonical.mcap_layout import DATE, UNIT
+
+    try:
+        datetime.fromisoformat(date or "2000-01-01")
+    except ValueError:
+        raise click.UsageError(f"--date {date!r} is no date; write 2026-01-03 or 2026-01-03T08:15:00.") from None
+    return {key: text for key, text in ((TEST, kind), (UNIT, unit), (DATE, date)) if text}
 
 
 def _propose(raw: tuple[Path, ...], axis: Literal["rotary", "linear"] | None, output: Path, as_json: bool) -> None:

@@ -10,10 +10,9 @@ import re
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
-from frictool.logs.canonical.mcap_layout import KIND, NS
+from frictool.logs.canonical.mcap_layout import DATE, KIND, NS, UNIT
 from frictool.observe.feed import Feed
 
-UNIT, DATE = "unit", "date"  # keys of the record KIND
 EARLIEST = 946_684_800 * NS  # the year 2000: a clock that shows less counts from when it was switched on
 DIGITS = {8: "%Y%m%d", 10: "%Y%m%d%H", 12: "%Y%m%d%H%M", 14: "%Y%m%d%H%M%S"}
 

@@ -111,12 +111,16 @@ def _range(found: Range) -> str:
 
 
 def _velocity(outcome: Outcome, unit: str) -> list[str]:
-    """The figures of the velocity, each under its own name."""
-    return [
-        f"{name.replace('_', ' '):<24}{value:.4g}" + (f" {unit}" if name.startswith("velocity_rms") else "")
-        for name, value in outcome.figures.items()
-        if isinstance(value, float)
-    ]
+    """How far the velocity is from others, rms, and how far the low-pass (5.70) is at the cut-off that is best for this log."""
+    found, shown = outcome.figures, []
+    cutoff = found.get("zero_phase_cutoff_hz")
+    zero_phase = "the zero-phase velocity" + (f" of {cutoff:.3g} Hz" if cutoff is not None else "")
+    for ending, reference in (("", zero_phase), ("_true", "the true one"), ("_measured", "the measured one")):
+        own, other, at = (found.get(f"{name}{ending}") for name in ("velocity_rms", "velocity_rms_filter", "filter_cutoff_hz"))
+        if own is not None:
+            against = "" if other is None else f"; (5.70) at its best{f', {at:.3g} Hz' if at is not None else ''}: {other:.4g} {unit}"
+            shown.append(f"{'velocity' if not shown else '':<16}{own:.4g} {unit} rms from {reference}{against}")
+    return shown
 
 
 def _told(verdict: Verdict) -> str:

@@ -28,6 +28,7 @@ TIME = "time"  # metadata record: SHIFT_KEY -> ns added to every time, where a l
 SHIFT_KEY = "shift_ns"
 EPOCH_KEY = "epoch_ns"  # of the record `time`: the clocks' time at 0 of the log, in ns; the clocks stand beside it, TOPIC -> clock
 KIND = "log"  # metadata record: what kind of log this is
+UNIT, DATE = "unit", "date"  # keys of the record KIND: which actuator the log is of, and of when (ISO 8601), where somebody has said so
 COLUMNS = "columns"  # metadata record: MESSAGE PATH -> the raw column that it was made from
 
 RECORD_HEAD = 9  # opcode (1), length (8)
