@@ -15,6 +15,9 @@ effort, over the variance of an independent row,
 
 A kind of wear is told where its evidence exceeds that of none by CERTAIN and that of the other kinds; below that it is none. Values are
 posterior means; their intervals hold the rough part, and not the scale (scale.py).
+
+Sums fade over MEMORY moves. Where the last RECENT moves and those before have more evidence apart than together, under a belief that leaves
+every direction and zone free, something has changed at once, and those before are forgotten.
 """
 
 from __future__ import annotations
@@ -30,6 +33,7 @@ from frictool.observe.estimate import Kind, Range, Zone
 from frictool.observe.wear.layout import Layout
 from frictool.observe.wear.moves import Move
 from frictool.observe.wear.restriction import dry_columns, level_columns, restriction
+from frictool.observe.wear.scale import relative_deviation
 from frictool.observe.wear.shares import SIDES, friction_share, zone_mean
 
 Vector = NDArray[np.float64]
@@ -44,7 +48,10 @@ MEMORY = 60.0  # moves, over which the sums are a mean
 FEWEST = 2  # moves
 SEEN = 0.2  # of WEAR: what the moves have told less of is not given
 LEFT = 0.25  # of the rows at least, when parameters have used theirs up
-PASSES = 4  # until the variance no longer moves
+UNEVEN = 0.08  # of what the wear of zones differs by: a deviation within a zone
+PASSES = 3  # until the variance no longer moves
+FIRST = 8  # moves, at each of which they are looked at
+RECENT = 4  # moves
 
 
 @dataclass(frozen=True)
@@ -64,7 +71,7 @@ class Told:
 
 
 class Kinds:
-    """Takes moves and tells their kind of wear; holds one Gram matrix."""
+    """Takes moves and tells their kind of wear; holds some Gram matrices."""
 
     def __init__(self, model: Model, layout: Layout, confidence: float = 0.95) -> None:
         self.layout = layout
@@ -75,47 +82,62 @@ class Kinds:
         self._mean = base.fixed + base.matrix @ base.mean
         own = (base.matrix * base.deviation**2) @ base.matrix.T + ROUGH**2 * np.diag(dry) + COMMON**2 * np.outer(dry, dry)
         self._beliefs = {kind: own + _spread(layout, kind) for kind in KINDS}
-        self._scale = relative_deviation(model) ** 2 * np.outer(self._mean, self._mean)
+        scale = relative_deviation(model) ** 2 * np.outer(self._mean, self._mean)
+        self._scaled = np.stack([self._beliefs[kind] + scale for kind in KINDS])
         self._loose = sum(self._beliefs.values(), np.zeros_like(own)) + WEAR**2 * np.diag(dry)
         self._inflation = 1.0 / (layout.every * float(np.sum(layout.phi**2)))  # rows that tell as much as one: windows overlap
         self._sides = {side: dry_columns(layout, side) for side in SIDES}
         self._zones = [dry_columns(layout, zone=zone) for zone in range(layout.zones)]
         self._shares: dict[tuple[tuple[int, ...], str | None], Vector] = {}
         self._floor = (1e-6 * layout.friction) ** 2
-        self.forget()
-
-    def forget(self) -> None:
-        """The friction has changed at once: what the moves before it said is of another unit."""
         size = self._mean.size
-        self._gram, self._rows, self.moves = np.zeros((size + 1, size + 1)), 0.0, 0
+        self._nothing: Vector = np.zeros((size + 1, size + 1))
+        self._old, self._old_rows, self._recent = self._nothing, 0.0, list[Move]()
+        self._count, self._variance = 0, np.inf
+        self.told: Told | None = None
 
-    def take(self, move: Move) -> None:
-        """A move more; old ones fade."""
-        kept = 1.0 - 1.0 / MEMORY
-        self._gram, self._rows, self.moves = kept * self._gram + move.gram, kept * self._rows + move.rows, self.moves + 1
+    def take(self, move: Move) -> Told | None:
+        """A move more; what all of them say by now, None where they are too few. Looks again at each of the first, then now and then."""
+        self._recent.append(move)
+        if len(self._recent) > RECENT:
+            kept, oldest = 1.0 - 1.0 / MEMORY, self._recent.pop(0)
+            self._old, self._old_rows = kept * self._old + oldest.gram, kept * self._old_rows + oldest.rows
+        self._count += 1
+        if self._count >= FEWEST and (self._count <= FIRST or self._count % RECENT == 0):
+            self.told = self._tell()
+        return self.told
 
-    def told(self) -> Told | None:
-        """What the moves say by now; None where they are too few."""
-        if self.moves < FEWEST:
-            return None
-        gram, right = self._information()
-        found = {kind: _evidence(gram, right, self._mean, belief + self._scale) for kind, belief in self._beliefs.items()}
-        over: dict[Kind, float] = {kind: value - found["none"] for kind, value in found.items()}
+    def _tell(self) -> Told:
+        last, rows = sum((move.gram for move in self._recent), self._nothing), float(sum(move.rows for move in self._recent))
+        gram, right = self._information(self._old + last, self._old_rows + rows)
+        if self._old_rows > 0.0 and self._changed(gram, right, last):
+            self._old, self._old_rows, self._count = self._nothing, 0.0, len(self._recent)
+            gram, right = self._information(last, rows)
+        found = _evidence(gram[None], right[None], self._mean, self._scaled)
+        over: dict[Kind, float] = {kind: float(value - found[0]) for kind, value in zip(KINDS, found, strict=True)}
         best = max(over, key=lambda kind: over[kind])
         return self._values(best if over[best] >= CERTAIN else "none", over, gram, right)
 
-    def _information(self) -> tuple[Vector, Vector]:
+    def _changed(self, gram: Vector, right: Vector, last: Vector) -> bool:
+        """Whether the last moves are of another friction than those before."""
+        size, weight = self._mean.size, 1.0 / (self._variance * self._inflation)
+        own, own_right = weight * last[:size, :size], weight * last[:size, size]
+        grams, rights = np.stack([gram, gram - own, own]), np.stack([right, right - own_right, own_right])
+        together, before, after = _evidence(grams, rights, self._mean, self._loose[None])
+        return bool(before + after - together > CERTAIN)
+
+    def _information(self, sums: Vector, rows: float) -> tuple[Vector, Vector]:
         """G (p, p) and b (p,), by the variance of the rows' errors under the loosest belief of all."""
         size = self._mean.size
-        gram, right, squares = self._gram[:size, :size], self._gram[:size, size], float(self._gram[size, size])
-        least = self._floor
-        variance = max(squares / self._rows, least)
+        gram, right, squares = sums[:size, :size], sums[:size, size], float(sums[size, size])
+        variance = min(max(squares / rows, self._floor), self._variance)
         for _ in range(PASSES):
             weight = 1.0 / (variance * self._inflation)
             theta, spread = _posterior(weight * gram, weight * right, self._mean, self._loose)
             left = squares - 2.0 * float(theta @ right) + float(theta @ gram @ theta)
             spent = self._inflation * weight * float(np.sum(spread * gram))  # rows that the parameters have used up
-            variance = max(left / max(self._rows - spent, LEFT * self._rows), least)
+            variance = max(left / max(rows - spent, LEFT * rows), self._floor)
+        self._variance = variance
         weight = 1.0 / (variance * self._inflation)
         return weight * gram, weight * right
 
@@ -127,12 +149,19 @@ class Kinds:
         forward, backward = (
             self._range(self._share(zones, side), *sides) if _tells(self._sides[side], gram) else None for side in ("forward", "backward")
         )
-        edges = layout.edges
-        worn: tuple[Zone, ...] = ()
-        if kind == "zones":
-            worn = tuple(Zone(float(edges[z]), float(edges[z + 1]), self._range(zone_mean(layout, z), *own)) for z in zones)
+        worn = self._worn(zones, *own) if kind == "zones" else ()
         added = self._range(level_columns(layout, 0.5, 0.5), *own) if kind == "additive" else None
         return Told(kind, over, self._range(self._share(zones), *own), forward, backward, added, worn)
+
+    def _worn(self, zones: tuple[int, ...], theta: Vector, spread: Vector) -> tuple[Zone, ...]:
+        """Each zone's wear; wherever it begins, it need not be at the edge of a zone, so that what zones differ by is within them too."""
+        weights, edges = [zone_mean(self.layout, zone) for zone in zones], self.layout.edges
+        values = [float(own @ theta) for own in weights]
+        uneven = UNEVEN * (max(values, default=0.0) - min(values, default=0.0))
+        return tuple(
+            Zone(float(edges[zone]), float(edges[zone + 1]), self._range(own, theta, spread, uneven))
+            for zone, own in zip(zones, weights, strict=True)
+        )
 
     def _share(self, zones: tuple[int, ...], side: str | None = None) -> Vector:
         key = (zones, side)
@@ -140,20 +169,15 @@ class Kinds:
             self._shares[key] = friction_share(self.layout, zones, side)
         return self._shares[key]
 
-    def _range(self, weights: Vector, theta: Vector, spread: Vector) -> Range:
-        value, deviation = float(weights @ theta), float(np.sqrt(weights @ spread @ weights))
+    def _range(self, weights: Vector, theta: Vector, spread: Vector, beside: float = 0.0) -> Range:
+        """The value of weighted parameters, a deviation `beside` in quadrature."""
+        value, deviation = float(weights @ theta), float(np.sqrt(weights @ spread @ weights + beside**2))
         return Range(value, value - self._quantile * deviation, value + self._quantile * deviation)
 
 
 def _tells(columns: Vector, gram: Vector) -> bool:
     """Whether the moves alone tell the wear of these columns to better than SEEN of what is known beforehand, were all else known."""
     return bool(columns @ gram @ columns * (SEEN * WEAR) ** 2 > 1.0)
-
-
-def relative_deviation(model: Model) -> float:
-    """Of the actuator's constant, whose interval on the bench is taken as one of 95 %; 0 where it has none."""
-    low, high = model.bench.actuator.constant.interval
-    return 0.5 * (high - low) / (1.96 * model.bench.actuator.constant.value)
 
 
 def _spread(layout: Layout, kind: Kind) -> Vector:
@@ -178,9 +202,10 @@ def _posterior(gram: Vector, right: Vector, mean: Vector, belief: Vector) -> tup
     return mean + spread @ (right - gram @ mean), spread
 
 
-def _evidence(gram: Vector, right: Vector, mean: Vector, belief: Vector) -> float:
-    """ln p of the data under a belief, but for what all beliefs have in common."""
-    residual, whole = right - gram @ mean, np.eye(mean.size) + belief @ gram
-    spread = np.linalg.solve(whole, belief)
-    _, logarithm = np.linalg.slogdet(whole)
-    return float(-0.5 * logarithm + 0.5 * residual @ spread @ residual + mean @ right - 0.5 * mean @ gram @ mean)
+def _evidence(grams: Vector, rights: Vector, mean: Vector, beliefs: Vector) -> Vector:
+    """ln p (m,) of data (m, p, p), (m, p) under beliefs (m, p, p), or one of either for all, but for what beliefs have in common."""
+    residuals, whole = rights - grams @ mean, np.eye(mean.size) + beliefs @ grams
+    spreads = np.linalg.solve(whole, np.broadcast_to(beliefs, whole.shape))
+    _, logarithms = np.linalg.slogdet(whole)
+    explained = np.sum(residuals * (spreads @ residuals[:, :, None])[:, :, 0], axis=1)
+    return np.asarray(-0.5 * logarithms + 0.5 * explained + rights @ mean - 0.5 * (grams @ mean) @ mean)

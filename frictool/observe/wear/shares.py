@@ -22,10 +22,10 @@ def zone_mean(layout: Layout, zone: int) -> Vector:
 
 
 def friction_share(layout: Layout, zones: Sequence[int], side: str | None = None) -> Vector:
-    """Weights (p,) of the friction over the model's in the mean over `zones`; of one direction, or of both."""
+    """Weights (p,) of the friction over the model's in the mean over `zones`, all where none is given; of one direction, or of both."""
     sides = SIDES if side is None else (side,)
     bounded = np.all(np.isfinite(layout.edges)) and layout.edges[0] < layout.edges[-1]
-    spans = {zone: float(layout.edges[zone + 1] - layout.edges[zone]) if bounded else 1.0 for zone in zones}
+    spans = {zone: float(layout.edges[zone + 1] - layout.edges[zone]) if bounded else 1.0 for zone in zones or range(layout.zones)}
     weights, whole = np.zeros(len(layout.names)), 0.0
     for name in sides:
         for zone, span in spans.items():
