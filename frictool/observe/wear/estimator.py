@@ -1,6 +1,7 @@
 """Wear as moves come: filters over them that remember long, and let go at once where friction has changed.
 
-    Piece ──moves.py──▶ Move ──bank.py──▶ wear, inertia, viscous friction, offset ──▶ Estimate, one after each move
+    Piece ──moves.py──▶ Move ──bank.py───▶ wear, inertia, viscous friction, offset ──▶ Estimate, one after each move
+                          └────kinds.py──▶ kind of wear, by direction and zone ──────────▲
 
 Wear walks by WALK a move. Where moves, one or some together, tell of more (change.py), it is let walk as far as explains them: it has worn
 faster, or changed at once (thesis 6.3.2: times 1.5 at 5 s).
@@ -12,6 +13,7 @@ own approximations, leave however many moves there are. It was set on plants tha
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from scipy.special import ndtri
 
@@ -19,9 +21,11 @@ from frictool.documents.model import Model
 from frictool.observe.estimate import Estimate, Range
 from frictool.observe.samples import Piece
 from frictool.observe.wear.bank import SHAPES, Bank
+from frictool.observe.wear.kinds import Kinds, Told
 from frictool.observe.wear.layout import Layout, layout_of
 from frictool.observe.wear.moves import Move, Moves
 from frictool.observe.wear.restriction import multiplicative
+from frictool.observe.wear.scale import scale_of
 
 WALK = 1e-4  # of wear, a move
 FLOOR = 0.004  # of the wear, a deviation
@@ -37,7 +41,8 @@ class WearEstimator:
         self.model, self.layout, self.confidence = model, layout_of(model, period), confidence
         self.bank = multiplicative_bank(model, self.layout)
         self.moves, self._count, self._quantile = Moves(self.layout), 0, float(ndtri(0.5 + 0.5 * confidence))
-        self.estimate = Estimate(0.0, 0, prior(model))
+        self.kinds, self._scale = Kinds(model, self.layout, confidence), scale_of(model)
+        self.estimate = Estimate(0.0, 0, prior(model), scale=self._scale)
 
     def take(self, piece: Piece) -> list[Estimate]:
         """One estimate for each move that ended in this piece, or that a gap before it has ended."""
@@ -52,7 +57,9 @@ class WearEstimator:
         self._count += 1
         self.bank.take(move)
         others = {"inertia": self._range("inertia", 1.0 / self.model.parameters.inertia.value)}
-        self.estimate = Estimate(move.time, self._count, self._range("wear", 1.0, FLOOR), others=others)
+        alike = Estimate(move.time, self._count, self._range("wear", 1.0, FLOOR), scale=self._scale, others=others)
+        told = self.kinds.take(move)
+        self.estimate = alike if told is None else with_kind(alike, told)
         return self.estimate
 
     def _range(self, name: str, scale: float, floor: float = 0.0) -> Range:
@@ -60,6 +67,13 @@ class WearEstimator:
         value, deviation = self.bank.value(name)
         half = self._quantile * math.hypot(deviation, floor * value)
         return Range(scale * value, scale * (value - half), scale * (value + half))
+
+
+def with_kind(alike: Estimate, told: Told) -> Estimate:
+    """The estimate of friction that has worn alike everywhere, and what kind of wear it is; the mean wear of a kind that is not alike is
+    its own."""
+    wear = alike.wear if told.kind in ("none", "multiplicative") else told.wear
+    return replace(alike, wear=wear, kind=told.kind, forward=told.forward, backward=told.backward, added=told.added, zones=told.zones)
 
 
 def multiplicative_bank(model: Model, layout: Layout) -> Bank:
