@@ -112,7 +112,8 @@ def _range(found: Range) -> str:
 
 def _velocity(outcome: Outcome, unit: str) -> list[str]:
     """How far the velocity is from others, rms, and how far the low-pass (5.70) is at the cut-off that is best for this log."""
-    found, shown = outcome.figures, []
+    found = outcome.figures
+    shown: list[str] = []
     cutoff = found.get("zero_phase_cutoff_hz")
     zero_phase = "the zero-phase velocity" + (f" of {cutoff:.3g} Hz" if cutoff is not None else "")
     for ending, reference in (("", zero_phase), ("_true", "the true one"), ("_measured", "the measured one")):
