@@ -22,6 +22,7 @@ Matrix = NDArray[np.float64]
 S = TypeVar("S", bound=msgspec.Struct)
 NEVER = 1e30  # rad | m: end stops that no axis reaches, so that every axis has its laws in the kernels' array
 NONE = Range(0.0, 0.0, 0.0)
+WIDTH, LOOSE = 0.2, 0.4  # of a gap's width, of the friction in it: how unsure they are where the bench gives no range
 
 
 class FrictionAlong:
@@ -30,8 +31,10 @@ class FrictionAlong:
     def __init__(self, model: Model, confidence: float = 0.95) -> None:
         self._axes = np.stack([_extended(one) for one in (model, _with_viscous(model, 0), _with_viscous(model, 1))])
         self._load = load_of(model).as_array()
-        backlash = model.bench.mechanics.backlash or Quantity(0.0)
-        self._widths = np.array([backlash.value, *backlash.interval])
+        mechanics, inertia = model.bench.mechanics, model.parameters.inertia.interval[1]
+        loose = Quantity(axis_of(model).backlash_coulomb, *_ends(mechanics.backlash_coulomb))
+        self._gap = np.stack([_unsure(mechanics.backlash or Quantity(0.0), WIDTH), _unsure(loose, LOOSE)])
+        self._swing = inertia / (2.0 * model.bench.encoder.resolution)
         self._quantile = NormalDist().inv_cdf(0.5 + 0.5 * confidence)
         self._state = np.zeros(STATE_SIZE)
 
@@ -50,7 +53,8 @@ class FrictionAlong:
             friction_along(
                 self._axes,
                 self._load,
-                self._widths,
+                self._gap,
+                self._swing,
                 factors,
                 zones,
                 self._quantile,
@@ -61,6 +65,18 @@ class FrictionAlong:
                 out[:, part],
             )
         return out
+
+
+def _ends(quantity: Quantity | None) -> tuple[float | None, float | None]:
+    return (None, None) if quantity is None else (quantity.low, quantity.high)
+
+
+def _unsure(quantity: Quantity, part: float) -> Vector:
+    """Value, low, high (3,); without a range `part` of the value either way."""
+    low, high = quantity.interval
+    if low == high:
+        low, high = (1.0 - part) * quantity.value, (1.0 + part) * quantity.value
+    return np.array([quantity.value, low, high])
 
 
 def _worn(estimate: Estimate) -> tuple[Matrix, Matrix]:

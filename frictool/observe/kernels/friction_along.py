@@ -4,7 +4,8 @@
     in a gap   direction F_gap                                    between motor and load of a backlash (4.45)
     at rest    effort - offset - load(x)                          at most the breakaway, worn
 
-The gap is followed from the position alone, as a play, for the width and for either end of its interval.
+At rest is where the interval of the velocity holds 0: nothing says that the axis moves. That it may is in the interval of the friction: the
+effort that stops it within a count. The gap is followed from the position alone, as a play, for its width and either end of its interval.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from frictool.engine.axis_friction import breakaway_at, coulomb_at, straight_line
 from frictool.kernels import kernel
-from frictool.plant.axis import BACKLASH_BREAKAWAY, BACKLASH_COULOMB, OFFSET
+from frictool.plant.axis import BACKLASH_BREAKAWAY, OFFSET
 from frictool.plant.axis_laws import STRIBECK_EXPONENT, STRIBECK_VELOCITY
 from frictool.plant.load import load_effort
 
@@ -76,19 +77,22 @@ def _side(axes: Matrix, x: float, direction: float, speed: float, factors: Matri
 
 
 @kernel
-def _in_slip(axes: Matrix, x: float, v: float, factors: Matrix, zones: Matrix, loose: float) -> tuple[float, float, float]:
+def _in_slip(axes: Matrix, gap: Vector, x: float, v: float, factors: Matrix, zones: Matrix, loose: float) -> tuple[float, float, float]:
     """Friction of an axis that slips: value, low, high. loose: the part of the widths for which it is inside its gap."""
-    direction, speed, inside = 1.0 if v > 0.0 else -1.0, abs(v), axes[0, BACKLASH_COULOMB]
-    if loose == 1.0:
-        return direction * inside, direction * inside, direction * inside
-    worn, viscous = _side(axes, x, direction, speed, factors, zones, VALUE)
-    least_worn, least_viscous = _side(axes, x, direction, speed, factors, zones, LOW)
-    most_worn, most_viscous = _side(axes, x, direction, speed, factors, zones, HIGH)
-    value = worn + viscous
-    low = max(0.0, value - math.hypot(least_worn - worn, least_viscous - viscous))
-    high = value + math.hypot(most_worn - worn, most_viscous - viscous)
+    direction, speed = 1.0 if v > 0.0 else -1.0, abs(v)
+    value, low, high = 0.0, math.inf, 0.0
+    if loose < 1.0:
+        worn, viscous = _side(axes, x, direction, speed, factors, zones, VALUE)
+        least_worn, least_viscous = _side(axes, x, direction, speed, factors, zones, LOW)
+        most_worn, most_viscous = _side(axes, x, direction, speed, factors, zones, HIGH)
+        value = worn + viscous
+        low = max(0.0, value - math.hypot(least_worn - worn, least_viscous - viscous))
+        high = value + math.hypot(most_worn - worn, most_viscous - viscous)
     if loose > 0.0:
-        low = min(low, inside)
+        low = min(low, gap[LOW] * _factor(factors, zones, x, direction, LOW))
+        high = max(high, gap[HIGH] * _factor(factors, zones, x, direction, HIGH))
+    if loose > 0.5:
+        value = gap[VALUE] * _factor(factors, zones, x, direction, VALUE)
     return (value, low, high) if direction > 0.0 else (-value, -high, -low)
 
 
@@ -108,7 +112,8 @@ def _play(state: Vector, x: float, direction: float, widths: Vector) -> float:
 def friction_along(
     axes: Matrix,
     load: Vector,
-    widths: Vector,
+    gap: Matrix,
+    swing: float,
     factors: Matrix,
     zones: Matrix,
     quantile: float,
@@ -120,18 +125,18 @@ def friction_along(
 ) -> None:
     """Friction of samples that follow one another, out (3, n): value, low, high [N m | N].
 
-    axes (3, EXTENDED_SIZE): the model's, and those of its lowest and highest viscous friction. load: plant/load.py. widths (3,) of the gap.
-    factors (3, 3): wear forward, wear backward, added friction, each with low and high. zones (k, 5). quantile: of the normal law.
-    x, effort (n,); v (3, n); state (STATE_SIZE,), kept.
+    axes (3, EXTENDED_SIZE): the model's, and those of its least and most viscous friction. load: plant/load.py. gap (2, 3): its width and
+    the friction in it. swing: inertia over two counts. factors (3, 3): wear forward, wear backward, added friction. zones (k, 5). quantile:
+    of the normal law. x, effort (n,); v (3, n); state (STATE_SIZE,), kept. Of three values each is value, low, high.
     """
     p = axes[0]
     place, forward, backward, loaded = math.nan, 0.0, 0.0, 0.0  # where it rests: what it stands at most there, and its load
     for k in range(x.shape[0]):
         if state[KNOWN] == 0.0:
             state[LAST_X], state[LAST_EFFORT], state[KNOWN] = x[k], effort[k], 1.0
-        speed = v[VALUE, k]
-        loose = _play(state, x[k], 1.0 if speed >= 0.0 else -1.0, widths)
-        if speed == 0.0:
+        speed, slowest, fastest = v[VALUE, k], v[LOW, k], v[HIGH, k]
+        loose = _play(state, x[k], 1.0 if speed >= 0.0 else -1.0, gap[0])
+        if slowest <= 0.0 <= fastest:
             if x[k] != place:
                 place, loaded = x[k], p[OFFSET] + load_effort(load, x[k])
                 forward, backward = _strongest(p, 1.0, place, factors, zones), _strongest(p, -1.0, place, factors, zones)
@@ -139,15 +144,11 @@ def friction_along(
             step = effort[k] - state[LAST_EFFORT]
             state[NOISE] += FORGET * (0.5 * step * step - state[NOISE])
             state[WEIGHT] += FORGET * (1.0 - state[WEIGHT])
-            spread = quantile * math.sqrt(state[NOISE] / state[WEIGHT])
+            stopped = swing * max(-slowest, fastest) ** 2  # what it takes to stop within a count
+            spread = math.hypot(quantile * math.sqrt(state[NOISE] / state[WEIGHT]), stopped)
             value = min(max(held, -backward), forward)
             low, high = min(max(held - spread, -backward), forward), min(max(held + spread, -backward), forward)
         else:
-            value, low, high = _in_slip(axes, x[k], speed, factors, zones, loose)
-            if v[LOW, k] < 0.0 and v[HIGH, k] > 0.0:  # nobody knows which way it moves: all that both ways allow
-                _, one, other = _in_slip(axes, x[k], v[LOW, k], factors, zones, loose)
-                low, high = min(low, one), max(high, other)
-                _, one, other = _in_slip(axes, x[k], v[HIGH, k], factors, zones, loose)
-                low, high = min(low, one), max(high, other)
+            value, low, high = _in_slip(axes, gap[1], x[k], speed, factors, zones, loose)
         out[VALUE, k], out[LOW, k], out[HIGH, k] = value, low, high
         state[LAST_X], state[LAST_EFFORT] = x[k], effort[k]
