@@ -9,6 +9,7 @@ import click
 # subcommand -> (module, one line for --help)
 COMMANDS: dict[str, tuple[str, str]] = {
     "design": ("frictool.cli.observe_design", "Gains of an observer, verified (observer.yaml)."),
+    "loop": ("frictool.cli.observe_loop", "A controller whose speed comes from an observer, verified with it."),
     "run": ("frictool.cli.observe_run", "Velocity, friction and wear along logs, with intervals, and a verdict."),
 }
 
@@ -17,6 +18,7 @@ Example:
   frictool observe run model.yaml shift.mcap --wear-limit 1.25 -o estimates.mcap --plot wear.svg
   frictool observe run model.yaml fleet/ --wear-limit 1.25 -o fleet.csv --plot trend.svg
   frictool observe design model.yaml --kind tracking -o observer.yaml
+  frictool observe loop controller.yaml --observer observer.yaml -o observed.yaml
 
 Velocity, friction and wear of an actuator that runs, from its encoder and its drive.
 """

@@ -55,6 +55,7 @@ Example:
   frictool simulate model.yaml --controller controller.yaml --scenario scenarios/steps.yaml -o run.mcap
   frictool simulate nonlinear.yaml --controller controller.yaml --scenario scenarios/random.yaml -o plants.mcap
   frictool simulate model.yaml --controller controller.yaml --scenario scenarios/steps.yaml --target c/ -o target.mcap
+  frictool simulate model.yaml --controller controller.yaml --observer observer.yaml --scenario scenarios/steps.yaml -o observed.mcap
   frictool simulate model.yaml --excitation sines.mcap --position-gain 30 --speed-gain 0.1 -o bench_log.mcap
 
 Play a scenario to the model under its controller and write what a bench would have logged.
@@ -62,8 +63,11 @@ Play a scenario to the model under its controller and write what a bench would h
 The engine moves from event to event (stop, breakaway, backlash contact, knee, end stop), in closed form where there is one: an axis at
 rest below its breakaway stays where it is, exactly. The controller is sampled, sees the position through the encoder, and acts after
 the bench's computational delay.
-The log holds what a bench would have (position, reference, drive, effort) and what only a simulation knows (position_true, velocity,
-load_position, the true drive, command). Each plant is a stream: /axis is the model, /axis/NAME a vertex or a drawn plant.
+The log holds what a bench would have (position, reference, drive, effort), velocity_estimated, which the controller took for the speed, and
+what only a simulation knows (position_true, velocity, load_position, the true drive, command). Each plant is a stream: /axis is the model,
+/axis/NAME a vertex or a drawn plant.
+With --observer the controller's speed is that of an observer (frictool observe design), whose loop is verified at the vertices first: exit
+4 where it is unstable; `frictool observe loop` writes that controller for export.
 With --number the controller runs in float or in fixed point as on the target; with --target the exported C itself runs, compiled here.
 
 {KEYS}
@@ -78,6 +82,7 @@ MOST_LINES = 40  # of streams that are told to people
 @click.argument("model", type=existing)
 @click.option("--controller", type=existing, help="The controller (controller.yaml).")
 @click.option("--scenario", type=existing, help="What is played: keys above (scenario.yaml).")
+@click.option("--observer", type=existing, help="What the controller takes for the speed (observer.yaml).")
 @click.option("--target", type=existing, help="The folder of `frictool export --lang c`: its code, compiled, in place of the simulation's.")
 @click.option(
     "-n", "--number", type=click.Choice(["double", "float", "q31", "q15"]), help="Number format the controller runs in. [default: double]"
@@ -92,6 +97,7 @@ def command(
     model: Path,
     controller: Path | None,
     scenario: Path | None,
+    observer: Path | None,
     target: Path | None,
     number: Number | None,
     excitation: Path | None,
@@ -104,8 +110,9 @@ def command(
     waiting.compiling = lambda: tell_of_compiling(everywhere=True)  # the engine takes longest of all
     gains = Gains(servo["position_gain"], servo["speed_gain"], servo["integral_gain"])
     if excitation is not None:
-        if any(given is not None for given in (controller, scenario, target, number)):
-            raise click.UsageError("--excitation is played by the bench: leave out --controller, --scenario, --target and --number.")
+        if any(given is not None for given in (controller, scenario, observer, target, number)):
+            names = "--controller, --scenario, --observer, --target and --number"
+            raise click.UsageError(f"--excitation is played by the bench: leave out {names}.")
         log = _bench_test(model, excitation, gains, drive_noise, seed, output)
         views = bench_summary, bench_table
     elif controller is None or scenario is None:
@@ -114,8 +121,12 @@ def command(
         raise click.UsageError("gains, --drive-noise and --seed belong to --excitation; a scenario has its own.")
     elif target is not None and number is not None:
         raise click.UsageError("the sources in --target say their number format: leave out --number.")
+    elif target is not None and observer is not None:
+        raise click.UsageError(
+            "the sources in --target are of one controller: write it with `frictool observe loop`, and leave out --observer."
+        )
     else:
-        log = _step_test(model, controller, scenario, target, number, output)
+        log = _step_test(model, controller, scenario, observer, target, number, output)
         views = summary, table
     if as_json:
         print_json(views[0](log), output)
@@ -145,7 +156,9 @@ def _bench_test(model: Path, excitation: Path, gains: Gains, noise: float | None
     return log
 
 
-def _step_test(model: Path, controller: Path, scenario: Path, target: Path | None, number: Number | None, output: Path) -> Log:
+def _step_test(
+    model: Path, controller: Path, scenario: Path, observer: Path | None, target: Path | None, number: Number | None, output: Path
+) -> Log:
     """The log of a scenario, saved."""
     from frictool.documents.controller import Controller
     from frictool.documents.model import Model
@@ -153,10 +166,10 @@ def _step_test(model: Path, controller: Path, scenario: Path, target: Path | Non
     from frictool.documents.registry import load
     from frictool.documents.scenario import Scenario
 
-    documents = (load(model, Model), load(controller, Controller), load(scenario, Scenario))
+    documents = (load(model, Model), _controller(load(controller, Controller), observer), load(scenario, Scenario))
     replay = documents[2].reference
     recorded = None if replay is None else scenario.parent / replay.log
-    inputs = [model, controller, scenario, *([] if recorded is None else [recorded])]
+    inputs = [model, controller, scenario, *(one for one in (observer, recorded) if one is not None)]
     refuse_inputs(output, inputs)
     from frictool.simulate.agreement import Names
     from frictool.simulate.step_test import step_test
@@ -164,12 +177,26 @@ def _step_test(model: Path, controller: Path, scenario: Path, target: Path | Non
     log = None if recorded is None else _recorded(recorded, scenario, documents[0].bench)
     code = None if target is None else _target(target, controller, documents[1])
     inputs += [] if code is None else code.sources
-    words = {"model": model, "--controller": controller, "--scenario": scenario, "--target": target, "--number": number}
-    provenance = record(command_line("simulate", words), inputs)
+    words = {"model": model, "--controller": controller, "--scenario": scenario, "--observer": observer, "--target": target}
+    provenance = record(command_line("simulate", words | {"--number": number}), inputs)
     names = Names(str(model), str(controller), str(scenario))
     played = step_test(*documents, provenance, names, _progress, log, number or "double", code)
     _save(played, output, inputs)
     return played
+
+
+def _controller(document: Controller, observer: Path | None) -> Controller:
+    """With its speed from the observer, where one is given."""
+    if observer is None:
+        return document
+    from frictool.documents.observer import Observer
+    from frictool.documents.registry import load
+    from frictool.verify.observed_controller import with_observer
+
+    found = with_observer(document, load(observer, Observer))
+    for line in found.told():
+        note(line)
+    return found.controller
 
 
 def _target(folder: Path, controller: Path, document: Controller) -> Target:

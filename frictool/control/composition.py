@@ -10,12 +10,15 @@ position        reference ─▶ prefilter ─▶(-)─ e ─▶ linear controll
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from frictool.control import band as bands
 from frictool.control import difference_equation, drive_limit, friction_compensation, limit_cycle, sections
 from frictool.control.difference_equation import Equation, state_bounds
+from frictool.control.drive_model import mean_effort
+from frictool.control.observer_composition import begun
 from frictool.control.position_law import proportional_law, square_root_law
 from frictool.control.prefilter import prefilter
 from frictool.control.program import Node, Program
@@ -32,6 +35,18 @@ TOP_SPEEDS = 4.0  # of the bench's top speed, that a measured velocity may reach
 def controller_program(controller: Controller) -> Program:
     """The program of a controller document; its states are called as in the blocks' files."""
     return _Composition(controller).program
+
+
+def uses_speed(controller: Controller) -> bool:
+    """Whether a block of the controller asks for a speed."""
+    law, limiter, compensation = controller.position_law, controller.limiter, controller.friction_compensation
+    return (
+        controller.linear.input == "speed_error"
+        or (law is not None and law.action == "brake")
+        or (limiter is not None and (limiter.condition == "energy" or limiter.virtual_coulomb > 0.0))
+        or (compensation is not None and not (compensation.source == "model" and compensation.velocity == "reference"))
+        or controller.bench.actuator.winding is not None
+    )
 
 
 class _Composition:
@@ -53,33 +68,36 @@ class _Composition:
         program.block("position error, and the position's difference")
         self.error = program.named("error", filtered - self.position)
         self.filtered = filtered
+        self.move: Callable[[Node], None] | None = None
         self.motion, self.speed = self._motion()
+        self.program.speed = self.speed
         self._low_high()
         if controller.structure == "speed_cascade":
             self._cascade()
         else:
             self._position()
+        self._observe()
 
-    def _needs_speed(self) -> bool:
-        own = self.document
-        law, limiter, compensation = own.position_law, own.limiter, own.friction_compensation
-        return (
-            own.linear.input == "speed_error"
-            or (law is not None and law.action == "brake")
-            or (limiter is not None and (limiter.condition == "energy" or limiter.virtual_coulomb > 0.0))
-            or (compensation is not None and not (compensation.source == "model" and compensation.velocity == "reference"))
-            or own.bench.actuator.winding is not None
-        )
+    def _observe(self) -> None:
+        """The observer's states at the next sample, from the drive that this one commands."""
+        if self.move is not None:
+            assert self.program.output is not None
+            own, actuator = self.document, self.document.bench.actuator
+            drive = own.drive_limit, own.delay_samples, actuator.loop_time_constant_s
+            self.move(mean_effort(self.program, self.program.output, actuator.constant.value, *drive, self.period))
 
     def _motion(self) -> tuple[Node | None, Node | None]:
         """The position's difference, and the speed where a block asks for one."""
         own, program = self.document.velocity, self.program
         measured = None
-        if own.source == "measured":
+        if own.observer is not None and uses_speed(self.document):
+            found, self.move = begun(program, self.position, own.observer)
+            measured = found.velocity
+        elif own.source == "measured":
             top = self.document.bench.mechanics.top_speed
             bound = TOP_SPEEDS * top.value if top is not None else math.inf
             measured = program.input("velocity", -bound, bound)
-        derives = measured is None and self._needs_speed()
+        derives = measured is None and uses_speed(self.document)
         if not derives and not (self.document.structure == "speed_cascade" and self.document.linear.input == "eta"):
             return None, measured
         before = program.state("position_before", self.low, self.high, start="position")

@@ -90,6 +90,7 @@ class Program:
         self.inputs: dict[str, Node] = {}
         self.states: dict[str, Node] = {}
         self.output: Node | None = None
+        self.speed: Node | None = None  # what the blocks of a controller take for the speed
         self._comment = ""
         self._constants: dict[tuple[str, float], Node] = {}
 

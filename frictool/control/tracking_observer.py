@@ -15,6 +15,7 @@ Known of it: its error is linear in slip while m is outside the cell, with three
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -77,7 +78,7 @@ def predicted(program: Program, position: Node, facts: TrackingFacts) -> tuple[F
     moves = program.named("moves", (v > zero) | (v < zero))
     shift = one * miss
     found_x = program.named("found_position", x + shift)
-    found_v = program.named("found_velocity", v + two * miss)
+    found_v = program.named("found_velocity", _bounded(program, v + two * miss, top))
     found_d = program.named(
         "found_disturbance", _within(program, program.select(moves, d + three * miss, d), program.constant(most, "most_disturbance"))
     )
@@ -108,7 +109,7 @@ def moved(program: Program, effort: Node, tracked: Tracked, facts: TrackingFacts
     hold_up, hold_down = (program.select(tracked.still, ratio * one, one) for one in (up, down))
     stays = program.named("stays", (free <= rate * hold_up) & (-(rate * hold_down) <= free))
     slips = free - rate * program.select(free > zero, up, -down)
-    after = program.named("velocity_after", program.select(stays, zero, slips))
+    after = program.named("velocity_after", program.select(stays, zero, _bounded(program, slips, facts.top_speed)))
     way = program.named("way", program.constant(0.5 * facts.period, "half_period") * (v + after))
     excess = drive - program.smaller(program.larger(drive, -hold_down), hold_up)
     holding = program.smaller(program.larger(tracked.disturbance, program.smaller(zero, -excess)), program.larger(zero, -excess))
@@ -148,6 +149,11 @@ def _polynomial(program: Program, x: Node, powers: Sequence[float], name: str) -
     for node in reversed(nodes[:-1]):
         total = total * x + node
     return total
+
+
+def _bounded(program: Program, speed: Node, top: float) -> Node:
+    """Within what the speed may be, in every number format alike; as it is where that is not known."""
+    return _within(program, speed, program.constant(top, "most_speed")) if math.isfinite(top) else speed
 
 
 def _within(program: Program, value: Node, most: Node) -> Node:

@@ -9,6 +9,7 @@ import msgspec
 from frictool.documents.bench import Bench, Name, PositiveNumber, SamplePeriod
 from frictool.documents.certificate import Certificate, CertifiedWeights
 from frictool.documents.design import Domain, Method, Scheduled, Structure
+from frictool.documents.observer import Observer
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Axis
 
@@ -93,14 +94,20 @@ class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 
 
 class Velocity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """The speed that the blocks see: `measured` by a sensor of its own, or the encoder's difference through a low-pass sampled by Tustin.
+    """The speed that the blocks see: `measured` by a sensor of its own, what an `observer` finds from position and drive, or the encoder's
+    difference through a low-pass sampled by Tustin.
 
-    order 1: bandwidth/(s + bandwidth). order 2: (5.70). bandwidth_rad_s 0: the difference itself.
+    order 1: bandwidth/(s + bandwidth). order 2: (5.70). bandwidth_rad_s 0: the difference itself. observer: observer.yaml, whole.
     """
 
-    source: Literal["position", "measured"] = "position"
+    source: Literal["position", "measured", "observer"] = "position"
     order: Literal[1, 2] = 1
     bandwidth_rad_s: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+    observer: Observer | None = None
+
+    def __post_init__(self) -> None:
+        if (self.source == "observer") != (self.observer is not None):
+            raise ValueError("source observer needs an observer, and no other source has one")
 
 
 class Limiter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

@@ -15,6 +15,7 @@ from frictool.control.composition import controller_program
 from frictool.control.fixed_point import BITS, coefficient
 from frictool.control.program import Node, Program
 from frictool.documents.controller import Controller, Number
+from frictool.documents.observer import Observer
 from frictool.documents.quantity import si_unit
 from frictool.export.identifier import c_identifier
 from frictool.export.origin import Origin
@@ -60,9 +61,17 @@ def json_file(controller: Controller, number: Number, loop: RoundedLoop, origin:
 
 def _whole(block: Any) -> Any:
     """A block of the document with its defaults, which the document leaves out."""
+    if isinstance(block, Observer):
+        return _observer(block)
     if isinstance(block, msgspec.Struct):
         return {key: _whole(value) for key, value in msgspec.structs.asdict(block).items()}
     return [_whole(one) for one in block] if isinstance(block, tuple) else block
+
+
+def _observer(observer: Observer) -> dict[str, Any]:
+    """What of an observer runs, without its bench: the controller's is the same."""
+    found = {key: _whole(getattr(observer, key)) for key in ("sample_period_s", "inertia", "friction")}
+    return found | {"kind": observer.kind, **_whole(observer.tracking if observer.switched is None else observer.switched)}
 
 
 def _entering(controller: Controller) -> str:
@@ -155,9 +164,9 @@ def matlab_file(controller: Controller, number: Number, loop: RoundedLoop, origi
 
 
 def _variable(block: dict[str, Any]) -> Value:
-    """A block's numbers and words as a structure; what is absent is left out."""
+    """A block's numbers and words as a structure; what is absent is left out, and so is what an observer is made of."""
     return {
         key: np.array([[float(value)]]) if isinstance(value, int | float) else str(value)
         for key, value in block.items()
-        if value is not None
+        if value is not None and not isinstance(value, dict)
     }

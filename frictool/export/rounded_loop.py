@@ -109,7 +109,8 @@ def _brake(controller: Controller, number: Number) -> None:
     slope = hold(limiter.virtual_coulomb / bench.constant.value) * hold(1.0 / limiter.virtual_speed)
     brake = virtual_friction(slope, controller.velocity, controller.sample_period_s)
     for _, point, delays in _loops(controller, controller.linear, number):
-        if not all(check_feedback(brake, point.rates, bench.loop_time_constant_s, delay).stable for delay in delays):
+        lag = bench.loop_time_constant_s
+        if not all(check_feedback(one, point.rates, lag, delay).stable for one in brake for delay in delays):
             raise _refused(controller, number, f"at vertex {point.name} the limiter's virtual friction is unstable at rest")
 
 

@@ -8,12 +8,12 @@ to sample and drawn for each variant from PCG64 seeded with (seed, the variant's
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.control.composition import controller_program
+from frictool.control.composition import controller_program, uses_speed
 from frictool.control.fixed_point import DoesNotFit
 from frictool.control.machine import Machine
 from frictool.control.number_format import machine_in
@@ -38,6 +38,7 @@ from frictool.simulate.replay import gaps_of, replayed
 from frictool.simulate.streams import Sensors
 from frictool.simulate.target import Target
 from frictool.simulate.timeline import conditions_of
+from frictool.simulate.used_speed import used_speed
 from frictool.simulate.variants import Variant, count, known, variants_of
 
 Vector = NDArray[np.float64]
@@ -73,9 +74,11 @@ def step_test(
     places = scheduled(controller, program)
     told = [{place: known(model, variant)[name] for name, place in places.items()} for variant in variants] if places else []
     given = controller, start, reference, load_of(model), acting, progress, told
-    played = play(variants, _machine(controller, program, number), *given) if target is None else play_target(variants, target, *given)
+    running = _machine(controller, program, number if target is None else target.number)
+    played = play(variants, running, *given) if target is None else play_target(variants, target, *given)
     for index, (variant, record) in enumerate(played):
-        streams.append(sensors.stream(variant.topic, index, record))
+        used = _used(controller, program, running, reference, record, variant, told[index] if told else {})
+        streams.append(sensors.stream(variant.topic, index, record, used))
         warnings += _against_stops(model, variant, record)
     about = {"kind": "simulated", "scenario": scenario.name, "model": model.name, "controller": controller.name}
     metadata = {"log": about, **_plants(model, variants)}
@@ -86,6 +89,21 @@ def scheduled(controller: Controller, program: Program) -> dict[str, int]:
     """The places of the parameters that a scheduled controller is told, by their names; none where it has no schedule."""
     names = controller.schedule.parameters if controller.schedule is not None else ()
     return {str(name): program.states[name].index for name in names if name in program.states}
+
+
+def _used(
+    controller: Controller,
+    program: Program,
+    running: Machine,
+    reference: Vector,
+    record: Vector,
+    variant: Variant,
+    told: Mapping[int, float],
+) -> Vector | None:
+    """What the controller took for the speed; None where it asks for none, or a sensor of its own tells it."""
+    if program.speed is None or controller.velocity.source == "measured" or not uses_speed(controller):
+        return None
+    return used_speed(running, program.speed.index, reference, record, variant.axis.encoder_step, told)
 
 
 def _machine(controller: Controller, program: Program, number: Number) -> Machine:

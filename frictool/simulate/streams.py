@@ -7,6 +7,7 @@ position                      the encoder's report, with its faults
 reference                     of the position
 current | voltage             the drive as its sensor shows it, with its faults and noise
 effort                        the bench's constant times that, as a bench computes it, whatever the variant
+velocity_estimated            what the controller took for the speed, from the encoder's difference or an observer
 velocity_measured             of the sensor of the speed, where the controller has one: the true one
 command                       what the controller computed at the sample; it acts `delay_samples` later
 position_true, velocity       of the motor
@@ -51,8 +52,11 @@ class Sensors:
         self.offset: Vector | float = conditions[:, SENSOR_OFFSET] if conditions.size else 0.0
         self.happening = _happening(scenario, conditions)
 
-    def stream(self, topic: str, index: int, record: Vector) -> Stream:
-        """The stream of variant number `index` from its record (n, 7); its noise is drawn from (seed, index)."""
+    def stream(self, topic: str, index: int, record: Vector, used_speed: Vector | None = None) -> Stream:
+        """The stream of variant number `index` from its record (n, 7); its noise is drawn from (seed, index).
+
+        used_speed (n,): what the controller took for the speed, where it asks for one.
+        """
         noise = np.random.Generator(np.random.PCG64([self.seed, index])).normal(0.0, self.noise, self.reference.size)
         true_drive, velocity = record[:, closed_loop.TRUE_DRIVE], record[:, closed_loop.TRUE_VELOCITY]
         shown: Vector = self.gain * true_drive + self.offset + noise
@@ -70,6 +74,8 @@ class Sensors:
         }
         if self.senses_velocity:
             columns["velocity_measured"] = (velocity, "velocity")
+        if used_speed is not None:
+            columns["velocity_estimated"] = (used_speed, "velocity")
         columns |= self.happening
         signals = {name: np.ascontiguousarray(values, dtype=np.float64) for name, (values, _) in columns.items()}
         units = {name: dimension if dimension == NO_UNIT else si_unit(dimension, self.axis) for name, (_, dimension) in columns.items()}

@@ -14,7 +14,9 @@ import shutil
 import subprocess
 import tempfile
 from pathlib import Path
+from typing import cast
 
+from frictool.documents.controller import Number
 from frictool.errors import InputFileError
 
 COMPILERS = ("cc", "gcc", "clang")
@@ -69,7 +71,7 @@ void target_tell(int which, double value)
 class Target:
     """Compiled code of one controller: one axis at a time. number: its format; sources: what was compiled; told: scheduled parameters."""
 
-    def __init__(self, library: ctypes.CDLL, number: str, sources: tuple[Path, ...]) -> None:
+    def __init__(self, library: ctypes.CDLL, number: Number, sources: tuple[Path, ...]) -> None:
         self.number, self.sources = number, sources
         self._start, self._step = library.target_start, library.target_step
         self._tell, self.told = library.target_tell, list[float]()
@@ -117,7 +119,7 @@ def compiled_target(folder: Path, sha256: str, controller: str, inputs: tuple[st
         return Target(ctypes.CDLL(str(library)), number, (header, source))
 
 
-def _header(folder: Path, sha256: str, controller: str) -> tuple[Path, str, str]:
+def _header(folder: Path, sha256: str, controller: str) -> tuple[Path, str, Number]:
     """The header of this controller's sources, its prefix and number format."""
     if not folder.is_dir():
         raise InputFileError(folder, f"is no folder; allowed: one that frictool export {controller} --lang c -o DIR has written")
@@ -125,7 +127,7 @@ def _header(folder: Path, sha256: str, controller: str) -> tuple[Path, str, str]
     for header in sorted(folder.glob("*.h")):
         found = MACROS.search(header.read_text(encoding="utf-8", errors="replace"))
         if found is not None and found[2] == sha256:
-            return header, found[1].lower(), found[3]
+            return header, found[1].lower(), cast(Number, found[3])
         if found is not None:
             others.append(f"{header.name} is of the controller {found[2][:12]}")
     told = "; ".join(others) or "there is no header of frictool export"

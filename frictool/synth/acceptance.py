@@ -109,10 +109,8 @@ def _norm(problem: Problem, linear: stored.LinearController, point: PlantPoint, 
 def _brake(problem: Problem, around: Blocks) -> None:
     """Raises NoSolutionError where the virtual friction of a limiter would not come to rest."""
     brake = limiter_brake(around.limiter, around.velocity, problem.model.bench.actuator.constant.value, problem.period)
-    if brake is None:
-        return
-    for point, samples in itertools.product(problem.box.vertices, _delays(problem)):
-        found = check_feedback(brake, point.rates, problem.lag, samples)
+    for one, point, samples in itertools.product(brake, problem.box.vertices, _delays(problem)):
+        found = check_feedback(one, point.rates, problem.lag, samples)
         if not found.stable:
             raise NoSolutionError(
                 f"not verified: the limiter's virtual friction is unstable at rest, at vertex {point.name} with {samples} samples of "

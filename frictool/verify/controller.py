@@ -37,10 +37,10 @@ def check_feedback(loop: Feedback, rates: Rates, lag: float, delay_samples: int)
     return LoopCheck(delay_samples, spectral_radius(closed.a), 1.0 / norm(closed)[0])
 
 
-def limiter_brake(limiter: Limiter | None, velocity: Velocity, constant: float, period: float) -> Feedback | None:
-    """The loop that the virtual friction of a limiter closes at rest, None without one; constant: effort per unit of drive."""
+def limiter_brake(limiter: Limiter | None, velocity: Velocity, constant: float, period: float) -> tuple[Feedback, ...]:
+    """The loops that the virtual friction of a limiter closes at rest, none without one; constant: effort per unit of drive."""
     if limiter is None or limiter.virtual_coulomb == 0.0:
-        return None
+        return ()
     return virtual_friction(limiter.virtual_coulomb / limiter.virtual_speed / constant, velocity, period)
 
 
@@ -87,7 +87,7 @@ def _vertices(controller: Controller) -> None:
             if stored.delay_samples == controller.delay_samples:
                 stated.append(vertex.modulus_margin)
             _compare(f"{controller.name}: not verified: at vertex {vertex.name}", stated, found)
-        if brake is not None and not all(check_feedback(brake, point.rates, lag, delay).stable for delay in delays):
+        if not all(check_feedback(one, point.rates, lag, delay).stable for one in brake for delay in delays):
             raise NoSolutionError(
                 f"{controller.name}: not verified: at vertex {vertex.name} the limiter's virtual friction is unstable at rest; raise "
                 "limiter.virtual_speed"

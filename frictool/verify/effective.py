@@ -6,9 +6,10 @@ What the drive answers to depends on the blocks. With references at rest and x t
     speed_cascade with input speed_error                drive = C(z) F(z) m                     m = -(x[k] - x[k-1])/T, or -v measured
     a proportional law around it, v_c = K_p (r - x)     drive = C(z) (F(z) m - K_p x)           and C(z) (1 + K_p T z/(z - 1)) eta
 
-F is the velocity block. A proportional law is linear: the whole loop is another one, and both are looked at. A loop that sees the motion
-only leaves the position free, which is then no part of it. A square-root law, a limiter and friction compensation are not linear and are
-in none of them; the virtual friction of a limiter is one by its steepest slope, F_cv/v_r at rest.
+F is the velocity block. Where an observer shows the speed (verify/observer_loop.py), F m is what it shows, from m and from the drive,
+which stays within the controller: the loop is cut behind both. A proportional law is linear: the whole loop is another one, and both are
+looked at. A loop that sees the motion only leaves the position free, which is then no part of it. A square-root law, a limiter and friction
+compensation are not linear and are in none of them; the virtual friction of a limiter is one by its steepest slope, F_cv/v_r at rest.
 
     L(z) = -(from the commanded drive to the drive that is asked for),  sensitivity 1/(1 + L)
 """
@@ -26,6 +27,7 @@ from frictool.documents.design import Structure
 from frictool.plant.connect import Block, connect
 from frictool.plant.linear_axis import INPUTS, Rates, linear_axis
 from frictool.plant.lti import Lti, delay, gain
+from frictool.verify.observer_loop import DRIVEN, SHOWN, ShownSpeed, shown_speeds
 from frictool.verify.rounding import Held
 
 ETA, DIFFERENCE, SPEED = "eta", "difference", "sampled_speed"
@@ -69,6 +71,8 @@ def feedbacks(
         if gain_of_law:
             loops.append(Feedback("position loop", _series(_one_plus_integral(gain_of_law, period), c), (ETA,)))
         return tuple(loops)
+    if velocity.observer is not None:
+        return _observed(c, gain_of_law, shown_speeds(velocity.observer, hold))
     sees = SPEED if velocity.source == "measured" else DIFFERENCE
     behind = low_pass(velocity, period, hold)
     loops = [Feedback("speed loop", _series(behind, c), (sees,))]
@@ -80,19 +84,53 @@ def feedbacks(
     return tuple(loops)
 
 
+def _observed(c: Lti, gain_of_law: float, speeds: tuple[ShownSpeed, ...]) -> tuple[Feedback, ...]:
+    """Of a controller whose speed an observer shows: the drive goes back into the observer, within the controller."""
+    loops = [Feedback(f"speed loop{_of(shown)}", _around(c, shown, {SHOWN: 1.0}, (DIFFERENCE,)), (DIFFERENCE,)) for shown in speeds]
+    if gain_of_law:
+        entering = {SHOWN: 1.0, ETA: gain_of_law}
+        loops += [
+            Feedback(f"position loop{_of(shown)}", _around(c, shown, entering, (ETA, DIFFERENCE)), (ETA, DIFFERENCE)) for shown in speeds
+        ]
+    return tuple(loops)
+
+
+def _of(shown: ShownSpeed) -> str:
+    return f", {shown.mode}" if shown.mode else ""
+
+
+def _around(c: Lti, shown: ShownSpeed, entering: dict[str, float], sees: tuple[str, ...]) -> Lti:
+    blocks = {"controller": Block(c, ("entering",), (DRIVEN,)), "observer": Block(shown.system, (DIFFERENCE, DRIVEN), (SHOWN,))}
+    return connect(blocks, {"entering": entering}, sees, (DRIVEN,))
+
+
 def feedbacks_of(controller: Controller) -> tuple[Feedback, ...]:
     """Those of a document."""
     return feedbacks(controller.structure, controller.linear, controller.position_law, controller.velocity, controller.sample_period_s)
 
 
-def virtual_friction(slope: float, velocity: Velocity, period: float) -> Feedback:
-    """The loop that a limiter's virtual friction closes at rest; slope: F_cv/(v_r K) [A or V per rad/s or m/s]."""
+def virtual_friction(slope: float, velocity: Velocity, period: float) -> tuple[Feedback, ...]:
+    """The loop that a limiter's virtual friction closes at rest, one for each mode of an observer that shows the speed.
+
+    slope: F_cv/(v_r K) [A or V per rad/s or m/s].
+    """
+    if velocity.observer is not None:
+        law = gain(slope, period)
+        return tuple(
+            Feedback(f"virtual friction{_of(shown)}", _around(law, shown, {SHOWN: 1.0}, (DIFFERENCE,)), (DIFFERENCE,))
+            for shown in shown_speeds(velocity.observer)
+        )
     sees = SPEED if velocity.source == "measured" else DIFFERENCE
-    return Feedback("virtual friction", _series(low_pass(velocity, period), gain(slope, period)), (sees,))
+    return (Feedback("virtual friction", _series(low_pass(velocity, period), gain(slope, period)), (sees,)),)
 
 
 def low_pass(velocity: Velocity, period: float, hold: Held = float) -> Lti:
-    """F(z) of the velocity block, first order or (5.70), with its coefficients as they are held; 1 where there is none."""
+    """F(z) of the velocity block, first order or (5.70), with its coefficients as they are held; 1 where there is none.
+
+    Raises ValueError where an observer shows the speed, which is no filter of the position alone.
+    """
+    if velocity.source == "observer":
+        raise ValueError("an observer is no filter of the position alone")
     if velocity.source == "measured" or velocity.bandwidth_rad_s == 0.0:
         return gain(1.0, period)
     pole, through = (hold(value) for value in first_order(velocity.bandwidth_rad_s, period))

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.documents.certificate import CertifiedWeights, Filter
-from frictool.documents.controller import Controller, Vertex
+from frictool.documents.controller import Controller, Velocity, Vertex
 from frictool.plant.connect import Block, connect
 from frictool.plant.generalised import Controlled, FirstOrder, Weights, generalised_plant
 from frictool.plant.linear_axis import Rates
@@ -27,6 +27,7 @@ from frictool.plant.lti import Lti, delay, gain, held
 from frictool.plant.polytope import PlantPoint
 from frictool.verify.effective import DIFFERENCE, SPEED, low_pass, running, seen_axis
 from frictool.verify.norms import norm
+from frictool.verify.observer_loop import shown_speeds
 
 Vector = NDArray[np.float64]
 Name = Literal["error", "drive", "disturbance", "output"]
@@ -113,12 +114,19 @@ def _closed_by_speed(controller: Controller, rates: Rates, lag: float) -> Lti:
         "controller": Block(running(controller.linear, period), ("entering",), ("u",)),
         "delay": Block(delay(controller.delay_samples, period), ("u",), ("command",)),
         "axis": seen_axis(rates, lag, period, (sees,)),
-        "velocity": Block(low_pass(velocity, period), (sees,), ("shown",)),  # minus the speed
+        "velocity": _velocity(velocity, period, sees),
         "drive": Block(drive, ("command",), ("reaching",)),
     }
     sums: dict[str, dict[str, float]] = {"speed_reference": {}, "uncertain_effort": {}}
     sums |= {"entering": {"s": 1.0, "shown": 1.0}, "error": {"s": 1.0, "speed": -1.0}}
     return connect(blocks, sums, ("s", "friction"), ("error", "reaching"))
+
+
+def _velocity(velocity: Velocity, period: float, sees: str) -> Block:
+    """Minus the speed that is shown; of an observer with several modes the first."""
+    if velocity.observer is not None:
+        return Block(shown_speeds(velocity.observer)[0].system, (sees, "u"), ("shown",))
+    return Block(low_pass(velocity, period), (sees,), ("shown",))
 
 
 def _first_order(stored: Filter) -> FirstOrder:

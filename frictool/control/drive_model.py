@@ -1,0 +1,35 @@
+"""What the drive does to the axis until the next sample, from what was commanded: the effort that an observer beside a controller is given.
+
+    u acts delay samples after it was commanded;  tau i' = u - i,   i the drive after its own loop's lag
+    mean of i over the period = u + (i - u) (1 - exp(-T/tau)) tau/T          exact for a u that is held
+
+Known of it: no current is measured on the target, so that a loop slower than tau, or a supply that sags, is a disturbance to the observer.
+"""
+
+from __future__ import annotations
+
+import math
+
+from frictool.control.program import Node, Program
+
+
+def mean_effort(program: Program, drive: Node, constant: float, bound: float, delay_samples: int, lag: float, period: float) -> Node:
+    """The mean effort [N m | N] from this sample to the next, `drive` [A | V] being what this sample commands.
+
+    constant: effort per unit of drive; bound: of the drive, either way; lag, period [s].
+    """
+    program.block("the effort until the next sample, by the drive's delay and lag")
+    acting = drive
+    if delay_samples > 0:
+        waiting = [program.state(f"commanded[{k}]", -bound, bound) for k in range(delay_samples)]
+        for k, later in enumerate([*waiting[1:], drive]):
+            program.update(f"commanded[{k}]", later)
+        acting = waiting[0]
+    mean = acting
+    if lag > 0.0:
+        left = math.exp(-period / lag)
+        before = program.state("drive_before", -bound, bound)
+        apart = program.named("drive_behind", before - acting)
+        mean = acting + program.constant((1.0 - left) * lag / period, "drive_mean") * apart
+        program.update("drive_before", acting + program.constant(left, "drive_left") * apart)
+    return program.named("effort", program.constant(constant, "effort_per_drive") * mean)

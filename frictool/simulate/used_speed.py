@@ -1,0 +1,40 @@
+"""What a controller took for the speed at each sample of a run: its program once more, along what it was given.
+
+A machine is deterministic, so that on the same references and positions it goes through the same values; reading one of them while the loop
+runs would cost every loop for it. The format is that of the run, the exported code's where that ran: its values are the same bit by bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.control.machine import Machine, control_step, copied, hold, read, start_at
+from frictool.engine.closed_loop import MEASURED, TRUE_POSITION, TRUE_VELOCITY, measure
+from frictool.kernels import kernel
+
+Vector = NDArray[np.float64]
+
+
+def used_speed(running: Machine, place: int, reference: Vector, record: Vector, step: float, told: Mapping[int, float]) -> Vector:
+    """The value at `place` (n,) [rad/s | m/s] along `reference` (n,) and a run's record (n, 7).
+
+    step: the encoder's [rad | m]. told: the scheduled parameters' values, by their places.
+    """
+    again = copied(running)
+    for parameter, value in told.items():
+        hold(again, parameter, value)
+    found = np.empty(reference.size)
+    if reference.size:
+        start_at(again, measure(float(record[0, TRUE_POSITION]), step))
+        _along(again, place, reference, record, found)
+    return found
+
+
+@kernel
+def _along(running: Machine, place: int, reference: Vector, record: Vector, found: Vector) -> None:
+    for k in range(reference.shape[0]):
+        control_step(running, reference[k], record[k, MEASURED], record[k, TRUE_VELOCITY])
+        found[k] = read(running, place)

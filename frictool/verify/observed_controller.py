@@ -1,0 +1,165 @@
+"""A controller with its speed from an observer: the loop that they close together, verified again before anything is said of it.
+
+    controller.yaml, observer.yaml ──▶ velocity: {source: observer, observer: ...} ──▶ loops at the vertices ──▶ a controller document
+
+What was verified of the controller is of another loop where its linear part is fed by the speed: the margins are found again with the
+observer inside, in slip, and what cannot be (norms, certificate, robustness) is taken out. Where the linear part sees the position only,
+eta or the position's error, its loop is the same; only what brakes by the speed is looked at.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import msgspec
+
+from frictool.control.composition import uses_speed
+from frictool.documents.controller import Controller, Margins, Velocity, Vertex
+from frictool.documents.observer import Observer
+from frictool.errors import FrictoolError, NoSolutionError
+from frictool.plant.polytope import PlantPoint
+from frictool.verify.controller import check_feedback, limiter_brake, loop_checks
+from frictool.verify.count_current import count_current
+from frictool.verify.effective import Feedback, feedbacks_of, friction_to_speed, from_position, open_loop
+from frictool.verify.margins import loop_margins
+from frictool.verify.norms import norm
+
+SAME = 1e-9  # relative, of numbers that two benches have of one rig
+
+
+@dataclass(frozen=True)
+class Observed:
+    """controller: the merged one. before, after: modulus margin at the worst vertex of the loop that the speed closes, None where the speed
+    closes no linear loop; at: that vertex with the observer."""
+
+    controller: Controller
+    before: float | None = None
+    after: float | None = None
+    at: str = ""
+
+    @property
+    def specified(self) -> float:
+        """The modulus margin that the controller was synthesised for."""
+        return self.controller.verified.modulus_margin_specified
+
+    def told(self) -> list[str]:
+        """For people."""
+        if self.after is None or self.before is None:
+            return ["velocity from the observer; the linear loop is fed by the position and is the one that was verified"]
+        line = f"velocity from the observer: modulus margin {self.after:.3f} at vertex {self.at} with it, {self.before:.3f} without"
+        return [line] + ([f"below the {self.specified:g} that was specified"] if self.after < self.specified else [])
+
+
+def with_observer(controller: Controller, observer: Observer, margin: float | None = None) -> Observed:
+    """The controller whose blocks take their speed from the observer.
+
+    margin: what is specified of the modulus margin from now on, in place of what was. Raises FrictoolError where the two are not of one rig
+    or the controller uses no speed, NoSolutionError where a loop is unstable at a vertex with the bench's delay or another one checked.
+    """
+    _of_one_rig(controller, observer)
+    if not uses_speed(controller):
+        raise FrictoolError(
+            f"{controller.name} uses no speed: the observer would change nothing; allowed: a controller with input speed_error, a brake, "
+            "an energy limiter, virtual friction, or friction compensation by the measured speed"
+        )
+    merged = msgspec.structs.replace(controller, velocity=Velocity(source="observer", observer=observer))
+    if margin is not None:
+        merged = msgspec.structs.replace(merged, verified=msgspec.structs.replace(merged.verified, modulus_margin_specified=margin))
+    _brake(merged)
+    if controller.linear.input != "speed_error" or controller.structure == "position":
+        return Observed(merged)
+    verified, loops = merged.verified, feedbacks_of(merged)
+    vertices = tuple(_vertex(merged, loops, vertex) for vertex in verified.vertices)
+    if not vertices:
+        raise NoSolutionError(f"{controller.name}: the controller names no vertex at which its loop could be verified; synthesise it anew")
+    weakest = min(vertices, key=lambda vertex: vertex.modulus_margin)
+    verified = msgspec.structs.replace(
+        verified,
+        gamma_asked=None,
+        gamma_verified=1.0 / weakest.modulus_margin,
+        vertices=vertices,
+        count_drive=_count(merged, loops),
+        rounded=(),
+        margins=_margins(merged, loops),
+        robustness=None,
+    )
+    merged = msgspec.structs.replace(merged, verified=verified, certificate=None)
+    before = min(vertex.modulus_margin for vertex in controller.verified.vertices)
+    return Observed(merged, before, weakest.modulus_margin, weakest.name)
+
+
+def _of_one_rig(controller: Controller, observer: Observer) -> None:
+    mine, theirs = controller.bench, observer.bench
+    pairs: dict[str, tuple[str | float, str | float]] = {
+        "axis": (controller.axis, observer.axis),
+        "sample_period_s": (controller.sample_period_s, observer.sample_period_s),
+        "encoder's step": (mine.encoder.resolution, theirs.encoder.resolution),
+        "drive": (controller.drive, theirs.actuator.drive),
+        "actuator's constant": (mine.actuator.constant.value, theirs.actuator.constant.value),
+        "loop_time_constant_s": (mine.actuator.loop_time_constant_s, theirs.actuator.loop_time_constant_s),
+        "delay_samples": (controller.delay_samples, theirs.delay_samples),
+    }
+    for name, (has, found) in pairs.items():
+        same = has == found if isinstance(has, str) or isinstance(found, str) else abs(has - found) <= SAME * abs(has)
+        if not same:
+            shown = [f"{value:.9g}" if isinstance(value, float) else str(value) for value in (found, has)]
+            raise FrictoolError(
+                f"the observer {observer.name} is of another rig: its {name} is {shown[0]}, {controller.name} has {shown[1]}; design it "
+                "from the model that the controller was made of"
+            )
+
+
+def _point(vertex: Vertex) -> PlantPoint:
+    return PlantPoint(vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant)
+
+
+def _vertex(controller: Controller, loops: Sequence[Feedback], vertex: Vertex) -> Vertex:
+    """The vertex with what the loops are there now. Raises NoSolutionError where one is unstable."""
+    lag, delays = controller.bench.actuator.loop_time_constant_s, tuple(check.delay_samples for check in vertex.checks)
+    checks = loop_checks(loops, _point(vertex), lag, delays)
+    for check in checks:
+        if check.spectral_radius >= 1.0:
+            _refuse(controller, vertex, check.delay_samples, check.spectral_radius, "the sampled loop")
+    margin = min(check.modulus_margin for check in checks if check.delay_samples == controller.delay_samples)
+    return msgspec.structs.replace(vertex, norm=1.0 / margin, sampled_norm=1.0 / margin, modulus_margin=margin, stable=True, checks=checks)
+
+
+def _brake(controller: Controller) -> None:
+    """Raises NoSolutionError where the virtual friction of a limiter does not come to rest with the observer."""
+    bench = controller.bench.actuator
+    brake = limiter_brake(controller.limiter, controller.velocity, bench.constant.value, controller.sample_period_s)
+    for one in brake:
+        for vertex in controller.verified.vertices:
+            for check in vertex.checks:
+                found = check_feedback(one, _point(vertex).rates, bench.loop_time_constant_s, check.delay_samples)
+                if not found.stable:
+                    _refuse(controller, vertex, check.delay_samples, found.spectral_radius, "the limiter's virtual friction at rest")
+
+
+def _refuse(controller: Controller, vertex: Vertex, delay: int, radius: float, what: str) -> None:
+    raise NoSolutionError(
+        f"{controller.name}: not verified: with the observer {what} is unstable at vertex {vertex.name} with {delay} samples of delay "
+        f"(spectral radius {radius:.4f}); try an observer of another bandwidth (observe design --kind tracking --bandwidth), or a slower "
+        "controller"
+    )
+
+
+def _count(controller: Controller, loops: Sequence[Feedback]) -> float:
+    """What one encoder count asks of the drive at most: the miss taken whole."""
+    return max(count_current(from_position(loop), controller.bench.encoder.resolution) for loop in loops)
+
+
+def _margins(controller: Controller, loops: Sequence[Feedback]) -> Margins:
+    lag, delay = controller.bench.actuator.loop_time_constant_s, controller.delay_samples
+    points = [_point(vertex).rates for vertex in controller.verified.vertices]
+    found = [loop_margins(open_loop(loop, rates, lag, delay)) for loop in loops for rates in points]
+    up, wait = min(each.gain_up for each in found), min(each.delay for each in found)
+    return Margins(
+        small_gain=max(norm(friction_to_speed(loops[-1], rates, lag, delay))[0] for rates in points),
+        gain_increase=up if math.isfinite(up) else None,
+        gain_decrease=max(one.gain_down for one in found) or None,
+        phase_deg=math.degrees(min(one.phase for one in found)),
+        delay_s=wait if math.isfinite(wait) else None,
+    )
