@@ -32,7 +32,7 @@ from frictool.documents.model import Model
 from frictool.observe.estimate import Kind, Range, Zone
 from frictool.observe.wear.layout import Layout
 from frictool.observe.wear.moves import Move
-from frictool.observe.wear.restriction import dry_columns, level_columns, restriction
+from frictool.observe.wear.restriction import dry_columns, level_columns, offset_of, restriction
 from frictool.observe.wear.scale import relative_deviation
 from frictool.observe.wear.shares import SIDES, friction_share, zone_mean
 
@@ -50,7 +50,7 @@ SEEN = 0.2  # of WEAR: what the moves have told less of is not given
 LEFT = 0.25  # of the rows at least, when parameters have used theirs up
 UNEVEN = 0.08  # of what the wear of zones differs by: a deviation within a zone
 PASSES = 3  # until the variance no longer moves
-FIRST = 8  # moves, at each of which they are looked at
+FIRST = 16  # moves, at each of which they are looked at
 RECENT = 4  # moves
 
 
@@ -76,8 +76,7 @@ class Kinds:
     def __init__(self, model: Model, layout: Layout, confidence: float = 0.95) -> None:
         self.layout = layout
         self._quantile = float(ndtri(0.5 + 0.5 * confidence))
-        offset = level_columns(layout, -1.0, 1.0), 0.0, OFFSET * layout.friction
-        base = restriction(model, layout, {"offset": offset}, dry_columns(layout))
+        base = restriction(model, layout, {"offset": offset_of(model, layout, OFFSET)}, dry_columns(layout))
         dry = dry_columns(layout)
         self._mean = base.fixed + base.matrix @ base.mean
         own = (base.matrix * base.deviation**2) @ base.matrix.T + ROUGH**2 * np.diag(dry) + COMMON**2 * np.outer(dry, dry)

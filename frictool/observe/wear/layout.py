@@ -1,6 +1,7 @@
 """What the rows of the weak form hold for a model, and how they are cut from the samples: all that the kernels are told.
 
-    effort - offset - load(x) = inertia a + viscous v + sum_j bend_j (|v| - knee_j)+ s + sum_d,z dry_d,z f(x, s) + sum_d level_d s
+    effort - offset - load(x) = inertia a + viscous v + asymmetry |v| + sum_j bend_j (|v| - knee_j)+ s
+                                + sum_d,z dry_d,z f(x, s) + sum_d level_d s
 
 s is the direction of the motion, f the model's dry friction (4.43)-(4.44) at the position; dry_d,z is 1 in every direction d and zone z of
 a plant that is as the model says, level_d 0. That wear is the same everywhere, or in a direction, or in a zone, or is a constant added, is
@@ -86,7 +87,7 @@ class Layout:
         zones = range(self.zones)
         bends = [f"bend_{k}" for k in range(self.knees.size)]
         dry = [f"dry_{side}_{zone}" for side in ("backward", "forward") for zone in zones]
-        return ("inertia", "viscous", *bends, *dry, "level_backward", "level_forward")
+        return ("inertia", "viscous", *bends, *dry, "level_backward", "level_forward", "asymmetry")
 
 
 def layout_of(model: Model, period: float | None = None, window: int | None = None, zones: int | None = None) -> Layout:

@@ -25,6 +25,7 @@ Vector = NDArray[np.float64]
 
 INERTIA_SPREAD = 0.3  # standard deviations beside the model's intervals, of the value
 VISCOUS_SPREAD = 0.5
+ASYMMETRY = 0.25  # of the viscous friction, by which it differs between the directions
 SHAPE = 0.03  # of the dry friction at top speed
 OFFSET_SPREAD = 0.02  # of the dry friction
 WEAR_SPREAD = 0.5
@@ -78,14 +79,15 @@ def level_columns(layout: Layout, backward: float, forward: float) -> Vector:
     return np.array([given.get(name, 0.0) for name in layout.names])
 
 
-def offset_of(layout: Layout) -> tuple[Vector, float, float]:
-    """An offset of the drive, which opposes a positive effort, beside the model's."""
-    return level_columns(layout, -1.0, 1.0), 0.0, OFFSET_SPREAD * layout.friction
+def offset_of(model: Model, layout: Layout, share: float = OFFSET_SPREAD) -> tuple[Vector, float, float]:
+    """An offset of the drive, which opposes a positive effort, beside the model's; `share` of the dry friction, and the bench's range."""
+    known = max(_half(own) for own in (model.parameters.offset, model.bench.mechanics.offset) if own is not None)
+    return level_columns(layout, -1.0, 1.0), 0.0, float(np.hypot(share * layout.friction, known / QUANTILE))
 
 
 def multiplicative(model: Model, layout: Layout, shape: float = SHAPE) -> Restriction:
     """All dry friction is multiplied by `wear`."""
-    return restriction(model, layout, {"offset": offset_of(layout), "wear": (dry_columns(layout), 1.0, WEAR_SPREAD)}, shape=shape)
+    return restriction(model, layout, {"offset": offset_of(model, layout), "wear": (dry_columns(layout), 1.0, WEAR_SPREAD)}, shape=shape)
 
 
 def _known(model: Model, layout: Layout, shape: float) -> dict[str, tuple[float, float]]:
@@ -102,11 +104,15 @@ def _known(model: Model, layout: Layout, shape: float) -> dict[str, tuple[float,
     unsure = {
         speed: max(_spread(viscous), _half(viscous), _half(bench.viscous) if speed == steepest else 0.0) for speed, viscous in own.items()
     }
+    opposite = model.laws.backward.viscous if model.laws is not None and model.laws.backward is not None else None
+    opposite = opposite or slope
     first = _spread(slope) if own else max(_spread(slope), _half(bench.viscous))
     out = {
         "inertia": (inertia.value, float(np.hypot(INERTIA_SPREAD * inertia.value, _half(inertia) / QUANTILE))),
-        "viscous": (slope.value, float(np.hypot(first, shape * layout.friction / top))),
+        "viscous": (0.5 * (slope.value + opposite.value), float(np.hypot(first, shape * layout.friction / top))),
     }
+    if slope.value > 0.0:
+        out["asymmetry"] = (0.5 * (slope.value - opposite.value), ASYMMETRY * slope.value)
     for place, knee in enumerate(map(float, layout.knees)):
         width, bend = shape * layout.friction / max(top - knee, 0.25 * top), 0.0
         if knee in own:

@@ -117,6 +117,7 @@ def fill_row(
         place = 2 + j if j < bends else 2 + j + side * zones
         row[place] = sign * total
     row[2 + bends + 2 * zones + side] = sign
+    row[row.shape[0] - 2] = sign * row[1]
     row[row.shape[0] - 1] = driven - numbers[OFFSET]
 
 
