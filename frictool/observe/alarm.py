@@ -1,12 +1,26 @@
-"""Whether wear is above a limit: by the ratio to commissioning where there is one, which is free of the actuator's constant."""
+"""Whether wear is above a limit: by the ratio to commissioning where there is one, which is free of the actuator's constant.
+
+    interval against the limit             exceeded   certain
+    all above                              yes        yes
+    all below                              no         yes
+    holds the limit, and 1 too, or is of   cannot     no         it could be a healthy unit's as well as a worn one's
+    fewer moves than FEWEST_MOVES          tell
+    holds the limit, and not 1             by the value, no
+
+Where friction has worn in one direction or zone only, the mean of all hides it: a direction or a zone that is above the limit for certain
+exceeds it too.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from frictool.observe.estimate import Estimate, Range
 
 FEWEST_MOVES = 2  # fewer tell nothing unless their interval does
+HEALTHY = 1.0
 
 
 @dataclass(frozen=True)
@@ -23,11 +37,50 @@ class Verdict:
 def judge(estimate: Estimate, limit: float, ratio: Range | None = None) -> Verdict:
     """The wear, or its ratio to commissioning, against the limit."""
     found, name = (estimate.wear, "wear") if ratio is None else (ratio, "ratio to commissioning")
-    shown = f"{name} {found.value:.4g} in [{found.low:.4g}, {found.high:.4g}]"
+    of_all = _judged(name, found, estimate.moves, limit)
+    if of_all.exceeded:
+        return of_all
+    for part, worn in _parts(estimate, ratio):
+        if worn.low > limit:
+            return Verdict(limit, True, True, f"{_shown(f'{name} {part}', worn)} is above {limit:g}; that of all is {found.value:.4g}")
+    return of_all
+
+
+def _judged(name: str, found: Range, moves: int, limit: float) -> Verdict:
+    shown = _shown(name, found)
     if found.low > limit or found.high <= limit:
         exceeded = found.low > limit
         return Verdict(limit, exceeded, True, f"{shown} is {'above' if exceeded else 'not above'} {limit:g}")
-    if estimate.moves < FEWEST_MOVES:
-        return Verdict(limit, None, False, f"{shown} after {estimate.moves} move{'s' * (estimate.moves != 1)}: too few to tell")
+    if moves < FEWEST_MOVES:
+        return Verdict(limit, None, False, f"{shown} after {moves} move{'s' * (moves != 1)}: too few to tell")
+    if found.low <= HEALTHY < limit:
+        return Verdict(limit, None, False, f"{shown} holds both {HEALTHY:g} and {limit:g}: a longer log, or faster moves, may tell")
     exceeded = found.value > limit
     return Verdict(limit, exceeded, False, f"{shown} is {'above' if exceeded else 'not above'} {limit:g}, but not for certain")
+
+
+def _parts(estimate: Estimate, ratio: Range | None) -> Iterator[tuple[str, Range]]:
+    """Each direction or zone where they differ, by name; over what `ratio` is over."""
+    if estimate.kind == "directional":
+        sides = (("forward", estimate.forward), ("backward", estimate.backward))
+        found = [(name, worn) for name, worn in sides if worn is not None]
+    else:
+        found = [(f"from {zone.low:.4g} to {zone.high:.4g}", zone.wear) for zone in estimate.zones]
+    for name, worn in found:
+        yield name, worn if ratio is None else worn.over(_reference(estimate.wear, ratio))
+
+
+def _reference(wear: Range, ratio: Range) -> Range:
+    """What the wear was divided by to give the ratio (`Range.over`)."""
+    value = wear.value / ratio.value
+
+    def beside(whole: float, own: float) -> float:
+        return value * math.sqrt(max(whole**2 - own**2, 0.0))
+
+    above = beside(1.0 - ratio.low / ratio.value, 1.0 - wear.low / wear.value)
+    below = beside(ratio.high / ratio.value - 1.0, wear.high / wear.value - 1.0)
+    return Range(value, value - below, value + above)
+
+
+def _shown(name: str, found: Range) -> str:
+    return f"{name} {found.value:.4g} in [{found.low:.4g}, {found.high:.4g}]"

@@ -1,4 +1,9 @@
-"""A unit's estimate at commissioning, and the ratio of a later one to it: what both share, the actuator's constant, is not in it."""
+"""A unit's estimate at commissioning, and the ratio of a later one to it: what both share is not in it.
+
+Shared is the actuator's constant, which scales both alike (wear/scale.py), and a friction that is not the model's, as long as it keeps its
+shape. What the model's shape over position and speed leaves (the floor of an interval) is shared too; its part in either interval is not
+taken out, so that the ratio's interval is rather too wide.
+"""
 
 from __future__ import annotations
 
