@@ -62,7 +62,7 @@ def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[fl
 @click.option(
     "--decay",
     type=FiniteRange(0.0, 1.0, min_open=True),
-    help="Of the error, a sample; 1 for none.  [default: 0.997 at 1 ms, likewise at others]",
+    help="Of the error, a sample; 1 for none.  [default: 0.997, nearer to 1 below 1 ms]",
 )
 @click.option(
     "--quiet",

@@ -179,11 +179,21 @@ def test_settings_that_cannot_be_are_refused() -> None:
         Settings(weights=(1.0, 0.0, 1.0))
 
 
-def test_the_decay_keeps_its_time_constant_at_other_periods() -> None:
+def test_the_decay_keeps_its_time_constant_at_shorter_periods() -> None:
     fast = msgspec.structs.replace(_model(), bench=msgspec.structs.replace(_model().bench, sample_period_s=1e-4))
     assert decay_of(_model(), Settings()) == pytest.approx(0.997)
     assert decay_of(fast, Settings()) ** 10 == pytest.approx(0.997)
     assert decay_of(fast, Settings(decay=0.9)) == 0.9
+    slow = msgspec.structs.replace(_model(), bench=msgspec.structs.replace(_model().bench, sample_period_s=1e-2))
+    assert decay_of(slow, Settings()) == 0.997
+
+
+def test_a_decay_that_costs_much_of_gamma_is_told() -> None:
+    fast = additive.design(_model(), Settings(decay=0.97), NOWHERE)
+    assert fast.switched is not None
+    assert fast.switched.smallest_gamma is not None
+    assert any("ask for one nearer to 1" in line for line in notes(fast, _model()))
+    assert not any("ask for one nearer to 1" in line for line in notes(_clutch(), _model()))
 
 
 def test_notes_tell_a_coarse_encoder_with_its_figures_and_are_silent_of_a_fine_one() -> None:

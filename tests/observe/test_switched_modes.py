@@ -13,14 +13,17 @@ from numpy.typing import NDArray
 
 from frictool.documents.model import Model
 from frictool.documents.observer import FrictionMap
+from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Span
 from frictool.documents.registry import load
 from frictool.errors import NoSolutionError
+from frictool.observe.design import additive, multiplicative
 from frictool.observe.design.friction_map import friction_at, friction_map
 from frictool.observe.design.intervals import intervals, turning_points
 from frictool.observe.design.matrices import Facts, drive_input, subsystem
 from frictool.observe.design.transitions import switches
 from frictool.plant.axis_model import axis_of
+from tests.accept.check_observer_design import drawn, seen
 from tests.synth.example import ROOT
 
 Matrix = NDArray[np.float64]
@@ -105,3 +108,11 @@ def test_friction_opposes_the_motion_and_rest_takes_no_drive(wear: str, directio
     assert not np.any(drive_input(facts, 0))
     assert np.array_equal(rest.a, [[1.0, 1e-3, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     assert np.array_equal(rest.c, [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+
+
+@pytest.mark.parametrize("number", [0, 22])
+def test_drawn_models_keep_their_gamma(number: int) -> None:
+    """A part of the check `observers: designs of drawn models`."""
+    model, asked, is_additive = drawn(number)
+    observer = (additive if is_additive else multiplicative).design(model, asked, Provenance("drawn", "0"))
+    assert 0.01 < seen(observer, sequences=4, samples=500) <= 1.0

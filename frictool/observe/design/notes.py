@@ -9,6 +9,7 @@ from frictool.documents.observer import Observer, Switched
 from frictool.documents.quantity import si_unit
 from frictool.observe.design.friction_map import KNEES, left_out
 
+DEAR = 1.5  # gamma over that without a decay
 SLOW_S = 10.0  # an alpha that takes so long to follow says nothing of a shift
 KNOWN_BY_TRACKING = (KNEES,)
 COARSE = 0.1  # of the switch speed: a count in one sample that looks faster is a coarse encoder
@@ -25,6 +26,7 @@ def notes(observer: Observer, model: Model) -> list[str]:
         _turning(observer, switched),
         *_rest(switched),
         _slow(observer, switched),
+        _dear(switched),
         _left_out(model, ()),
     ]
     return [line for line in found if line]
@@ -95,6 +97,13 @@ def _rest(switched: Switched) -> list[str]:
 def _slow(observer: Observer, switched: Switched) -> str:
     slowest = max(time_constant(mode.spectral_radius, observer.sample_period_s) for mode in switched.modes)
     return f"alpha takes {slowest:.3g} s to follow: ask for a --decay below {switched.decay:g}" if slowest > SLOW_S else ""
+
+
+def _dear(switched: Switched) -> str:
+    least = switched.smallest_gamma
+    if least is None or switched.quiet is not None or switched.gamma <= DEAR * least:
+        return ""
+    return f"a decay of {switched.decay:.5g} makes gamma {switched.gamma / least:.3g} times what it is without: ask for one nearer to 1"
 
 
 def _left_out(model: Model, known: tuple[str, ...]) -> str:

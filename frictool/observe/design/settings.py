@@ -12,7 +12,7 @@ from frictool.errors import NoSolutionError
 
 Transitions = Literal["neighbours", "direction"]
 
-DECAY, DECAY_PERIOD = 0.997, 1e-3  # a sample of so many seconds: a time constant of 0.333 s, which other periods keep
+DECAY, DECAY_PERIOD = 0.997, 1e-3  # a sample of so many seconds at most, a time constant of 0.333 s; shorter ones keep that
 SLOW = 1.0 / 40.0  # of the top speed: Sigma where nobody gives it; 10 rad/s of the clutch's 400
 
 
@@ -46,8 +46,8 @@ class Settings:
 
 
 def decay_of(model: Model, settings: Settings) -> float:
-    """Lambda a sample."""
-    return settings.decay if settings.decay is not None else math.pow(DECAY, model.bench.sample_period_s / DECAY_PERIOD)
+    """Lambda a sample. What a faster decay costs of gamma is by the sample, so that a longer period has no faster one."""
+    return settings.decay if settings.decay is not None else math.pow(DECAY, min(1.0, model.bench.sample_period_s / DECAY_PERIOD))
 
 
 def switch_speed_of(model: Model, settings: Settings) -> float:
