@@ -23,6 +23,7 @@ from frictool.control.found import Found
 from frictool.control.program import Node, Program
 
 STATES = ("tracked_position", "tracked_velocity", "disturbance", "tracked_gap")
+LEAST_SPEED = 1e-6  # of one count in a sample: a slower axis is at rest, as what is left of a miss dies out, and ends in rounding
 LEAST_EDGE = 1e-3  # of the backlash: how near its end is at its end, where the encoder is finer
 
 
@@ -78,7 +79,9 @@ def predicted(program: Program, position: Node, facts: TrackingFacts) -> tuple[F
     moves = program.named("moves", (v > zero) | (v < zero))
     shift = one * miss
     found_x = program.named("found_position", x + shift)
-    found_v = program.named("found_velocity", _bounded(program, v + two * miss, top))
+    seen_v = _bounded(program, v + two * miss, top)
+    least = program.constant(LEAST_SPEED * facts.step / facts.period, "least_speed")
+    found_v = program.named("found_velocity", program.select(abs(seen_v) < least, zero, seen_v))
     found_d = program.named(
         "found_disturbance", _within(program, program.select(moves, d + three * miss, d), program.constant(most, "most_disturbance"))
     )
