@@ -1,10 +1,11 @@
 """Filters that differ in how far friction over speed may be from the model's, weighed by how well each has foreseen the moves.
 
-    SHAPES ──restriction.py──▶ filters ──evidence of each move──▶ weights ──▶ mean and deviation of the mixture
+    UNMODELLED ──restriction.py──▶ filters ──evidence of each move──▶ weights ──▶ mean and deviation of the mixture
 
 A slope of friction over speed that the model has not looks much like wear on moves that are all alike. Excluded beforehand it costs no
 precision and biases the wear of a plant that has it; left open it costs three times the precision on a plant that has not. Here the moves
-say which of the two it is, and until they do the interval holds both.
+say which of the two it is, and until they do the interval holds both. A slope is positive, as all viscous friction is, and the less of it,
+the likelier beforehand. Moves that repeat each other repeat the errors of the encoder's counts: their evidence counts for EVIDENCE.
 """
 
 from __future__ import annotations
@@ -18,20 +19,26 @@ from numpy.typing import NDArray
 from frictool.observe.wear.change import Change
 from frictool.observe.wear.filter import Filter
 from frictool.observe.wear.moves import Move
-from frictool.observe.wear.restriction import Restriction
+from frictool.observe.wear.restriction import Restriction, Unmodelled
 
 Vector = NDArray[np.float64]
 
-SHAPES = (0.003, 0.03, 0.3)  # of the dry friction at top speed: restriction.py
+SLOPES = (0.003, 0.03, 0.1, 0.3, 1.0)  # of the dry friction at top speed
+BEFOREHAND = (0.0, -2.0, -3.0, -4.0, -5.0)  # natural logarithms of how likely each is
+UNMODELLED = tuple(Unmodelled(slope, 0.5 * slope, 0.3 * slope) for slope in SLOPES)
+EVIDENCE = 0.5
 
 
 class Bank:
-    """Filters of the same parameters, one of which, `name`, walks by `walk` a move, and further where it has changed."""
+    """Filters of the same parameters, one of which, `name`, walks by `walk` a move, and further where it has changed.
+
+    restrictions: one for each of UNMODELLED, in that order.
+    """
 
     def __init__(self, restrictions: Sequence[Restriction], variance: float, inflation: float, name: str, walk: float) -> None:
         self.filters = tuple(Filter(one, variance, inflation) for one in restrictions)
         self._changes, self._name, self._walk = tuple(Change(name) for _ in self.filters), name, walk
-        self._evidence = np.zeros(len(self.filters))
+        self._evidence = np.array(BEFOREHAND)
 
     @property
     def weights(self) -> Vector:
@@ -45,7 +52,7 @@ class Bank:
         for own, walked in zip(self.filters, changed, strict=True):
             own.walk(self._name, math.hypot(self._walk, walked))
         noise = min(own.noise for own in self.filters)
-        self._evidence += [own.evidence(move, noise) for own in self.filters]
+        self._evidence += [EVIDENCE * own.evidence(move, noise) for own in self.filters]
         self._evidence -= np.max(self._evidence)
         for own in self.filters:
             own.update(move)

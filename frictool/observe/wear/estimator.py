@@ -20,7 +20,7 @@ from scipy.special import ndtri
 from frictool.documents.model import Model
 from frictool.observe.estimate import Estimate, Range
 from frictool.observe.samples import Piece
-from frictool.observe.wear.bank import SHAPES, Bank
+from frictool.observe.wear.bank import UNMODELLED, Bank
 from frictool.observe.wear.kinds import Kinds, Told
 from frictool.observe.wear.layout import Layout, layout_of
 from frictool.observe.wear.moves import Move, Moves
@@ -79,7 +79,7 @@ def with_kind(alike: Estimate, told: Told) -> Estimate:
 def multiplicative_bank(model: Model, layout: Layout) -> Bank:
     """That has seen no move. White noise of the effort makes 1/(every sum phi^2) overlapping rows as good as one."""
     inflation = max(1.0, 1.0 / (layout.every * float(layout.phi @ layout.phi)))
-    kinds = [multiplicative(model, layout, shape) for shape in SHAPES]
+    kinds = [multiplicative(model, layout, beside) for beside in UNMODELLED]
     return Bank(kinds, (FIRST_NOISE * layout.friction) ** 2, inflation, "wear", WALK)
 
 

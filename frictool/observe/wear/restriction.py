@@ -5,8 +5,8 @@
 
 Beside these every kind has the inertia, the viscous friction and its bends, and an offset: level_d = d offset (a current sensor's, say).
 
-What is known: wide where a unit may differ from the model, or grow old: inertia, wear, the viscous friction that the model has. Friction
-over speed that the model has not, a slope below its knee or another bend, is 0 within what `shape` of the dry friction needs at top speed.
+What is known: wide where a unit may differ from the model, or grow old: inertia, wear, the viscous friction that the model has. Of friction
+over speed that the model has not, a slope below its knee or another bend, `Unmodelled` says how much there may be.
 """
 
 from __future__ import annotations
@@ -26,10 +26,21 @@ Vector = NDArray[np.float64]
 INERTIA_SPREAD = 0.3  # standard deviations beside the model's intervals, of the value
 VISCOUS_SPREAD = 0.5
 ASYMMETRY = 0.25  # of the viscous friction, by which it differs between the directions
-SHAPE = 0.03  # of the dry friction at top speed
 OFFSET_SPREAD = 0.02  # of the dry friction
 WEAR_SPREAD = 0.5
 QUANTILE = 1.96  # of an interval's half width
+
+
+@dataclass(frozen=True)
+class Unmodelled:
+    """Friction over speed that the model has not, as parts of the dry friction at top speed.
+
+    slope, deviation: mean and deviation of what a slope from rest on adds; bend: deviation of what each bend adds.
+    """
+
+    slope: float = 0.0
+    deviation: float = 0.03
+    bend: float = 0.03
 
 
 @dataclass(frozen=True)
@@ -47,11 +58,14 @@ class Restriction:
         return self.names.index(name)
 
 
+PLAIN = Unmodelled()
+
+
 def restriction(
-    model: Model, layout: Layout, wear: Mapping[str, tuple[Vector, float, float]], fixed: Vector | None = None, shape: float = SHAPE
+    model: Model, layout: Layout, wear: Mapping[str, tuple[Vector, float, float]], fixed: Vector | None = None, beside: Unmodelled = PLAIN
 ) -> Restriction:
     """`wear`: of each of its parameters the columns (p,), the mean and the deviation known beforehand. fixed (p,): 0 where not given."""
-    known = _known(model, layout, shape)
+    known = _known(model, layout, beside)
     columns = [np.eye(len(layout.names))[:, layout.names.index(name)] for name in known]
     given = [(name, *values) for name, values in known.items()]
     return Restriction(
@@ -85,12 +99,12 @@ def offset_of(model: Model, layout: Layout, share: float = OFFSET_SPREAD) -> tup
     return level_columns(layout, -1.0, 1.0), 0.0, float(np.hypot(share * layout.friction, known / QUANTILE))
 
 
-def multiplicative(model: Model, layout: Layout, shape: float = SHAPE) -> Restriction:
+def multiplicative(model: Model, layout: Layout, beside: Unmodelled = PLAIN) -> Restriction:
     """All dry friction is multiplied by `wear`."""
-    return restriction(model, layout, {"offset": offset_of(model, layout), "wear": (dry_columns(layout), 1.0, WEAR_SPREAD)}, shape=shape)
+    return restriction(model, layout, {"offset": offset_of(model, layout), "wear": (dry_columns(layout), 1.0, WEAR_SPREAD)}, beside=beside)
 
 
-def _known(model: Model, layout: Layout, shape: float) -> dict[str, tuple[float, float]]:
+def _known(model: Model, layout: Layout, beside: Unmodelled) -> dict[str, tuple[float, float]]:
     """(mean, deviation) of inertia, viscous friction and its bends.
 
     The bench's range of the viscous friction is that of the steepest slope (plant/friction_levels.py): of the last bend where the model has
@@ -106,15 +120,16 @@ def _known(model: Model, layout: Layout, shape: float) -> dict[str, tuple[float,
     }
     opposite = model.laws.backward.viscous if model.laws is not None and model.laws.backward is not None else None
     opposite = opposite or slope
+    mean = 0.5 * (slope.value + opposite.value)
     first = _spread(slope) if own else max(_spread(slope), _half(bench.viscous))
     out = {
         "inertia": (inertia.value, float(np.hypot(INERTIA_SPREAD * inertia.value, _half(inertia) / QUANTILE))),
-        "viscous": (0.5 * (slope.value + opposite.value), float(np.hypot(first, shape * layout.friction / top))),
+        "viscous": (max(mean, beside.slope * layout.friction / top), float(np.hypot(first, beside.deviation * layout.friction / top))),
     }
     if slope.value > 0.0:
         out["asymmetry"] = (0.5 * (slope.value - opposite.value), ASYMMETRY * slope.value)
     for place, knee in enumerate(map(float, layout.knees)):
-        width, bend = shape * layout.friction / max(top - knee, 0.25 * top), 0.0
+        width, bend = beside.bend * layout.friction / max(top - knee, 0.25 * top), 0.0
         if knee in own:
             bend, width, slope = own[knee].value - slope.value, max(width, unsure[knee]), own[knee]
         out[f"bend_{place}"] = (bend, width)
