@@ -16,8 +16,8 @@ effort, over the variance of an independent row,
 A kind of wear is told where its evidence exceeds that of none by CERTAIN and that of the other kinds; below that it is none. Values are
 posterior means; their intervals hold the rough part, and not the scale (scale.py).
 
-Sums fade over MEMORY moves. Where the last RECENT moves and those before have more evidence apart than together, under a belief that leaves
-every direction and zone free, something has changed at once, and those before are forgotten.
+Sums fade over MEMORY moves. Where the last RECENT moves have more evidence with another friction in either direction than with what those
+before have told of every direction and zone, it has changed at once, and those before are forgotten.
 """
 
 from __future__ import annotations
@@ -84,6 +84,7 @@ class Kinds:
         scale = relative_deviation(model) ** 2 * np.outer(self._mean, self._mean)
         self._scaled = np.stack([self._beliefs[kind] + scale for kind in KINDS])
         self._loose = sum(self._beliefs.values(), np.zeros_like(own)) + WEAR**2 * np.diag(dry)
+        self._change = _spread(layout, "directional")
         self._inflation = 1.0 / (layout.every * float(np.sum(layout.phi**2)))  # rows that tell as much as one: windows overlap
         self._sides = {side: dry_columns(layout, side) for side in SIDES}
         self._zones = [dry_columns(layout, zone=zone) for zone in range(layout.zones)]
@@ -118,12 +119,12 @@ class Kinds:
         return self._values(best if over[best] >= CERTAIN else "none", over, gram, right)
 
     def _changed(self, gram: Vector, right: Vector, last: Vector) -> bool:
-        """Whether the last moves are of another friction than those before."""
+        """Whether the last moves are of another friction than those before, all else being as it was."""
         size, weight = self._mean.size, 1.0 / (self._variance * self._inflation)
         own, own_right = weight * last[:size, :size], weight * last[:size, size]
-        grams, rights = np.stack([gram, gram - own, own]), np.stack([right, right - own_right, own_right])
-        together, before, after = _evidence(grams, rights, self._mean, self._loose[None])
-        return bool(before + after - together > CERTAIN)
+        known, spread = _posterior(gram - own, right - own_right, self._mean, self._loose)
+        same, changed = _evidence(own[None], own_right[None], known, np.stack([spread, spread + self._change]))
+        return bool(changed - same > CERTAIN)
 
     def _information(self, sums: Vector, rows: float) -> tuple[Vector, Vector]:
         """G (p, p) and b (p,), by the variance of the rows' errors under the loosest belief of all."""
