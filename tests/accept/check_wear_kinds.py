@@ -39,7 +39,7 @@ STATED, CHANCE = 0.93, 1e-3  # the least part of intervals that hold; the chance
 UNITS = 100
 LIMIT, SOUND, WORN = 1.25, 1.2, 1.3
 LARGEST = 2.0  # %, of the ratio to commissioning
-LATE_SEEDS, LATE = 50, 2.5  # %
+LATE_SEEDS, LATE = 50, 3.0  # %
 EMPS = ROOT / "configs" / "emps" / "published.yaml"
 EMPS_WITHIN = 0.1  # of the identified Coulomb friction
 
