@@ -86,7 +86,7 @@ def _mode(mode: Mode, period: float) -> dict[str, Any]:
 def _without(switched: Switched) -> str:
     least = switched.smallest_gamma
     if switched.quiet is not None and least is not None:
-        noise = "" if switched.noise_gain is None else f": at most {switched.noise_gain:.4g} times it"
+        noise = "" if switched.noise_gain is None else f", z at most {switched.noise_gain:.4g} times it"
         return f" (at most {switched.quiet:g} times {least:.4g}, for gains that pass less of the encoder's noise{noise})"
     return "" if least is None or switched.decay == 1.0 else f" ({least:.4g} without a decay)"
 
