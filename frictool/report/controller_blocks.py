@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from frictool.documents.controller import Controller, FrictionCompensation, Limiter, PositionLaw, Velocity
+from frictool.documents.observer import Observer
 from frictool.documents.quantity import si_unit
 from frictool.report.requirement import number
 
@@ -43,11 +44,22 @@ def _sees_velocity(controller: Controller) -> bool:
 
 
 def _velocity(velocity: Velocity) -> str:
+    if velocity.observer is not None:
+        return _observer(velocity.observer)
     if velocity.source == "measured":
         return "of a sensor of its own"
     if velocity.bandwidth_rad_s == 0.0:
         return "the encoder's difference itself"
     return f"the encoder's difference through a {ORDERS[velocity.order]}-order low-pass at {number(velocity.bandwidth_rad_s)} rad/s"
+
+
+def _observer(observer: Observer) -> str:
+    if observer.tracking is not None:
+        return (
+            f"from a tracking observer of {number(observer.tracking.bandwidth_rad_s)} rad/s, which moves by the model and the drive, and "
+            "is put right by the encoder"
+        )
+    return f"from the switched observer of {observer.kind} wear (6.4)"
 
 
 def _law(law: PositionLaw, unit: str) -> str:

@@ -11,6 +11,7 @@ from frictool.logs.log import Vector
 from frictool.report.evidence import Evidence
 from frictool.report.figures import INK, LOG_COLOURS, drawing, new_figure, picture_of
 from frictool.report.thinning import path_samples, shown_samples
+from frictool.report.velocity import used_velocity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -74,6 +75,9 @@ def overview(spec: Spec, evidence: list[Evidence]) -> list[Picture]:
     moving = [(item, shown) for item in positions if (shown := item.velocity) is not None]
     if moving:
         pictures += [_velocity(moving, unit), _phase_plane(moving, unit)]
+    used = [(item, *speeds) for item in evidence if not isinstance(speeds := used_velocity(item), str)]
+    if used:
+        pictures.append(_used(used, unit))
     return pictures
 
 
@@ -155,6 +159,17 @@ def _velocity(moving: list[tuple[Evidence, tuple[Vector, str]]], unit: str) -> P
             draw(axes, item, colours[item.source], item.stream.time, velocity)
         axes.set(xlabel="time [s]", ylabel=f"velocity [{unit}/s]")
         return Picture("Velocity", picture_of(figure, "velocity over time"), _velocity_source(moving))
+
+
+def _used(used: list[tuple[Evidence, Vector, Vector]], unit: str) -> Picture:
+    colours = log_colours([item for item, _, _ in used])
+    with drawing("speed used"):
+        figure, (axes,) = new_figure()
+        for item, estimated, velocity in sorted(used, key=lambda entry: entry[0].nominal):
+            draw(axes, item, colours[item.source], item.stream.time, estimated - velocity)
+        axes.set(xlabel="time [s]", ylabel=f"error [{unit}/s]")
+        caption = "What the controller took for the speed, less the true one that the simulation knows."
+        return Picture("Error of the speed used", picture_of(figure, "error of the speed that the controller used"), caption)
 
 
 def _velocity_source(moving: list[tuple[Evidence, tuple[Vector, str]]]) -> str:

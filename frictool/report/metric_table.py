@@ -8,7 +8,7 @@ from typing import Literal
 from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
 
-Dimension = Literal["time", "percent", "position", "count", "drive", "drive squared"]
+Dimension = Literal["time", "percent", "position", "velocity", "count", "drive", "drive squared"]
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Metric:
 
     def unit(self, spec: Spec) -> str:
         """In SI, of this specification's kind of axis and drive; empty for a count."""
-        if self.dimension in ("position", "time"):
+        if self.dimension in ("position", "velocity", "time"):
             return si_unit(self.dimension, spec.axis)
         drive = si_unit(spec.drive, spec.axis)
         return {"percent": "%", "count": "", "drive": drive, "drive squared": f"{drive}^2"}[self.dimension]
@@ -76,6 +76,13 @@ _STREAM = (
     Metric("saturation_time", "at limit", "time", "over the whole record"),
     Metric("tracking_error_peak", "largest error", "position", "largest distance of the position from the reference, moving or held"),
     Metric("tracking_error_rms", "rms error", "position", "root mean square of reference - position over the whole record"),
+    Metric(
+        "velocity_error_rms",
+        "rms error of the speed used",
+        "velocity",
+        "root mean square of what the controller took for the speed less the true one, over the whole of a simulated record",
+    ),
+    Metric("velocity_error_peak", "its largest", "velocity", "largest distance of the two"),
 )
 HOLD_METRICS = {metric.name: metric for metric in _HOLD}
 STREAM_METRICS = {metric.name: metric for metric in _STREAM}

@@ -5,11 +5,14 @@ from __future__ import annotations
 from frictool.documents.spec import Spec
 from frictool.metrics.drive_rms import drive_rms
 from frictool.metrics.tracking_error import tracking_error_peak, tracking_error_rms
+from frictool.metrics.velocity_error import velocity_error_peak, velocity_error_rms
 from frictool.report.evidence import Evidence
 from frictool.report.measure import no_drive, peak, saturation
+from frictool.report.velocity import used_velocity
 
 WHOLE = slice(None)
 OF_THE_DRIVE = ("drive_peak", "drive_rms", "saturation_time")
+OF_THE_SPEED = ("velocity_error_rms", "velocity_error_peak")
 OF_THE_TRACK = ("tracking_error_peak", "tracking_error_rms")
 
 
@@ -33,4 +36,10 @@ def stream_metrics(spec: Spec, evidence: Evidence) -> tuple[dict[str, float], di
     else:
         values["tracking_error_peak"] = tracking_error_peak(signals["reference"], signals["position"])
         values["tracking_error_rms"] = tracking_error_rms(signals["reference"], signals["position"])
+    used = used_velocity(evidence)
+    if isinstance(used, str):
+        missing.update(dict.fromkeys(OF_THE_SPEED, used))
+    else:
+        values["velocity_error_rms"] = velocity_error_rms(*used)
+        values["velocity_error_peak"] = velocity_error_peak(*used)
     return values, missing

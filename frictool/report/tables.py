@@ -11,7 +11,7 @@ from frictool.report.evidence import Evidence
 from frictool.report.measure import Measured, energy_window
 from frictool.report.metric_table import HOLD_METRICS, STREAM_METRICS, Metric
 from frictool.report.requirement import Verdict, number, unit_shown
-from frictool.report.stream_metrics import stream_metrics
+from frictool.report.stream_metrics import OF_THE_SPEED, stream_metrics
 from frictool.report.worst import Judged
 
 MOTION = (
@@ -100,7 +100,19 @@ def side_by_side(spec: Spec, verdict: Verdict) -> list[Table]:
         tables.insert(0, _compared(spec, "Worst hold of the nominal stream", sources, nominal))
     counts = [[meets for (e, _), meets in zip(verdict.evidence, verdict.meets, strict=True) if e.source == source] for source in sources]
     meeting = ("streams that meet all", *(f"{sum(found)} of {len(found)}" for found in counts))
-    return [*tables[:-1], Table(tables[-1].title, tables[-1].headings, (meeting, *tables[-1].rows))]
+    rows = (meeting, *tables[-1].rows, *_speeds(spec, sources, verdict.evidence))
+    return [*tables[:-1], Table(tables[-1].title, tables[-1].headings, rows)]
+
+
+def _speeds(spec: Spec, sources: tuple[str, ...], streams: Judged) -> list[tuple[str, ...]]:
+    """The worst error over each log's streams of what its controller took for the speed; nothing where no log knows it."""
+    found = []
+    for name in OF_THE_SPEED:
+        each = [[stream_metrics(spec, e)[0].get(name) for e, _ in streams if e.source == source] for source in sources]
+        row = [max((value for value in values if value is not None), default=None) for values in each]
+        if any(value is not None for value in row):
+            found.append((heading(STREAM_METRICS[name], spec), *map(_shown, row)))
+    return found
 
 
 def _compared(spec: Spec, title: str, sources: tuple[str, ...], streams: Judged) -> Table:

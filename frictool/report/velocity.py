@@ -32,6 +32,16 @@ def shown_velocity(evidence: Evidence) -> tuple[Vector, str] | None:
     return difference, f"position difference over {span * 1e3:.3g} ms" + (", averaged" if samples > 1 else "")
 
 
+def used_velocity(evidence: Evidence) -> tuple[Vector, Vector] | str:
+    """What the controller took for the speed and the true one, (n,) each, or why there is none to compare."""
+    if not evidence.simulated:
+        return "only a simulated log knows the true velocity"
+    missing = [name for name in ("velocity_estimated", "velocity") if not evidence.has(name)]
+    if missing:
+        return f"the log has no {missing[0]}: its controller asks for no speed, or has a sensor of it"
+    return evidence.stream.signals["velocity_estimated"], evidence.stream.signals["velocity"]
+
+
 def _samples(position: Vector, resolution: float) -> int:
     """How many samples apart the difference is taken, so that it shows at least 40 levels where the sensor allows it."""
     for samples in range(1, min(MOST_SAMPLES, position.size - 1)):
