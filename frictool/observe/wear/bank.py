@@ -5,7 +5,8 @@
 A slope of friction over speed that the model has not looks much like wear on moves that are all alike. Excluded beforehand it costs no
 precision and biases the wear of a plant that has it; left open it costs three times the precision on a plant that has not. Here the moves
 say which of the two it is, and until they do the interval holds both. A slope is positive, as all viscous friction is, and the less of it,
-the likelier beforehand. Moves that repeat each other repeat the errors of the encoder's counts: their evidence counts for EVIDENCE.
+the likelier beforehand. Moves that repeat each other repeat the errors of the encoder's counts: their evidence counts for EVIDENCE,
+and is forgotten in MEMORY moves.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ SLOPES = (0.003, 0.03, 0.1, 0.3, 1.0)  # of the dry friction at top speed
 BEFOREHAND = (0.0, -2.0, -3.0, -4.0, -5.0)  # natural logarithms of how likely each is
 UNMODELLED = tuple(Unmodelled(slope, 0.5 * slope, 0.3 * slope) for slope in SLOPES)
 EVIDENCE = 0.5
+MEMORY = 50.0  # moves, over which it is kept
 
 
 class Bank:
@@ -38,12 +40,13 @@ class Bank:
     def __init__(self, restrictions: Sequence[Restriction], variance: float, inflation: float, name: str, walk: float) -> None:
         self.filters = tuple(Filter(one, variance, inflation) for one in restrictions)
         self._changes, self._name, self._walk = tuple(Change(name) for _ in self.filters), name, walk
-        self._evidence = np.array(BEFOREHAND)
+        self._evidence = np.zeros(len(self.filters))
 
     @property
     def weights(self) -> Vector:
         """Of each filter, their sum 1."""
-        over = np.exp(self._evidence - np.max(self._evidence))
+        likely = np.array(BEFOREHAND) + self._evidence
+        over = np.exp(likely - np.max(likely))
         return np.asarray(over / np.sum(over))
 
     def take(self, move: Move) -> bool:
@@ -52,11 +55,11 @@ class Bank:
         for own, walked in zip(self.filters, changed, strict=True):
             own.walk(self._name, math.hypot(self._walk, walked))
         noise = min(own.noise for own in self.filters)
-        self._evidence += [EVIDENCE * own.evidence(move, noise) for own in self.filters]
-        self._evidence -= np.max(self._evidence)
+        foreseen = np.array([EVIDENCE * own.evidence(move, noise) for own in self.filters])
+        self._evidence = (1.0 - 1.0 / MEMORY) * self._evidence + foreseen - np.max(foreseen)
         for own in self.filters:
             own.update(move)
-        return changed[int(np.argmax(self._evidence))] > 0.0
+        return changed[int(np.argmax(self.weights))] > 0.0
 
     def value(self, name: str) -> tuple[float, float]:
         """A parameter's mean and deviation [SI]."""

@@ -28,7 +28,8 @@ from frictool.observe.wear.restriction import multiplicative
 from frictool.observe.wear.scale import scale_of
 
 WALK = 1e-4  # of wear, a move
-FLOOR = 0.004  # of the wear, a deviation
+FLOOR = 0.0005  # of the wear, a deviation
+ADDS_UP = 0.8  # of a row's variance; the rest is of counts, whose errors in rows that follow each other cancel
 FIRST_NOISE = 0.01  # of the dry friction: a row's residual before any was seen
 CONFIDENCE = 0.95
 
@@ -78,7 +79,7 @@ def with_kind(alike: Estimate, told: Told) -> Estimate:
 
 def multiplicative_bank(model: Model, layout: Layout) -> Bank:
     """That has seen no move. White noise of the effort makes 1/(every sum phi^2) overlapping rows as good as one."""
-    inflation = max(1.0, 1.0 / (layout.every * float(layout.phi @ layout.phi)))
+    inflation = max(1.0, ADDS_UP / (layout.every * float(layout.phi @ layout.phi)))
     kinds = [multiplicative(model, layout, beside) for beside in UNMODELLED]
     return Bank(kinds, (FIRST_NOISE * layout.friction) ** 2, inflation, "wear", WALK)
 
