@@ -20,7 +20,7 @@ from frictool.errors import NoSolutionError
 from frictool.lmi.switched_observer import Subsystem, SwitchedGains, synthesise
 from frictool.observe.design import additive, multiplicative
 from frictool.observe.design.friction_map import friction_at
-from frictool.observe.design.matrices import Facts, drive_input, subsystems
+from frictool.observe.design.matrices import Facts, subsystems
 from frictool.observe.design.notes import notes
 from frictool.observe.design.settings import Settings, decay_of
 from frictool.observe.design.verification import verify
@@ -57,6 +57,7 @@ def test_a_constant_friction_has_one_interval_a_direction() -> None:
     assert [mode.index for mode in observer.switched.modes] == [-1, 0, 1]
     assert observer.switched.modes[0].friction == 20.3935
     assert observer.axis == "linear"
+    assert any("wrong by 1% of it" in line for line in notes(observer, _model(emps=True)))
 
 
 @pytest.mark.parametrize("kind", ["multiplicative", "additive"])
@@ -122,7 +123,9 @@ def test_alpha_finds_a_friction_that_has_grown_along_a_sweep() -> None:
     for _ in range(1000):
         cell = next((mode for mode in forward if mode.over is not None and x < mode.over[1]), forward[-1])
         mode, push = modes[cell.index], 0.18 + 2e-3 * (60.0 - v)
-        estimate = mode.a @ estimate + drive_input(facts, 1) * push + np.array(cell.gains) @ (x - mode.c @ estimate)
+        estimate = (
+            mode.a @ estimate + np.array([0.0, facts.period / facts.inertia, 0.0]) * push + np.array(cell.gains) @ (x - mode.c @ estimate)
+        )
         friction = 1.5 * float(friction_at(observer.friction, 1, x))
         x, v = x + facts.period * v, v + facts.period / facts.inertia * (push - friction)
         alphas.append(estimate[2])

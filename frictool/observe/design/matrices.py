@@ -59,11 +59,6 @@ def subsystem(facts: Facts, direction: int, friction: float, deviation: float) -
     return Subsystem(a, np.array([[1.0, 0.0, 0.0]]), np.array([[0.0], [gain * entering], [0.0]]), weight)
 
 
-def drive_input(facts: Facts, direction: int) -> Matrix:
-    """B (3,) of an effort [N m | N]."""
-    return np.array([0.0, facts.period / facts.inertia if direction else 0.0, 0.0])
-
-
 def subsystems(observer: Observer) -> dict[int, Subsystem]:
     """The modes of a switched observer's document. Raises ValueError for one of another kind."""
     facts, switched = Facts.of(observer), observer.switched

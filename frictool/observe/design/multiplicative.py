@@ -9,11 +9,10 @@ from frictool.documents.observer import Mode, Observer
 from frictool.documents.provenance import Provenance
 from frictool.observe.design.friction_map import friction_map
 from frictool.observe.design.intervals import intervals
+from frictool.observe.design.notes import UNIT_DEVIATION
 from frictool.observe.design.settings import Settings
 from frictool.observe.design.switched import designed, facts_of
 from frictool.observe.design.transitions import switches
-
-UNIT_DEVIATION = 0.01  # of the friction, where no mode has a deviation: gamma is then over that, and the gains do not depend on it
 
 
 def design(model: Model, settings: Settings, provenance: Provenance) -> Observer:

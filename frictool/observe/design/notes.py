@@ -11,6 +11,7 @@ from frictool.observe.design.friction_map import KNEES, left_out
 
 DEAR = 1.5  # gamma over that without a decay
 SLOW_S = 10.0  # an alpha that takes so long to follow says nothing of a shift
+UNIT_DEVIATION = 0.01  # of the friction, where no mode has a deviation: gamma is then over that, and the gains do not depend on it
 KNOWN_BY_TRACKING = (KNEES,)
 COARSE = 0.1  # of the switch speed: a count in one sample that looks faster is a coarse encoder
 
@@ -22,6 +23,7 @@ def notes(observer: Observer, model: Model) -> list[str]:
         return [line for line in [_left_out(model, KNOWN_BY_TRACKING)] if line]
     found = [
         _encoder(observer, switched),
+        _constant(switched),
         _intervals(observer, switched),
         _turning(observer, switched),
         *_rest(switched),
@@ -51,6 +53,12 @@ def _encoder(observer: Observer, switched: Switched) -> str:
         f"{wear:.3g}{effort}. This observer needs a count below {COARSE * sigma * observer.sample_period_s:.2g} {position}; for this "
         "encoder take --kind tracking, and observe run for the wear"
     )
+
+
+def _constant(switched: Switched) -> str:
+    """Whether Delta has a unit that is chosen: that of (6.18) would be 0."""
+    chosen = [mode for mode in switched.modes if mode.friction and mode.deviation == UNIT_DEVIATION * mode.friction]
+    return f"friction does not depend on the position: gamma is for a model that is wrong by {UNIT_DEVIATION:.0%} of it" if chosen else ""
 
 
 def _intervals(observer: Observer, switched: Switched) -> str:

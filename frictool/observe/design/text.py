@@ -102,8 +102,9 @@ def _table(observer: Observer, switched: Switched) -> list[str]:
         "radius",
     )
     rows = [heads, *(_row(mode) for mode in switched.modes)]
-    widths = [max(len(row[column]) for row in rows) for column in range(len(heads))]
-    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    told = [column for column in range(len(heads)) if any(row[column] for row in rows[1:])]
+    widths = [max(len(row[column]) for row in rows) for column in told]
+    return ["  ".join(row[column].ljust(width) for column, width in zip(told, widths, strict=True)).rstrip() for row in rows]
 
 
 def _row(mode: Mode) -> tuple[str, ...]:
@@ -113,5 +114,5 @@ def _row(mode: Mode) -> tuple[str, ...]:
 
 
 def _span(seconds: list[float]) -> str:
-    low, high = 1e3 * min(seconds), 1e3 * max(seconds)
-    return f"time constant {low:.3g} to {high:.3g}"
+    low, high = f"{1e3 * min(seconds):.3g}", f"{1e3 * max(seconds):.3g}"
+    return f"time constant {low}" if low == high else f"time constant {low} to {high}"
