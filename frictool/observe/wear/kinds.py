@@ -38,12 +38,14 @@ from frictool.observe.wear.shares import SIDES, friction_share, zone_mean
 
 Vector = NDArray[np.float64]
 
+# of kinds that explain the same, as where friction does not vary over position, the first is told
 KINDS: tuple[Kind, ...] = ("none", "multiplicative", "additive", "directional", "zones")
 WEAR = 0.3  # standard deviation of a wear, and of an added friction over the mean friction
 ROUGH = 0.01  # of the model's friction, in each direction and zone
 COMMON = 0.005  # of all of it
 OFFSET = 0.01  # of the mean friction: by how much the drive's sensor may have drifted; more looks like friction of one direction
 CERTAIN = 4.0  # of evidence, natural logarithms
+ALIKE = 1.0  # of evidence, by which two kinds explain the same
 MEMORY = 60.0  # moves, over which the sums are a mean
 FEWEST = 2  # moves
 SEEN = 0.2  # of WEAR: what the moves have told less of is not given
@@ -113,17 +115,18 @@ class Kinds:
         if self._old_rows > 0.0 and self._changed(gram, right, last):
             self._old, self._old_rows, self._count = self._nothing, 0.0, len(self._recent)
             gram, right = self._information(last, rows)
-        found = _evidence(gram[None], right[None], self._mean, self._scaled)
+        found = evidences(gram[None], right[None], self._mean, self._scaled)
         over: dict[Kind, float] = {kind: float(value - found[0]) for kind, value in zip(KINDS, found, strict=True)}
-        best = max(over, key=lambda kind: over[kind])
-        return self._values(best if over[best] >= CERTAIN else "none", over, gram, right)
+        highest = max(over.values())
+        likely = [kind for kind in KINDS if over[kind] >= highest - ALIKE] if highest >= CERTAIN else list(KINDS)
+        return self._values(likely[0], over, gram, right)
 
     def _changed(self, gram: Vector, right: Vector, last: Vector) -> bool:
         """Whether the last moves are of another friction than those before, all else being as it was."""
         size, weight = self._mean.size, 1.0 / (self._variance * self._inflation)
         own, own_right = weight * last[:size, :size], weight * last[:size, size]
-        known, spread = _posterior(gram - own, right - own_right, self._mean, self._loose)
-        same, changed = _evidence(own[None], own_right[None], known, np.stack([spread, spread + self._change]))
+        known, spread = posterior(gram - own, right - own_right, self._mean, self._loose)
+        same, changed = evidences(own[None], own_right[None], known, np.stack([spread, spread + self._change]))
         return bool(changed - same > CERTAIN)
 
     def _information(self, sums: Vector, rows: float) -> tuple[Vector, Vector]:
@@ -133,7 +136,7 @@ class Kinds:
         variance = min(max(squares / rows, self._floor), self._variance)
         for _ in range(PASSES):
             weight = 1.0 / (variance * self._inflation)
-            theta, spread = _posterior(weight * gram, weight * right, self._mean, self._loose)
+            theta, spread = posterior(weight * gram, weight * right, self._mean, self._loose)
             left = squares - 2.0 * float(theta @ right) + float(theta @ gram @ theta)
             spent = self._inflation * weight * float(np.sum(spread * gram))  # rows that the parameters have used up
             variance = max(left / max(rows - spent, LEFT * rows), self._floor)
@@ -142,8 +145,8 @@ class Kinds:
         return weight * gram, weight * right
 
     def _values(self, kind: Kind, over: dict[Kind, float], gram: Vector, right: Vector) -> Told:
-        own = _posterior(gram, right, self._mean, self._beliefs[kind])
-        sides = own if kind == "additive" else _posterior(gram, right, self._mean, self._beliefs["directional"])
+        own = posterior(gram, right, self._mean, self._beliefs[kind])
+        sides = own if kind == "additive" else posterior(gram, right, self._mean, self._beliefs["directional"])
         layout = self.layout
         zones = tuple(zone for zone, columns in enumerate(self._zones) if _tells(columns, gram))
         forward, backward = (
@@ -196,13 +199,13 @@ def _spread(layout: Layout, kind: Kind) -> Vector:
     return sum((np.outer(one, one) for one in worn), np.zeros((size, size)))
 
 
-def _posterior(gram: Vector, right: Vector, mean: Vector, belief: Vector) -> tuple[Vector, Vector]:
+def posterior(gram: Vector, right: Vector, mean: Vector, belief: Vector) -> tuple[Vector, Vector]:
     """Mean (p,) and covariance (p, p) after the data; the belief may be singular."""
     spread: Vector = np.linalg.solve(np.eye(mean.size) + belief @ gram, belief).astype(np.float64)
     return mean + spread @ (right - gram @ mean), spread
 
 
-def _evidence(grams: Vector, rights: Vector, mean: Vector, beliefs: Vector) -> Vector:
+def evidences(grams: Vector, rights: Vector, mean: Vector, beliefs: Vector) -> Vector:
     """ln p (m,) of data (m, p, p), (m, p) under beliefs (m, p, p), or one of either for all, but for what beliefs have in common."""
     residuals, whole = rights - grams @ mean, np.eye(mean.size) + beliefs @ grams
     spreads = np.linalg.solve(whole, np.broadcast_to(beliefs, whole.shape))
