@@ -18,12 +18,14 @@ from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from frictool.errors import NoSolutionError
 from frictool.lmi.switched_observer import Subsystem, SwitchedGains, synthesise
+from frictool.observe.along import run_along
 from frictool.observe.design import additive, multiplicative
 from frictool.observe.design.friction_map import friction_at
 from frictool.observe.design.matrices import Facts, subsystems
 from frictool.observe.design.notes import notes
 from frictool.observe.design.settings import Settings, decay_of
 from frictool.observe.design.verification import verify
+from frictool.observe.samples import Piece
 from frictool.plant.lti import Lti
 from frictool.verify.norms import norm
 from tests.synth.example import ROOT
@@ -212,3 +214,32 @@ def test_an_inertia_of_ones_own_is_in_the_matrices_and_in_the_document() -> None
     assert light.inertia.value == pytest.approx(1.056e-5)
     modes: dict[int, Subsystem] = subsystems(light)
     assert modes[1].a[1, 2] == pytest.approx(-1e-3 / 1.056e-5)
+
+
+@pytest.mark.parametrize("kind", ["multiplicative", "additive"])
+def test_what_runs_is_what_was_certified(kind: str) -> None:
+    """Each step of the program along a log is (6.4) with the matrices and the gains of the mode that its estimate is in."""
+    observer = _clutch() if kind == "multiplicative" else additive.design(_model(), FEW, NOWHERE)
+    switched, modes, facts = observer.switched, subsystems(observer), Facts.of(observer)
+    assert switched is not None
+    random, time = np.random.default_rng(5), 1e-3 * np.arange(800)
+    position, speed = 30.0 + 25.0 * np.sin(6.0 * time), 150.0 * np.cos(6.0 * time)
+    levels = np.where(speed > 0.0, *(friction_at(observer.friction, direction, position) for direction in (1, -1)))
+    effort = 1.2 * np.sign(speed) * levels - facts.inertia * 900.0 * np.sin(6.0 * time) + 1e-4 * random.normal(size=time.size)
+    piece = Piece(time, position, effort, False)
+    found = next(iter(run_along(observer, [piece])))
+    assert found.wear is not None
+    states = np.column_stack([found.position, found.velocity, found.wear])
+    seen = set()
+    for k in range(time.size - 1):
+        x, v, alpha = states[k]
+        direction = 0 if abs(v) < switched.switch_speed.value else int(np.sign(v))
+        own = sorted((mode for mode in switched.modes if mode.direction == direction), key=lambda mode: mode.over or (0.0, 0.0))
+        cell = next((mode for mode in own if mode.over is not None and x < mode.over[1]), own[-1])
+        mode, seen = modes[cell.index], seen | {cell.index}
+        known = direction * float(friction_at(observer.friction, direction, x)) if kind == "additive" and direction else 0.0
+        push = facts.period / facts.inertia * (piece.effort[k] - known) * abs(direction)
+        measured = np.array([position[k], alpha])[: len(mode.c)]
+        expected = mode.a @ states[k] + np.array([0.0, push, 0.0]) + np.array(cell.gains) @ (measured - mode.c @ states[k])
+        assert states[k + 1] == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    assert len(seen) >= (7 if kind == "multiplicative" else 3)
