@@ -26,6 +26,7 @@ from frictool.observe.outcome import Outcome
 Job = tuple["Member", Model, Settings, Estimators]
 # what in a folder is taken for a log; a file that is named by itself is read whatever it is called
 SUFFIXES = (".mcap", ".bag", ".db3", ".csv", ".tsv", ".txt", ".mat", ".mf4", ".mdf", ".dat", ".parquet", ".pq", ".npz")
+WORTH_SHARING = 50_000_000  # bytes of all logs, below which the start of further processes takes longer than they save
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,7 @@ def observed(
     tick: Callable[[float], None] = lambda part: None,
 ) -> list[Found]:
     """What each log tells, in the order given. tick: is told the part of them that is done."""
-    workers = min(len(fleet), cores or len(os.sched_getaffinity(0)))
+    workers = min(len(fleet), cores or _cores(fleet))
     results: Iterator[Found]
     jobs = [(member, model, settings, estimators) for member in fleet]
     if workers == 1:
@@ -111,6 +112,13 @@ def observed(
         asked = [pool.submit(_observe, *job) for job in jobs]
         results = (_result(one.result, job) for one, job in zip(asked, jobs, strict=True))
         return list(_ticking(results, len(fleet), tick))
+
+
+def _cores(fleet: Sequence[Member]) -> int:
+    """How many processes to share the logs among."""
+    if sum(member.path.stat().st_size for member in fleet if member.path.is_file()) < WORTH_SHARING:
+        return 1
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _ticking(results: Iterator[Found], count: int, tick: Callable[[float], None]) -> Iterator[Found]:

@@ -23,6 +23,7 @@ from frictool.svg import render
 INK, MUTED, GRID, LIMIT = "#1d2733", "#6b7785", "#e3e7ec", "#b3261e"
 WEAR, FRICTION, VELOCITY = "#1f5fa8", "#c4620a", "#2f7d4f"
 WIDTH, HEIGHT = 7.0, 6.6  # inches
+LEFT, RIGHT, BOTTOM, TOP, LABEL = 0.85, 0.15, 0.5, 0.15, 0.15  # inches; LABEL: the ordinate's, from the left edge
 BAND = 0.25  # opacity of an interval
 LONG_S, LONGER_S = 600.0, 7200.0  # s, from which on time is drawn in minutes, in hours
 STYLE: dict[Any, Any] = {
@@ -54,6 +55,11 @@ def drawing(name: str) -> Iterator[None]:
         yield
 
 
+def set_margins(figure: Figure, height: float) -> None:
+    """Margins in inches: those that matplotlib would find for itself differ in their last bit from run to run."""
+    figure.subplots_adjust(left=LEFT / WIDTH, right=1.0 - RIGHT / WIDTH, bottom=BOTTOM / height, top=1.0 - TOP / height, hspace=0.12)
+
+
 class Picture:
     """Gathers what is drawn of a log."""
 
@@ -70,8 +76,9 @@ class Picture:
         time, low, high = self._trace.drawn()
         scale, unit = _scale(float(time[-1] - time[0]) if time.size else 0.0)
         with drawing("observe"):
-            figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
+            figure = Figure(figsize=(WIDTH, HEIGHT))
             axes = figure.subplots(3, 1, sharex=True, height_ratios=[1.2, 1.0, 1.0])
+            set_margins(figure, HEIGHT)
             rows = ((WEAR, "wear [1]"), (FRICTION, f"friction [{si_unit('effort', self._axis)}]"), (VELOCITY, _velocity(self._axis)))
             for number, (one, (colour, label)) in enumerate(zip(axes, rows, strict=True)):
                 first = 3 * number
@@ -80,7 +87,8 @@ class Picture:
                 one.set_ylabel(label)
             _limit(axes[0], limit)
             axes[-1].set_xlabel(f"time [{unit}]")
-            figure.align_ylabels(axes)
+            for one in axes:
+                one.yaxis.set_label_coords((LABEL - LEFT) / (WIDTH - LEFT - RIGHT), 0.5)
             return render(figure, f"wear, friction and velocity over time, {_plain(name)}")
 
 

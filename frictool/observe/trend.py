@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from frictool.observe.estimate import Range
-from frictool.observe.picture import LIMIT, WIDTH, drawing
+from frictool.observe.picture import LIMIT, WIDTH, drawing, set_margins
 from frictool.observe.table import Row
 from frictool.svg import render
 
@@ -33,8 +33,9 @@ def trend(table: Sequence[Row], limit: float | None) -> str:
     dated = bool(told) and all(row.date is not None for row, _ in told)
     units = list(dict.fromkeys(row.unit or UNNAMED for row, _ in told))
     with drawing("trend"):
-        figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
+        figure = Figure(figsize=(WIDTH, HEIGHT))
         axes = figure.subplots()
+        set_margins(figure, HEIGHT)
         where = {row.file: _day(row.date or "") if dated else float(place) for place, (row, _) in enumerate(told)}
         for number, unit in enumerate(units):
             own = [(where[row.file], found) for row, found in told if (row.unit or UNNAMED) == unit]

@@ -1,0 +1,226 @@
+"""`observe run` over a fleet: a row a log, whose units, dates and first logs are told apart; what is damaged is a row and stops nothing."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from frictool.documents.model import Model
+from frictool.observe.estimate import Estimate
+from frictool.observe.fleet import Member, members, observed
+from frictool.observe.one_log import Estimators, Settings
+from frictool.observe.origin import Name, as_date
+from frictool.observe.run import Wear
+from frictool.observe.samples import Piece
+from frictool.observe.table import COLUMNS
+from frictool.observe.wear.estimator import WearEstimator
+from tests.cli.run import Result, refused, run
+from tests.observe.files import cut, log_of, model_file, save
+from tests.observe.fleet import Unit, believed
+
+SECONDS = 5.0
+DATE = r"\d{4}-\d\d-\d\d"
+WEARS = {"U17": (1.05, 1.2, 1.45), "U23": (1.0, 1.02)}
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SimpleNamespace]:
+    """A model, and a folder of two units' logs, one of a third that is damaged, and what is no log."""
+    root = tmp_path_factory.mktemp("rig")
+    folder = root / "logs"
+    for number, (unit, wears) in enumerate(WEARS.items()):
+        for month, wear in enumerate(wears, start=1):
+            save(log_of(Unit(wear=wear), 10 * number + month, SECONDS), folder / unit / f"2026-0{month}-03.mcap")
+    cut(save(log_of(Unit(), 50, SECONDS), folder / "U31" / "2026-01-09.mcap"))
+    (folder / "notes.md").write_text("no log\n")
+    (folder / ".hidden.mcap").write_text("no log\n")
+    return SimpleNamespace(root=root, folder=folder, model=model_file(root))
+
+
+def observe(*arguments: str | Path) -> Result:
+    return run("observe", "run", *arguments)
+
+
+def table(text: str) -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO(text)))
+
+
+def test_a_folder_is_a_row_a_log_in_the_order_of_unit_and_date(rig: SimpleNamespace, tmp_path: Path) -> None:
+    result = observe(rig.model, rig.folder, "--date", DATE, "--wear-limit", "1.25", "-o", tmp_path / "fleet.csv")
+    assert result.code == 1, result.stderr
+    text = (tmp_path / "fleet.csv").read_text()
+    assert text.splitlines()[0] == ",".join(COLUMNS)
+    rows = table(text)
+    assert [(row["unit"], row["date"], row["file"]) for row in rows] == [
+        ("U17", "2026-01-03", "U17/2026-01-03.mcap"),
+        ("U17", "2026-02-03", "U17/2026-02-03.mcap"),
+        ("U17", "2026-03-03", "U17/2026-03-03.mcap"),
+        ("U23", "2026-01-03", "U23/2026-01-03.mcap"),
+        ("U23", "2026-02-03", "U23/2026-02-03.mcap"),
+        ("U31", "2026-01-09", "U31/2026-01-09.mcap"),
+    ]
+    for row, wear in zip(rows, [*WEARS["U17"], *WEARS["U23"]], strict=False):
+        assert abs(float(row["wear"]) / wear - 1.0) < 0.02
+        assert float(row["low"]) < float(row["wear"]) < float(row["high"])
+        assert int(row["moves"]) > 4
+    assert [row["alarm"] for row in rows] == ["false", "false", "true", "false", "false", ""]
+    assert "1 could not be read" in result.stdout
+    assert "U17/2026-03-03.mcap" in result.stdout
+    damaged = rows[-1]
+    assert damaged["wear"] == ""
+    assert "cut off" in damaged["reason"]
+
+
+def test_the_first_log_of_a_unit_is_its_commissioning(rig: SimpleNamespace) -> None:
+    rows = table(observe(rig.model, rig.folder, "--date", DATE).stdout)
+    assert [row["ratio"] == "" for row in rows] == [True, False, False, True, False, True]
+    assert float(rows[2]["ratio"]) == pytest.approx(float(rows[2]["wear"]) / float(rows[0]["wear"]), rel=1e-12)
+    assert "first log of its unit" in rows[0]["reason"]
+    undated = table(observe(rig.model, rig.folder).stdout)  # nothing says which came first
+    assert all(row["ratio"] == "" and row["date"] == "" for row in undated)
+
+
+def test_a_commissioning_that_is_given_is_that_of_all(rig: SimpleNamespace, tmp_path: Path) -> None:
+    first = rig.folder / "U17" / "2026-01-03.mcap"
+    rows = table(observe(rig.model, rig.folder, "--date", DATE, "--commissioning", first).stdout)
+    assert float(rows[0]["ratio"]) == pytest.approx(1.0, abs=1e-12)
+    assert float(rows[3]["ratio"]) == pytest.approx(float(rows[3]["wear"]) / float(rows[0]["wear"]), rel=1e-12)
+
+
+def test_what_the_log_says_of_unit_and_date_comes_first(rig: SimpleNamespace, tmp_path: Path) -> None:
+    raw = rig.folder / "U23" / "2026-01-03.mcap"
+    named = tmp_path / "logs" / "U99_2026-05-05.mcap"
+    assert run("ingest", raw, "--unit", "S 4711", "--date", "2026-04-01T08:15:00", "-o", named).code == 0
+    by_name = tmp_path / "logs" / "U99_20260505.mcap"
+    by_name.write_bytes(raw.read_bytes())
+    options = ("--unit", r"(U\d+)_", "--date", r"_(.*)\.mcap")
+    rows = table(observe(rig.model, tmp_path / "logs", *options).stdout)
+    assert [(row["unit"], row["date"]) for row in rows] == [("S 4711", "2026-04-01T08:15:00"), ("U99", "2026-05-05")]
+    result = run("ingest", raw, "--date", "yesterday", "-o", named)
+    assert result.code == 2
+    assert "is no date" in result.stderr
+
+
+def test_a_recording_s_clock_dates_it(rig: SimpleNamespace, tmp_path: Path) -> None:
+    log = log_of(Unit(), 60, SECONDS, time={"epoch_ns": "1767427200000000000", "/axis": "log time"})
+    save(log, tmp_path / "logs" / "a.mcap")
+    bench = log_of(Unit(), 60, SECONDS, time={"epoch_ns": "5000000000", "/axis": "uptime"})  # since it was switched on
+    save(bench, tmp_path / "logs" / "b.mcap")
+    rows = table(observe(rig.model, tmp_path / "logs").stdout)
+    assert {row["file"]: row["date"] for row in rows} == {"a.mcap": "2026-01-03T08:00:00Z", "b.mcap": ""}
+
+
+def test_dates_are_read_however_they_are_written() -> None:
+    for text, date in (
+        ("2026-01-03", "2026-01-03"),
+        ("20260103", "2026-01-03"),
+        ("2026_01_03 08h15", "2026-01-03T08:15:00"),
+        ("20260103-081530", "2026-01-03T08:15:30"),
+        ("2026-13-03", None),
+        ("4711", None),
+        ("", None),
+    ):
+        assert as_date(text) == date
+
+
+def test_parquet_holds_the_same_with_types(rig: SimpleNamespace, tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    options = ("--date", DATE, "--wear-limit", "1.25")
+    assert observe(rig.model, rig.folder, *options, "-o", tmp_path / "fleet.parquet").code == 1
+    held = parquet.read_table(tmp_path / "fleet.parquet")
+    assert tuple(held.column_names) == COLUMNS
+    rows = held.to_pylist()
+    for row, text in zip(rows, table(observe(rig.model, rig.folder, *options).stdout), strict=True):
+        assert row["file"] == text["file"]
+        assert ("" if row["wear"] is None else repr(row["wear"])) == text["wear"]
+        assert ("" if row["alarm"] is None else str(row["alarm"]).lower()) == text["alarm"]
+        assert str(row["date"].date()) == text["date"]
+    assert b"command" in held.schema.metadata
+
+
+def test_the_machine_s_view_has_what_each_run_alone_prints(rig: SimpleNamespace) -> None:
+    result = observe(rig.model, rig.folder, "--date", DATE, "--wear-limit", "1.25", "--json")
+    facts = json.loads(result.stdout)
+    assert result.code == 1
+    assert [row["read"] for row in facts["logs"]] == [True] * 5 + [False]
+    alone = json.loads(observe(rig.model, rig.folder / "U17" / "2026-03-03.mcap", "--json").stdout)
+    assert facts["logs"][2]["wear"] == alone["wear"]
+    assert facts["logs"][2]["velocity_rms"] == alone["velocity_rms"]
+
+
+def test_a_lost_log_is_told_by_the_exit_code_where_nothing_is_worn(rig: SimpleNamespace, tmp_path: Path) -> None:
+    logs = [rig.folder / "U23" / "2026-01-03.mcap", rig.folder / "U31" / "2026-01-09.mcap"]
+    result = observe(rig.model, *logs, "--wear-limit", "1.25", "-o", tmp_path / "fleet.csv")
+    assert result.code == 3
+    assert len(table((tmp_path / "fleet.csv").read_text())) == 2
+    assert observe(rig.model, logs[0], logs[0], "-o", tmp_path / "once.csv").code == 0
+    assert len(table((tmp_path / "once.csv").read_text())) == 1  # a log that is named twice is one
+    salvaged = observe(rig.model, *logs, "--salvage", "-o", tmp_path / "salvaged.csv")
+    assert salvaged.code == 3
+    assert "data lost" in table((tmp_path / "salvaged.csv").read_text())[1]["reason"]
+
+
+def test_the_trend_is_drawn_over_the_date_with_the_limit(rig: SimpleNamespace, tmp_path: Path) -> None:
+    for name in ("trend.svg", "trend.html"):
+        observe(rig.model, rig.folder, "--date", DATE, "--wear-limit", "1.25", "--plot", tmp_path / name)
+        again = (tmp_path / name).read_bytes()
+        observe(rig.model, rig.folder, "--date", DATE, "--wear-limit", "1.25", "--plot", tmp_path / name)
+        assert (tmp_path / name).read_bytes() == again
+        for text in ("U17", "U23", "wear over that at commissioning [1]"):
+            assert f">{text}<" in again.decode()
+    observe(rig.model, rig.folder / "U17" / "2026-01-03.mcap", "-o", tmp_path / "one.csv", "--plot", tmp_path / "one.svg")
+    assert "wear [1]" in (tmp_path / "one.svg").read_text()
+
+
+def test_what_an_earlier_run_wrote_into_the_folder_is_no_log(rig: SimpleNamespace, tmp_path: Path) -> None:
+    folder = tmp_path / "logs"
+    save(log_of(Unit(), 70, SECONDS), folder / "a.mcap")
+    for _ in range(2):
+        assert observe(rig.model, folder, "-o", folder / "fleet.csv").code == 0
+        assert [row["file"] for row in table((folder / "fleet.csv").read_text())] == ["a.mcap"]
+
+
+def test_refusals_are_one_line(rig: SimpleNamespace, tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    refused(observe(rig.model, tmp_path / "empty"), 3, "holds no log")
+    for arguments, word in (
+        (("-o", tmp_path / "fleet.mcap"), "several logs give a table"),
+        (("-o", tmp_path / "a.csv", "--plot", tmp_path / "a.csv"), "end it in .svg or .html"),
+        (("--observer", rig.model), "runs along one log"),
+    ):
+        result = observe(rig.model, rig.folder, *arguments)
+        assert result.code == 2
+        assert word in result.stderr
+    first = rig.folder / "U17" / "2026-01-03.mcap"
+    both = tmp_path / "same.svg"
+    assert "same name" in observe(rig.model, first, "-o", both, "--plot", both).stderr
+
+
+class Deadly(WearEstimator):
+    """An estimator whose process the system ends, as where memory is short, where the log is a short one."""
+
+    def take(self, piece: Piece) -> list[Estimate]:
+        if piece.time[-1] < SECONDS - 1.0:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return super().take(piece)
+
+
+def deadly(model: Model, confidence: float) -> Wear:
+    return Deadly(model, confidence=confidence)
+
+
+def test_processes_change_nothing_and_one_that_is_ended_loses_its_own_log_only(rig: SimpleNamespace, tmp_path: Path) -> None:
+    short = save(log_of(Unit(), 80, 2.0), tmp_path / "short.mcap")
+    fleet = [*members([rig.folder])[:2], Member(short, Name("short.mcap"))]
+    found = observed(fleet, believed(), Settings(), Estimators(wear=deadly), cores=2)
+    assert found[:2] == observed(fleet[:2], believed(), Settings(), cores=1)
+    assert found[2].outcome is None
+    assert "was ended" in found[2].reason
