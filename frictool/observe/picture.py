@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 
 from frictool.documents.quantity import Axis, si_unit
 from frictool.observe.run import Part
+from frictool.observe.samples import Vector
 from frictool.observe.trace import Trace, zigzag
 from frictool.svg import render
 
@@ -86,6 +87,7 @@ class Picture:
                 one.plot(*zigzag(time / scale, low[first], high[first]), color=colour)
                 one.set_ylabel(label)
             _limit(axes[0], limit)
+            axes[0].set_ylim(*_range(low[0], high[0], float(low[1, -1]), float(high[2, -1]), limit))
             axes[-1].set_xlabel(f"time [{unit}]")
             for one in axes:
                 one.yaxis.set_label_coords((LABEL - LEFT) / (WIDTH - LEFT - RIGHT), 0.5)
@@ -94,6 +96,13 @@ class Picture:
 
 def _velocity(axis: Axis) -> str:
     return f"velocity [{si_unit('velocity', axis)}]"
+
+
+def _range(low: Vector, high: Vector, least: float, most: float, limit: float | None) -> tuple[float, float]:
+    """What of the wear is shown: its values, its last interval and its limit; the interval before the first move may go to any length."""
+    shown = [float(low.min()), float(high.max()), least, most, *([] if limit is None else [limit])]
+    room = 0.3 * max(max(shown) - min(shown), 0.1)
+    return min(shown) - room, max(shown) + room
 
 
 def _limit(axes: Axes, limit: float | None) -> None:
