@@ -71,10 +71,12 @@ class WearEstimator:
 
 
 def with_kind(alike: Estimate, told: Told) -> Estimate:
-    """The estimate of friction that has worn alike everywhere, and what kind of wear it is; the mean wear of a kind that is not alike is
-    its own."""
-    wear = alike.wear if told.kind in ("none", "multiplicative") else told.wear
-    return replace(alike, wear=wear, kind=told.kind, forward=told.forward, backward=told.backward, added=told.added, zones=told.zones)
+    """The estimate of friction that has worn alike everywhere, and what kind of wear it is; of a kind that is not alike, the mean wear and
+    the inertia are its own."""
+    sided = replace(alike, kind=told.kind, forward=told.forward, backward=told.backward)
+    if told.kind in ("none", "multiplicative"):
+        return sided
+    return replace(sided, wear=told.wear, added=told.added, zones=told.zones, others={**alike.others, "inertia": told.inertia})
 
 
 def multiplicative_bank(model: Model, layout: Layout) -> Bank:

@@ -60,7 +60,8 @@ RECENT = 4  # moves
 class Told:
     """What the moves say. evidence: of each kind over that of none. wear: of both directions and the zones that were seen, under the kind.
 
-    forward, backward: None where a direction was not seen. added [N m | N]: of kind additive. zones: those that were seen, of kind zones.
+    forward, backward: None where a direction was not seen. inertia: over the model's, under the kind. added [N m | N]: of kind additive.
+    zones: those that were seen, of kind zones.
     """
 
     kind: Kind
@@ -68,6 +69,7 @@ class Told:
     wear: Range
     forward: Range | None
     backward: Range | None
+    inertia: Range
     added: Range | None = None
     zones: tuple[Zone, ...] = ()
 
@@ -88,6 +90,7 @@ class Kinds:
         self._loose = sum(self._beliefs.values(), np.zeros_like(own)) + WEAR**2 * np.diag(dry)
         self._change = _spread(layout, "directional")
         self._inflation = 1.0 / (layout.every * float(np.sum(layout.phi**2)))  # rows that tell as much as one: windows overlap
+        self._inertia = (np.array(layout.names) == "inertia") / model.parameters.inertia.value
         self._sides = {side: dry_columns(layout, side) for side in SIDES}
         self._zones = [dry_columns(layout, zone=zone) for zone in range(layout.zones)]
         self._shares: dict[tuple[tuple[int, ...], str | None], Vector] = {}
@@ -154,7 +157,7 @@ class Kinds:
         )
         worn = self._worn(zones, *own) if kind == "zones" else ()
         added = self._range(level_columns(layout, 0.5, 0.5), *own) if kind == "additive" else None
-        return Told(kind, over, self._range(self._share(zones), *own), forward, backward, added, worn)
+        return Told(kind, over, self._range(self._share(zones), *own), forward, backward, self._range(self._inertia, *own), added, worn)
 
     def _worn(self, zones: tuple[int, ...], theta: Vector, spread: Vector) -> tuple[Zone, ...]:
         """Each zone's wear; wherever it begins, it need not be at the edge of a zone, so that what zones differ by is within them too."""
