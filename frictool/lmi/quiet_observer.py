@@ -23,6 +23,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,8 +47,18 @@ class Quiet:
     noise_gain: float
 
 
-def quiet_gains(modes: Mapping[int, Subsystem], switches: Switches, noise: Mapping[int, Vector], decay: float, factor: float) -> Quiet:
+def quiet_gains(
+    modes: Mapping[int, Subsystem],
+    switches: Switches,
+    noise: Mapping[int, Vector],
+    decay: float,
+    factor: float,
+    apart: Mapping[int, NDArray[np.bool_]] = MappingProxyType({}),
+) -> Quiet:
     """Gains for `modes` and the allowed `switches`; noise: n_i (m,) of each mode.
+
+    apart: of a mode (n, m), which gains may differ from 0. Such a mask is the same for all states of a block, and the blocks' states follow
+    one another, so that it stands in states which a triangular matrix leads to.
 
     Raises NoSolutionError where a mode is not detectable, and where no gains are proved to keep to `factor` times the smallest gamma.
     Raises ValueError for a decay outside (0, 1], or a factor that is not above 1.
@@ -59,7 +70,7 @@ def quiet_gains(modes: Mapping[int, Subsystem], switches: Switches, noise: Mappi
         refuse_undetectable(index, mode.in_states(t))
     best: Quiet | None = None
     for _ in range(PASSES):
-        problem = _Problem(modes, switches, noise, decay, t)
+        problem = _Problem(modes, switches, noise, decay, t, apart)
         smallest = problem.smallest()
         found = problem.quietest(INSIDE * factor * smallest) if smallest > 0.0 else None
         if found is None:
@@ -80,7 +91,15 @@ def quiet_gains(modes: Mapping[int, Subsystem], switches: Switches, noise: Mappi
 class _Problem:
     """The inequalities in one set of states. Unknowns: P_i, G_i, V_i of each mode, then the square that is minimised."""
 
-    def __init__(self, modes: Mapping[int, Subsystem], switches: Switches, noise: Mapping[int, Vector], decay: float, t: Matrix) -> None:
+    def __init__(
+        self,
+        modes: Mapping[int, Subsystem],
+        switches: Switches,
+        noise: Mapping[int, Vector],
+        decay: float,
+        t: Matrix,
+        apart: Mapping[int, NDArray[np.bool_]],
+    ) -> None:
         self.modes, self.switches, self.decay, self.t = modes, switches, decay, t
         posed = {index: mode.in_states(t) for index, mode in modes.items()}
         self.n = len(t)
@@ -92,6 +111,8 @@ class _Problem:
         enters = {i: each[:, None] / self.rows[i] for i, each in noise.items()}
         largest = max(float(np.max(np.abs(each))) for each in enters.values()) or 1.0
         self.noise = {i: each / largest for i, each in enters.items()}
+        masks = {i: apart.get(i, np.ones((self.n, len(m.c)), dtype=np.bool_)) for i, m in posed.items()}
+        self.masks = {i: (np.all(mask[:, None] == mask[None], axis=2), mask) for i, mask in masks.items()}  # of G_i and V_i
         self.first, self.sizes, count = {}, {}, 0
         for index, mode in self.posed.items():
             self.first[index], self.sizes[index] = count, self.half + self.n * self.n + self.n * len(mode.c)
@@ -118,8 +139,7 @@ class _Problem:
         def values(x: Matrix) -> Matrix:
             p_i = symmetric(x[:, : self.half], self.n)
             p_j = p_i if same else symmetric(x[:, own:-1], self.n)
-            g = x[:, self.half : self.half + self.n**2].reshape(-1, self.n, self.n)
-            v = x[:, self.half + self.n**2 : own].reshape(-1, self.n, len(mode.c))
+            g, v = self.multipliers(i, x[:, self.half : own])
             square = x[:, -1] if level is None else np.full(len(x), level)
             enters = -v @ self.noise[i] if of_noise else np.swapaxes(g, 1, 2) @ mode.q
             return _matrix(mode, 1.0 if of_noise else (1.0 - FASTER) * self.decay, p_i, p_j, g, v, enters, square)
@@ -132,18 +152,22 @@ class _Problem:
         columns[:, -1] = local.columns[:, -1]
         return Assembled(local.fixed, columns)
 
+    def multipliers(self, index: int, x: Matrix) -> tuple[Matrix, Matrix]:
+        """G_i (k, n, n) and V_i (k, n, m) from their unknowns (k, n n + n m)."""
+        of_g, of_v = self.masks[index]
+        return of_g * x[:, : self.n**2].reshape(-1, *of_g.shape), of_v * x[:, self.n**2 :].reshape(-1, *of_v.shape)
+
     def found(self, x: Vector) -> SwitchedGains | None:
         """L_i = G_i'^-1 V_i in the modes' own states and the gamma that they prove; None where P_i or G_i are of no use."""
         gains, p = {}, {}
-        for index, mode in self.posed.items():
+        for index in self.posed:
             own = x[self.first[index] : self.first[index] + self.sizes[index]]
             if not np.all(np.isfinite(own)):
                 return None
             p[index] = self.weight**2 * symmetric(own[: self.half], self.n)
-            g = own[self.half : self.half + self.n**2].reshape(self.n, self.n)
+            (g,), (v,) = self.multipliers(index, own[None, self.half :])
             if np.linalg.eigvalsh(g + g.T)[0] <= 0.0 or np.linalg.eigvalsh(p[index])[0] <= 0.0:
                 return None
-            v = own[self.half + self.n**2 :].reshape(self.n, len(mode.c))
             gains[index] = self.t @ np.linalg.solve(g.T, v) / self.rows[index].T
         gamma = proved_gamma(self.modes, self.switches, gains, p, self.t, self.decay)
         return SwitchedGains(gains, gamma, self.decay, np.inf, p, self.t)

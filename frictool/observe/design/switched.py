@@ -84,7 +84,8 @@ def _synthesised(
     if quiet is None:
         return synthesise(posed, allowed, decay), None
     noise = {index: np.eye(len(mode.c))[0] for index, mode in posed.items()}  # of the position; alpha's estimate is none
-    found = quiet_gains(posed, allowed, noise, decay, quiet)
+    stuck = np.array([[True, False], [True, False], [False, True]])  # alpha's estimate is what is measured of it: nothing moves it there
+    found = quiet_gains(posed, allowed, noise, decay, quiet, {0: stuck})
     return found.found, found.noise_gain
 
 
