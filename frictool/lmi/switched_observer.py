@@ -30,7 +30,7 @@ from frictool.lmi.sdp import Assembled, assembled, solve, symmetric, upper_trian
 
 Matrix = NDArray[np.float64]
 Switches = Sequence[tuple[int, int]]
-PASSES = 3  # of balancing
+PASSES = 2  # of balancing
 ROOM, MOST_ROOM = 1.005, 1.008  # gamma over the smallest one, at which the gains are taken: inside the solutions, not on their edge
 HELD = 1e-3  # weight of the units given, in finding units
 UNSEEN = 1e-9  # smallest singular value of [A - z; C], of the largest, below which the mode of A at z is not seen

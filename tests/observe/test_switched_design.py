@@ -117,7 +117,7 @@ def test_rests_of_any_length_between_motions_that_are_long_enough_are_made_up_fo
 
 def test_alpha_finds_a_friction_that_has_grown_along_a_sweep() -> None:
     """The recursion (6.4) beside a plant of its own kind, with half as much friction more: to 5 % on average after half a second."""
-    observer = _clutch(Settings(intervals=10))
+    observer = _clutch(Settings(intervals=6))
     assert observer.switched is not None
     modes, facts = subsystems(observer), Facts.of(observer)
     forward = [mode for mode in observer.switched.modes if mode.direction == 1]
