@@ -85,7 +85,7 @@ def test_the_multiplicative_observer_finds_friction_that_has_grown_by_half() -> 
 
 
 def test_a_decay_alone_fails_with_the_real_encoder() -> None:
-    """Without noise in the problem the gains are those of a perfect encoder: with the real one alpha drifts to its bound, f + alpha = 3 f."""
+    """Without noise in the problem the gains are for a perfect encoder: with the real one alpha drifts to its bound, f + alpha = 3 f."""
     own = observer("second", "additive", 0.997)
     degraded = figures("second", "additive", 0.997)
     assert isinstance(degraded, Second)
