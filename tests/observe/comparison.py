@@ -3,11 +3,11 @@
     python -m tests.observe.comparison [SEEDS]        in make -C configs/clutch observers
 
 Each run is 20 s of steps on the clutch of nonlinear.yaml (encoder of 56 points, backlash, 0.5 A of noise) with its own noise and its own
-phase of the encoder; what estimates believes the inertia 20 % low. The switched observers are designed as that Makefile has them: with a decay
-alone, and quiet.
+phase of the encoder; what estimates believes the inertia 20 % low. The switched observers are designed as in that Makefile, with a decay
+alone and quiet.
 
-wear       friction over the model's, over the last 5 s: alpha; of an additive observer f + alpha over f where it slips, by least squares; of
-           the estimator what it knows in the end. bias, sd: over the runs
+wear       friction over the model's, over the last 5 s: alpha; of an additive observer f + alpha over f where it slips, by least squares;
+           of the estimator what it knows in the end. bias, sd: over the runs
 velocity   root mean square of the error over all samples
 friction   as in thesis_tests.py, from 5 s on; the estimator's is its wear times the model's map
 """
