@@ -46,7 +46,7 @@ def test_evidence_and_posterior_are_those_of_the_rows(seed: int, rank: int) -> N
     half, mean = draw.normal(size=(5, rank)), draw.normal(size=5)
     beliefs = [half @ half.T, 2.0 * half @ half.T, np.zeros((5, 5))]
     gram, right = rows.T @ rows, rows.T @ effort
-    found = evidences(gram[None], right[None], mean, np.stack(beliefs))
+    found = evidences(gram[None], right[None], np.stack([mean] * 3), np.stack(beliefs))
     dense = [multivariate_normal.logpdf(effort, rows @ mean, rows @ belief @ rows.T + np.eye(30)) for belief in beliefs]
     np.testing.assert_allclose(found - found[2], np.array(dense) - dense[2], rtol=1e-6, atol=1e-6)
     theta, covariance = posterior(gram, right, mean, beliefs[0] + np.eye(5))

@@ -5,11 +5,12 @@
     none             dry_d,z = 1                  multiplicative   dry_d,z = w
     additive         level_d = d a                directional      dry_d,z = w_d                zones   dry_d,z = w_z
 
-In every kind the inertia, the viscous friction and its bends, and an offset are as unsure as restriction.py says; each dry_d,z deviates by
-ROUGH, as no model has its friction over position to the last per cent; and all are scaled alike by what the actuator's constant is unsure
-of: what a wrong constant explains is no wear. The evidence of a kind is the density of the data under it, the parameters integrated
-out, so that a kind with more parameters has to earn them; with G, b, s the sums over rows of columns' columns, columns' effort and effort's
-effort, over the variance of an independent row,
+In every kind the inertia, the viscous friction and its bends, and an offset are as unsure as restriction.py says, and friction over speed
+that the model has not may be there, the more the less likely (bank.py): a mixture of beliefs, whose p are summed. Each dry_d,z deviates
+by ROUGH, as no model has its friction over position to the last per cent; and all are scaled alike by what the actuator's constant is
+unsure of: what a wrong constant explains is no wear. The evidence of a kind is the density of the data under it, the parameters
+integrated out, so that a kind with more parameters has to earn them; with G, b, s the sums over rows of columns' columns, columns' effort
+and effort's effort, over the variance of an independent row,
 
     ln p = -1/2 ln det(I + P G) + 1/2 r' M r + mean' b - 1/2 mean' G mean + const      r = b - G mean, M = (P^-1 + G)^-1 = (I + P G)^-1 P
 
@@ -26,10 +27,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtri
+from scipy.special import logsumexp, ndtri, softmax
 
 from frictool.documents.model import Model
 from frictool.observe.estimate import Kind, Range, Zone
+from frictool.observe.wear.bank import BEFOREHAND, UNMODELLED
 from frictool.observe.wear.layout import Layout
 from frictool.observe.wear.moves import Move
 from frictool.observe.wear.restriction import dry_columns, level_columns, offset_of, restriction
@@ -51,6 +53,8 @@ FEWEST = 2  # moves
 SEEN = 0.2  # of WEAR: what the moves have told less of is not given
 LEFT = 0.25  # of the rows at least, when parameters have used theirs up
 UNEVEN = 0.08  # of what the wear of zones differs by: a deviation within a zone
+LOOSE = -1  # of the beliefs of friction over speed, the widest
+NEGLIGIBLE = 1e-3  # of a mixture's weights
 PASSES = 3  # until the variance no longer moves
 FIRST = 16  # moves, at each of which they are looked at
 RECENT = 4  # moves
@@ -80,14 +84,16 @@ class Kinds:
     def __init__(self, model: Model, layout: Layout, confidence: float = 0.95) -> None:
         self.layout = layout
         self._quantile = float(ndtri(0.5 + 0.5 * confidence))
-        base = restriction(model, layout, {"offset": offset_of(model, layout, OFFSET)}, dry_columns(layout))
         dry = dry_columns(layout)
-        self._mean = base.fixed + base.matrix @ base.mean
-        own = (base.matrix * base.deviation**2) @ base.matrix.T + ROUGH**2 * np.diag(dry) + COMMON**2 * np.outer(dry, dry)
-        self._beliefs = {kind: own + _spread(layout, kind) for kind in KINDS}
-        scale = relative_deviation(model) ** 2 * np.outer(self._mean, self._mean)
-        self._scaled = np.stack([self._beliefs[kind] + scale for kind in KINDS])
-        self._loose = sum(self._beliefs.values(), np.zeros_like(own)) + WEAR**2 * np.diag(dry)
+        bases = [restriction(model, layout, {"offset": offset_of(model, layout, OFFSET)}, dry, beside) for beside in UNMODELLED]
+        self._means = np.stack([base.fixed + base.matrix @ base.mean for base in bases])
+        rough = ROUGH**2 * np.diag(dry) + COMMON**2 * np.outer(dry, dry)
+        known = np.stack([(base.matrix * base.deviation**2) @ base.matrix.T + rough for base in bases])
+        self._beliefs = {kind: known + _spread(layout, kind) for kind in KINDS}
+        scale = relative_deviation(model) ** 2 * self._means[:, :, None] * self._means[:, None, :]
+        self._scaled = np.concatenate([self._beliefs[kind] + scale for kind in KINDS])
+        self._mean = self._means[LOOSE]
+        self._loose = sum((belief[LOOSE] for belief in self._beliefs.values()), WEAR**2 * np.diag(dry))
         self._change = _spread(layout, "directional")
         self._inflation = 1.0 / (layout.every * float(np.sum(layout.phi**2)))  # rows that tell as much as one: windows overlap
         self._inertia = (np.array(layout.names) == "inertia") / model.parameters.inertia.value
@@ -118,7 +124,8 @@ class Kinds:
         if self._old_rows > 0.0 and self._changed(gram, right, last):
             self._old, self._old_rows, self._count = self._nothing, 0.0, len(self._recent)
             gram, right = self._information(last, rows)
-        found = evidences(gram[None], right[None], self._mean, self._scaled)
+        every = evidences(gram[None], right[None], np.tile(self._means, (len(KINDS), 1)), self._scaled)
+        found = logsumexp(every.reshape(len(KINDS), -1) + np.array(BEFOREHAND), axis=1)
         over: dict[Kind, float] = {kind: float(value - found[0]) for kind, value in zip(KINDS, found, strict=True)}
         highest = max(over.values())
         likely = [kind for kind in KINDS if over[kind] >= highest - ALIKE] if highest >= CERTAIN else list(KINDS)
@@ -129,7 +136,7 @@ class Kinds:
         size, weight = self._mean.size, 1.0 / (self._variance * self._inflation)
         own, own_right = weight * last[:size, :size], weight * last[:size, size]
         known, spread = posterior(gram - own, right - own_right, self._mean, self._loose)
-        same, changed = evidences(own[None], own_right[None], known, np.stack([spread, spread + self._change]))
+        same, changed = evidences(own[None], own_right[None], np.stack([known, known]), np.stack([spread, spread + self._change]))
         return bool(changed - same > CERTAIN)
 
     def _information(self, sums: Vector, rows: float) -> tuple[Vector, Vector]:
@@ -148,8 +155,8 @@ class Kinds:
         return weight * gram, weight * right
 
     def _values(self, kind: Kind, over: dict[Kind, float], gram: Vector, right: Vector) -> Told:
-        own = posterior(gram, right, self._mean, self._beliefs[kind])
-        sides = own if kind == "additive" else posterior(gram, right, self._mean, self._beliefs["directional"])
+        own = self._mixture(kind, gram, right)
+        sides = own if kind in ("additive", "directional") else self._mixture("directional", gram, right)
         layout = self.layout
         zones = tuple(zone for zone, columns in enumerate(self._zones) if _tells(columns, gram))
         forward, backward = (
@@ -158,6 +165,17 @@ class Kinds:
         worn = self._worn(zones, *own) if kind == "zones" else ()
         added = self._range(level_columns(layout, 0.5, 0.5), *own) if kind == "additive" else None
         return Told(kind, over, self._range(self._share(zones), *own), forward, backward, self._range(self._inertia, *own), added, worn)
+
+    def _mixture(self, kind: Kind, gram: Vector, right: Vector) -> tuple[Vector, Vector]:
+        """Mean and covariance of the parameters under a kind."""
+        likely = evidences(gram[None], right[None], self._means, self._beliefs[kind]) + np.array(BEFOREHAND)
+        weights = softmax(likely)
+        chosen = [index for index, weight in enumerate(weights) if weight > NEGLIGIBLE]
+        found = [(weights[index], *posterior(gram, right, self._means[index], self._beliefs[kind][index])) for index in chosen]
+        whole = sum(weight for weight, _, _ in found)
+        theta = sum((weight / whole * own for weight, own, _ in found), np.zeros_like(self._mean))
+        spread = sum((weight / whole * (own + np.outer(at - theta, at - theta)) for weight, at, own in found), np.zeros_like(gram))
+        return theta, spread
 
     def _worn(self, zones: tuple[int, ...], theta: Vector, spread: Vector) -> tuple[Zone, ...]:
         """Each zone's wear; wherever it begins, it need not be at the edge of a zone, so that what zones differ by is within them too."""
@@ -208,10 +226,11 @@ def posterior(gram: Vector, right: Vector, mean: Vector, belief: Vector) -> tupl
     return mean + spread @ (right - gram @ mean), spread
 
 
-def evidences(grams: Vector, rights: Vector, mean: Vector, beliefs: Vector) -> Vector:
-    """ln p (m,) of data (m, p, p), (m, p) under beliefs (m, p, p), or one of either for all, but for what beliefs have in common."""
-    residuals, whole = rights - grams @ mean, np.eye(mean.size) + beliefs @ grams
-    spreads = np.linalg.solve(whole, np.broadcast_to(beliefs, whole.shape))
+def evidences(grams: Vector, rights: Vector, means: Vector, beliefs: Vector) -> Vector:
+    """ln p (m,) of data (1 | m, p, p), (1 | m, p) under beliefs (m, p), (m, p, p), but for what all beliefs have in common."""
+    moved = (grams @ means[:, :, None])[:, :, 0]
+    residuals, whole = rights - moved, np.eye(means.shape[1]) + beliefs @ grams
+    spreads = np.linalg.solve(whole, beliefs)
     _, logarithms = np.linalg.slogdet(whole)
     explained = np.sum(residuals * (spreads @ residuals[:, :, None])[:, :, 0], axis=1)
-    return np.asarray(-0.5 * logarithms + 0.5 * explained + rights @ mean - 0.5 * (grams @ mean) @ mean)
+    return np.asarray(-0.5 * logarithms + 0.5 * explained + np.sum((rights - 0.5 * moved) * means, axis=1))
