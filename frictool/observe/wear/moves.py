@@ -98,6 +98,11 @@ class Moves:
         self._next -= kept
         return ended
 
+    @property
+    def held(self) -> int:
+        """How many samples it holds."""
+        return self._position.size
+
     def end(self) -> list[Move]:
         """The log ends or breaks here: the move that was going on, where it has rows."""
         ended = self._closed()
