@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from statistics import NormalDist
 from typing import TypeVar
@@ -22,6 +23,8 @@ Matrix = NDArray[np.float64]
 S = TypeVar("S", bound=msgspec.Struct)
 NEVER = 1e30  # rad | m: end stops that no axis reaches, so that every axis has its laws in the kernels' array
 NONE = Range(0.0, 0.0, 0.0)
+ROUGH = 0.01  # of the friction at a place, a deviation: no model has its friction over position to the last per cent
+UNBOUNDED = 1e6  # stands for a wear of which no upper bound is known: a log holds finite numbers
 WIDTH, LOOSE = 0.2, 0.4  # of a gap's width, of the friction in it: how unsure they are where the bench gives no range
 
 
@@ -48,7 +51,7 @@ class FrictionAlong:
         out = np.empty((3, piece.time.size))
         ends = [*(start for start, _ in known[1:]), piece.time.size]
         for (low, estimate), high in zip(known, ends, strict=True):
-            factors, zones = _worn(estimate)
+            factors, zones = _worn(estimate, self._quantile * ROUGH)
             part = slice(low, high)
             friction_along(
                 self._axes,
@@ -79,16 +82,24 @@ def _unsure(quantity: Quantity, part: float) -> Vector:
     return np.array([quantity.value, low, high])
 
 
-def _worn(estimate: Estimate) -> tuple[Matrix, Matrix]:
-    """Wear forward and backward and added friction (3, 3), zones (k, 5), as the kernel takes them."""
-    both = Range(1.0, 1.0, 1.0) if estimate.kind == "additive" and estimate.added is not None else estimate.wear
+def _worn(estimate: Estimate, rough: float) -> tuple[Matrix, Matrix]:
+    """Wear forward and backward and added friction (3, 3), zones (k, 5), as the kernel takes them; rough: of a place, beside its wear."""
+    is_added = estimate.kind == "additive" and estimate.added is not None
+    both = Range(1.0, 1.0, 1.0) if is_added else estimate.wear
     sides = (both, both)
     if estimate.kind == "directional":
         sides = (estimate.forward or both, estimate.backward or both)
-    added = estimate.added if estimate.kind == "additive" and estimate.added is not None else NONE
-    factors = np.array([[one.value, one.low, one.high] for one in (*sides, added)])
-    zones = [[zone.low, zone.high, zone.wear.value, zone.wear.low, zone.wear.high] for zone in estimate.zones]
+    added = estimate.added if is_added and estimate.added is not None else NONE
+    factors = np.array([*(_ends_of(one, rough) for one in sides), [added.value, added.low, added.high]])
+    zones = [[zone.low, zone.high, *_ends_of(zone.wear, rough)] for zone in estimate.zones]
     return factors, np.array(zones if estimate.kind == "zones" else []).reshape(-1, ZONE_SIZE)
+
+
+def _ends_of(wear: Range, rough: float) -> list[float]:
+    """Value, low, high at one place."""
+    room = rough * wear.value
+    low, high = math.hypot(wear.value - wear.low, room), math.hypot(min(wear.high, UNBOUNDED) - wear.value, room)
+    return [wear.value, max(0.0, wear.value - low), wear.value + high]
 
 
 def _extended(model: Model) -> Vector:

@@ -23,12 +23,11 @@ from frictool.logs.log import MAIN_TOPIC
 from frictool.observe.along import Along
 from frictool.observe.beside import Beside
 from frictool.observe.estimate import Estimate
-from frictool.observe.friction import FrictionAlong, placed
+from frictool.observe.friction import UNBOUNDED, FrictionAlong, placed
 from frictool.observe.samples import Piece, Vector
 
 Matrix = NDArray[np.float64]
 ESTIMATED = ("velocity", "friction", "wear")
-UNBOUNDED = 1e6  # stands in the log for a wear of which no upper bound is known: a log holds finite numbers
 FIELDS = ("position", *(name + end for name in ESTIMATED for end in ("", "_low", "_high")))
 
 
