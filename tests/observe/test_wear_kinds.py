@@ -17,7 +17,8 @@ from frictool.documents.registry import load
 from frictool.observe.estimate import Estimate, Kind, Range
 from frictool.observe.feed import feed
 from frictool.observe.wear.estimator import WearEstimator
-from frictool.observe.wear.kinds import KINDS, Kinds, evidences, posterior
+from frictool.observe.wear.evidence import evidences, mixture, posterior
+from frictool.observe.wear.kinds import KINDS, Kinds
 from frictool.observe.wear.layout import layout_of
 from frictool.observe.wear.moves import Move
 from frictool.observe.wear.restriction import dry_columns, level_columns
@@ -53,6 +54,11 @@ def test_evidence_and_posterior_are_those_of_the_rows(seed: int, rank: int) -> N
     precision = np.linalg.inv(beliefs[0] + np.eye(5)) + gram
     np.testing.assert_allclose(covariance @ precision, np.eye(5), atol=1e-8)
     np.testing.assert_allclose(precision @ (theta - mean), right - gram @ mean, atol=1e-7)
+    # one belief alone is its posterior; two that are the same are one
+    for count in (1, 2):
+        both = mixture(gram, right, np.stack([mean] * count), np.stack([beliefs[0]] * count), np.zeros(count))
+        for one, other in zip(both, posterior(gram, right, mean, beliefs[0]), strict=True):
+            np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12)
 
 
 def holds(found: Range | None, truth: float) -> bool:

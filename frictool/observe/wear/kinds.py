@@ -8,11 +8,8 @@
 In every kind the inertia, the viscous friction and its bends, and an offset are as unsure as restriction.py says, and friction over speed
 that the model has not may be there, the more the less likely (bank.py): a mixture of beliefs, whose p are summed. Each dry_d,z deviates
 by ROUGH, as no model has its friction over position to the last per cent; and all are scaled alike by what the actuator's constant is
-unsure of: what a wrong constant explains is no wear. The evidence of a kind is the density of the data under it, the parameters
-integrated out, so that a kind with more parameters has to earn them; with G, b, s the sums over rows of columns' columns, columns' effort
-and effort's effort, over the variance of an independent row,
-
-    ln p = -1/2 ln det(I + P G) + 1/2 r' M r + mean' b - 1/2 mean' G mean + const      r = b - G mean, M = (P^-1 + G)^-1 = (I + P G)^-1 P
+unsure of: what a wrong constant explains is no wear. The evidence of a kind (evidence.py) is the density of the data under it, the
+parameters integrated out, so that a kind with more parameters has to earn them.
 
 A kind of wear is told where its evidence exceeds that of none by CERTAIN and that of the other kinds; below that it is none. Values are
 posterior means; their intervals hold the rough part, and not the scale (scale.py).
@@ -27,11 +24,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp, ndtri, softmax
+from scipy.special import logsumexp, ndtri
 
 from frictool.documents.model import Model
 from frictool.observe.estimate import Kind, Range, Zone
 from frictool.observe.wear.bank import BEFOREHAND, UNMODELLED
+from frictool.observe.wear.evidence import evidences, mixture, posterior
 from frictool.observe.wear.layout import Layout
 from frictool.observe.wear.moves import Move
 from frictool.observe.wear.restriction import dry_columns, level_columns, offset_of, restriction
@@ -44,7 +42,7 @@ Vector = NDArray[np.float64]
 KINDS: tuple[Kind, ...] = ("none", "multiplicative", "additive", "directional", "zones")
 WEAR = 0.3  # standard deviation of a wear, and of an added friction over the mean friction
 ROUGH = 0.01  # of the model's friction, in each direction and zone
-COMMON = 0.005  # of all of it
+FLOOR = 0.005  # of the friction: what the model's shape leaves in a value, however many moves there are (a deviation)
 OFFSET = 0.01  # of the mean friction: by how much the drive's sensor may have drifted; more looks like friction of one direction
 CERTAIN = 4.0  # of evidence, natural logarithms
 ALIKE = 1.0  # of evidence, by which two kinds explain the same
@@ -54,7 +52,6 @@ SEEN = 0.2  # of WEAR: what the moves have told less of is not given
 LEFT = 0.25  # of the rows at least, when parameters have used theirs up
 UNEVEN = 0.08  # of what the wear of zones differs by: a deviation within a zone
 LOOSE = -1  # of the beliefs of friction over speed, the widest
-NEGLIGIBLE = 1e-3  # of a mixture's weights
 PASSES = 3  # until the variance no longer moves
 FIRST = 16  # moves, at each of which they are looked at
 RECENT = 4  # moves
@@ -86,40 +83,48 @@ class Kinds:
         self._quantile = float(ndtri(0.5 + 0.5 * confidence))
         dry = dry_columns(layout)
         bases = [restriction(model, layout, {"offset": offset_of(model, layout, OFFSET)}, dry, beside) for beside in UNMODELLED]
-        self._means = np.stack([base.fixed + base.matrix @ base.mean for base in bases])
-        rough = ROUGH**2 * np.diag(dry) + COMMON**2 * np.outer(dry, dry)
-        known = np.stack([(base.matrix * base.deviation**2) @ base.matrix.T + rough for base in bases])
-        self._beliefs = {kind: known + _spread(layout, kind) for kind in KINDS}
-        scale = relative_deviation(model) ** 2 * self._means[:, :, None] * self._means[:, None, :]
-        self._scaled = np.concatenate([self._beliefs[kind] + scale for kind in KINDS])
-        self._mean = self._means[LOOSE]
-        self._loose = sum((belief[LOOSE] for belief in self._beliefs.values()), WEAR**2 * np.diag(dry))
-        self._change = _spread(layout, "directional")
+        means = np.stack([base.fixed + base.matrix @ base.mean for base in bases])
+        known = np.stack([(base.matrix * base.deviation**2) @ base.matrix.T + ROUGH**2 * np.diag(dry) for base in bases])
+        self._set_beliefs(means, {kind: known + _spread(layout, kind) for kind in KINDS}, WEAR**2 * np.diag(dry), relative_deviation(model))
+        self._change = _spread(layout, "directional") / np.outer(self._unit, self._unit)
         self._inflation = 1.0 / (layout.every * float(np.sum(layout.phi**2)))  # rows that tell as much as one: windows overlap
         self._inertia = (np.array(layout.names) == "inertia") / model.parameters.inertia.value
-        self._sides = {side: dry_columns(layout, side) for side in SIDES}
-        self._zones = [dry_columns(layout, zone=zone) for zone in range(layout.zones)]
+        self._sides = {side: dry_columns(layout, side) / self._unit for side in SIDES}
+        self._zones = [dry_columns(layout, zone=zone) / self._unit for zone in range(layout.zones)]
         self._shares: dict[tuple[tuple[int, ...], str | None], Vector] = {}
         self._floor = (1e-6 * layout.friction) ** 2
         size = self._mean.size
         self._nothing: Vector = np.zeros((size + 1, size + 1))
-        self._old, self._old_rows, self._recent = self._nothing, 0.0, list[Move]()
+        self._old, self._old_rows, self._recent = self._nothing, 0.0, list[tuple[Vector, float]]()
         self._count, self._variance = 0, np.inf
         self.told: Told | None = None
 
+    def _set_beliefs(self, means: Vector, beliefs: dict[Kind, Vector], free: Vector, scale: float) -> None:
+        """Parameters are counted in the deviations of the loosest belief, so that no sum loses digits: `_unit` (p,), `_row` (p + 1,)."""
+        loose = sum((belief[LOOSE] for belief in beliefs.values()), free)
+        deviations = np.sqrt(np.diag(loose))
+        self._unit = np.where(deviations > 0.0, deviations, 1.0)
+        self._row = np.append(self._unit, 1.0)
+        both = np.outer(self._unit, self._unit)
+        self._means, self._loose = means / self._unit, loose / both
+        self._beliefs = {kind: belief / both for kind, belief in beliefs.items()}
+        alike = scale**2 * self._means[:, :, None] * self._means[:, None, :]
+        self._scaled = np.concatenate([self._beliefs[kind] + alike for kind in KINDS])
+        self._mean = self._means[LOOSE]
+
     def take(self, move: Move) -> Told | None:
         """A move more; what all of them say by now, None where they are too few. Looks again at each of the first, then now and then."""
-        self._recent.append(move)
+        self._recent.append((move.gram * np.outer(self._row, self._row), float(move.rows)))
         if len(self._recent) > RECENT:
-            kept, oldest = 1.0 - 1.0 / MEMORY, self._recent.pop(0)
-            self._old, self._old_rows = kept * self._old + oldest.gram, kept * self._old_rows + oldest.rows
+            kept, (gram, rows) = 1.0 - 1.0 / MEMORY, self._recent.pop(0)
+            self._old, self._old_rows = kept * self._old + gram, kept * self._old_rows + rows
         self._count += 1
         if self._count >= FEWEST and (self._count <= FIRST or self._count % RECENT == 0):
             self.told = self._tell()
         return self.told
 
     def _tell(self) -> Told:
-        last, rows = sum((move.gram for move in self._recent), self._nothing), float(sum(move.rows for move in self._recent))
+        last, rows = sum((gram for gram, _ in self._recent), self._nothing), sum(rows for _, rows in self._recent)
         gram, right = self._information(self._old + last, self._old_rows + rows)
         if self._old_rows > 0.0 and self._changed(gram, right, last):
             self._old, self._old_rows, self._count = self._nothing, 0.0, len(self._recent)
@@ -133,8 +138,7 @@ class Kinds:
 
     def _changed(self, gram: Vector, right: Vector, last: Vector) -> bool:
         """Whether the last moves are of another friction than those before, all else being as it was."""
-        size, weight = self._mean.size, 1.0 / (self._variance * self._inflation)
-        own, own_right = weight * last[:size, :size], weight * last[:size, size]
+        own, own_right = self._weighted(last, self._variance)
         known, spread = posterior(gram - own, right - own_right, self._mean, self._loose)
         same, changed = evidences(own[None], own_right[None], np.stack([known, known]), np.stack([spread, spread + self._change]))
         return bool(changed - same > CERTAIN)
@@ -151,39 +155,45 @@ class Kinds:
             spent = self._inflation * weight * float(np.sum(spread * gram))  # rows that the parameters have used up
             variance = max(left / max(rows - spent, LEFT * rows), self._floor)
         self._variance = variance
-        weight = 1.0 / (variance * self._inflation)
-        return weight * gram, weight * right
+        return self._weighted(sums, variance)
+
+    def _weighted(self, sums: Vector, variance: float) -> tuple[Vector, Vector]:
+        """G and b of sums over rows whose errors have this variance."""
+        size, weight = self._mean.size, 1.0 / (variance * self._inflation)
+        return weight * sums[:size, :size], weight * sums[:size, size]
 
     def _values(self, kind: Kind, over: dict[Kind, float], gram: Vector, right: Vector) -> Told:
-        own = self._mixture(kind, gram, right)
-        sides = own if kind in ("additive", "directional") else self._mixture("directional", gram, right)
+        own = self._under(kind, gram, right)
+        sides = own if kind in ("additive", "directional") else self._under("directional", gram, right)
         layout = self.layout
         zones = tuple(zone for zone, columns in enumerate(self._zones) if _tells(columns, gram))
         forward, backward = (
-            self._range(self._share(zones, side), *sides) if _tells(self._sides[side], gram) else None for side in ("forward", "backward")
+            self._range(self._share(zones, side), *sides, FLOOR) if _tells(self._sides[side], gram) else None
+            for side in ("forward", "backward")
         )
-        worn = self._worn(zones, *own) if kind == "zones" else ()
-        added = self._range(level_columns(layout, 0.5, 0.5), *own) if kind == "additive" else None
-        return Told(kind, over, self._range(self._share(zones), *own), forward, backward, self._range(self._inertia, *own), added, worn)
+        added = self._range(level_columns(layout, 0.5, 0.5), *own, FLOOR * layout.friction) if kind == "additive" else None
+        return Told(
+            kind,
+            over,
+            self._range(self._share(zones), *own, FLOOR),
+            forward,
+            backward,
+            self._range(self._inertia, *own),
+            added,
+            self._worn(zones, *own) if kind == "zones" else (),
+        )
 
-    def _mixture(self, kind: Kind, gram: Vector, right: Vector) -> tuple[Vector, Vector]:
+    def _under(self, kind: Kind, gram: Vector, right: Vector) -> tuple[Vector, Vector]:
         """Mean and covariance of the parameters under a kind."""
-        likely = evidences(gram[None], right[None], self._means, self._beliefs[kind]) + np.array(BEFOREHAND)
-        weights = softmax(likely)
-        chosen = [index for index, weight in enumerate(weights) if weight > NEGLIGIBLE]
-        found = [(weights[index], *posterior(gram, right, self._means[index], self._beliefs[kind][index])) for index in chosen]
-        whole = sum(weight for weight, _, _ in found)
-        theta = sum((weight / whole * own for weight, own, _ in found), np.zeros_like(self._mean))
-        spread = sum((weight / whole * (own + np.outer(at - theta, at - theta)) for weight, at, own in found), np.zeros_like(gram))
-        return theta, spread
+        return mixture(gram, right, self._means, self._beliefs[kind], np.array(BEFOREHAND))
 
     def _worn(self, zones: tuple[int, ...], theta: Vector, spread: Vector) -> tuple[Zone, ...]:
         """Each zone's wear; wherever it begins, it need not be at the edge of a zone, so that what zones differ by is within them too."""
         weights, edges = [zone_mean(self.layout, zone) for zone in zones], self.layout.edges
-        values = [float(own @ theta) for own in weights]
+        values = [float(own * self._unit @ theta) for own in weights]
         uneven = UNEVEN * (max(values, default=0.0) - min(values, default=0.0))
         return tuple(
-            Zone(float(edges[zone]), float(edges[zone + 1]), self._range(own, theta, spread, uneven))
+            Zone(float(edges[zone]), float(edges[zone + 1]), self._range(own, theta, spread, float(np.hypot(FLOOR, uneven))))
             for zone, own in zip(zones, weights, strict=True)
         )
 
@@ -195,7 +205,8 @@ class Kinds:
 
     def _range(self, weights: Vector, theta: Vector, spread: Vector, beside: float = 0.0) -> Range:
         """The value of weighted parameters, a deviation `beside` in quadrature."""
-        value, deviation = float(weights @ theta), float(np.sqrt(weights @ spread @ weights + beside**2))
+        own = weights * self._unit
+        value, deviation = float(own @ theta), float(np.sqrt(own @ spread @ own + beside**2))
         return Range(value, value - self._quantile * deviation, value + self._quantile * deviation)
 
 
@@ -218,19 +229,3 @@ def _spread(layout: Layout, kind: Kind) -> Vector:
         worn = []
     size = len(layout.names)
     return sum((np.outer(one, one) for one in worn), np.zeros((size, size)))
-
-
-def posterior(gram: Vector, right: Vector, mean: Vector, belief: Vector) -> tuple[Vector, Vector]:
-    """Mean (p,) and covariance (p, p) after the data; the belief may be singular."""
-    spread: Vector = np.linalg.solve(np.eye(mean.size) + belief @ gram, belief).astype(np.float64)
-    return mean + spread @ (right - gram @ mean), spread
-
-
-def evidences(grams: Vector, rights: Vector, means: Vector, beliefs: Vector) -> Vector:
-    """ln p (m,) of data (1 | m, p, p), (1 | m, p) under beliefs (m, p), (m, p, p), but for what all beliefs have in common."""
-    moved = (grams @ means[:, :, None])[:, :, 0]
-    residuals, whole = rights - moved, np.eye(means.shape[1]) + beliefs @ grams
-    spreads = np.linalg.solve(whole, beliefs)
-    _, logarithms = np.linalg.slogdet(whole)
-    explained = np.sum(residuals * (spreads @ residuals[:, :, None])[:, :, 0], axis=1)
-    return np.asarray(-0.5 * logarithms + 0.5 * explained + np.sum((rights - 0.5 * moved) * means, axis=1))
