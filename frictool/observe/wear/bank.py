@@ -1,12 +1,16 @@
-"""Filters that differ in how far friction over speed may be from the model's, weighed by how well each has foreseen the moves.
+"""Filters over moves that differ in how far friction over speed may be from the model's, weighed by how well they foresee the moves.
 
-    UNMODELLED ──restriction.py──▶ filters ──evidence of each move──▶ weights ──▶ mean and deviation of the mixture
+    prior N(m, P)   ──move: information A/r, b/r──▶   P' = (P^-1 + A/r)^-1,  m' = m + P' (b - A m)/r   ──walk──▶  the next move
+    UNMODELLED      ──evidence of each move──▶ weights ──▶ mean and deviation of the mixture
 
 A slope of friction over speed that the model has not looks much like wear on moves that are all alike. Excluded beforehand it costs no
 precision and biases the wear of a plant that has it; left open it costs three times the precision on a plant that has not. Here the moves
 say which of the two it is, and until they do the interval holds both. A slope is positive, as all viscous friction is, and the less of it,
 the likelier beforehand. Moves that repeat each other repeat the errors of the encoder's counts: their evidence counts for EVIDENCE,
 and is forgotten in MEMORY moves.
+
+A move measures by its Gram matrix. Its rows overlap and their errors are not independent: r is the variance of a row's residual, learned
+from the moves, times how many rows tell as much as one (`inflation`). Parameters are counted in deviations of what is known of them.
 """
 
 from __future__ import annotations
@@ -18,7 +22,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.observe.wear.change import Change
-from frictool.observe.wear.filter import Filter
 from frictool.observe.wear.moves import Move
 from frictool.observe.wear.restriction import Restriction, Unmodelled
 
@@ -29,18 +32,27 @@ BEFOREHAND = (0.0, -2.0, -3.0, -4.0, -5.0)  # natural logarithms of how likely e
 UNMODELLED = tuple(Unmodelled(slope, 0.5 * slope, 0.3 * slope) for slope in SLOPES)
 EVIDENCE = 0.5
 MEMORY = 50.0  # moves, over which it is kept
+PRIOR_ROWS = 20.0  # for how many rows the variance known beforehand counts
+MEMORY_ROWS = 5000.0  # over how many rows the variance is a mean
 
 
 class Bank:
     """Filters of the same parameters, one of which, `name`, walks by `walk` a move, and further where it has changed.
 
-    restrictions: one for each of UNMODELLED, in that order.
+    restrictions: one for each of UNMODELLED, in that order, of one matrix. variance: known beforehand of a row's residual [(N m)^2 | N^2].
+    states (k, r), spreads (k, r, r): mean and covariance of filter k, from what is known of the parameters, in deviations of that.
     """
 
     def __init__(self, restrictions: Sequence[Restriction], variance: float, inflation: float, name: str, walk: float) -> None:
-        self.filters = tuple(Filter(one, variance, inflation) for one in restrictions)
-        self._changes, self._name, self._walk = tuple(Change(name) for _ in self.filters), name, walk
-        self._evidence = np.zeros(len(self.filters))
+        first = restrictions[0]
+        self.names, self.inflation = first.names, inflation
+        self.means, self.deviations = (np.stack([getattr(one, field) for one in restrictions]) for field in ("mean", "deviation"))
+        self.states, self.spreads = np.zeros_like(self.means), np.tile(np.eye(len(self.names)), (len(restrictions), 1, 1))
+        self._matrix, self._fixed = first.matrix, first.fixed
+        self._place = self.names.index(name)
+        self._walk, self._changes = walk / self.deviations[:, self._place], Change(len(restrictions))
+        self._evidence = np.zeros(len(restrictions))
+        self._squares, self._rows = np.full(len(restrictions), variance * PRIOR_ROWS), PRIOR_ROWS
 
     @property
     def weights(self) -> Vector:
@@ -49,20 +61,63 @@ class Bank:
         over = np.exp(likely - np.max(likely))
         return np.asarray(over / np.sum(over))
 
+    @property
+    def noise(self) -> float:
+        """r, by the filter that leaves least [(N m)^2 | N^2]."""
+        return self.inflation * float(np.min(self._squares)) / self._rows
+
     def take(self, move: Move) -> bool:
         """Takes a move; whether it tells, with those before it, that the parameter has changed."""
-        changed = [change.seen(own, move) for own, change in zip(self.filters, self._changes, strict=True)]
-        for own, walked in zip(self.filters, changed, strict=True):
-            own.walk(self._name, math.hypot(self._walk, walked))
-        noise = min(own.noise for own in self.filters)
-        foreseen = np.array([EVIDENCE * own.evidence(move, noise) for own in self.filters])
+        information, right, squares = self._information(move)
+        missed, noise, place = right - _times(information, self.states), self.noise, self._place
+        self.spreads[:, place, place] += self._walk**2
+        gain = _gain(self.spreads, information, noise)
+        step = np.einsum("ki,ki->k", gain[:, :, place], missed) / noise
+        weight = np.einsum("ki,ki->k", gain[:, :, place], information[:, :, place]) / noise
+        walked = self._changes.seen(step, weight)
+        if np.any(walked > 0.0):
+            self.spreads[:, place, place] += walked**2
+            gain = _gain(self.spreads, information, noise)
+        spreads = gain @ self.spreads
+        moved = _times(spreads, missed) / noise
+        left = squares - np.einsum("ki,ki->k", self.states, right + missed)
+        _, logarithm = np.linalg.slogdet(gain)
+        foreseen = EVIDENCE * 0.5 * (logarithm - (left - np.einsum("ki,ki->k", moved, missed)) / noise)
         self._evidence = (1.0 - 1.0 / MEMORY) * self._evidence + foreseen - np.max(foreseen)
-        for own in self.filters:
-            own.update(move)
-        return changed[int(np.argmax(self.weights))] > 0.0
+        self.states, self.spreads = self.states + moved, 0.5 * (spreads + spreads.transpose(0, 2, 1))
+        self._learn(squares - np.einsum("ki,ki->k", self.states, 2.0 * right - _times(information, self.states)), move.rows)
+        return bool(walked[int(np.argmax(self.weights))] > 0.0)
 
     def value(self, name: str) -> tuple[float, float]:
         """A parameter's mean and deviation [SI]."""
-        values, deviations = np.array([own.value(name) for own in self.filters]).T
-        mean = float(self.weights @ values)
-        return mean, math.sqrt(float(self.weights @ (deviations**2 + (values - mean) ** 2)))
+        place, weights = self.names.index(name), self.weights
+        values = self.means[:, place] + self.deviations[:, place] * self.states[:, place]
+        variances = self.deviations[:, place] ** 2 * self.spreads[:, place, place]
+        mean = float(weights @ values)
+        return mean, math.sqrt(float(weights @ (variances + (values - mean) ** 2)))
+
+    def _information(self, move: Move) -> tuple[Vector, Vector, Vector]:
+        """A (k, r, r), b (k, r) and the sum of squares (k,) of a move, beside what is known beforehand, parameters in deviations."""
+        size = move.gram.shape[0] - 1
+        columns, fixed = move.gram[:size, :size], self._fixed
+        beside = move.gram[:size, size] - columns @ fixed
+        own, right = self._matrix.T @ columns @ self._matrix, self._matrix.T @ beside
+        squares = float(move.gram[size, size] - fixed @ move.gram[:size, size] - fixed @ beside)
+        left, scale = right - self.means @ own, self.deviations
+        return own * scale[:, :, None] * scale[:, None, :], scale * left, squares - np.einsum("ki,ki->k", self.means, right + left)
+
+    def _learn(self, left: Vector, rows: int) -> None:
+        """The residual's variance, from what the filters leave of a move."""
+        self._squares, self._rows = self._squares + np.maximum(left, 0.0), self._rows + rows
+        if self._rows > MEMORY_ROWS:
+            self._squares, self._rows = self._squares * MEMORY_ROWS / self._rows, MEMORY_ROWS
+
+
+def _times(matrices: Vector, vectors: Vector) -> Vector:
+    """(k, r, r) times (k, r)."""
+    return np.asarray((matrices @ vectors[:, :, None])[:, :, 0])
+
+
+def _gain(spreads: Vector, information: Vector, noise: float) -> Vector:
+    """(1 + P A/r)^-1, with which P' is its product with P, and S^-1 of what a move does not foresee its transposed, by r."""
+    return np.asarray(np.linalg.inv(np.eye(spreads.shape[1]) + spreads @ information / noise))

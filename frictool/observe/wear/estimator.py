@@ -28,8 +28,8 @@ from frictool.observe.wear.restriction import multiplicative
 from frictool.observe.wear.scale import scale_of
 
 WALK = 1e-4  # of wear, a move
-FLOOR = 0.0005  # of the wear, a deviation
-ADDS_UP = 0.8  # of a row's variance; the rest is of counts, whose errors in rows that follow each other cancel
+FLOOR = 0.0003  # of the wear, a deviation
+ADDS_UP = 0.9  # of a row's variance; the rest is of counts, whose errors in rows that follow each other cancel
 FIRST_NOISE = 0.01  # of the dry friction: a row's residual before any was seen
 CONFIDENCE = 0.95
 
