@@ -198,7 +198,11 @@ def main(arguments: list[str]) -> int:
         print(__doc__, file=sys.stderr)
         return 2
     for test in HEADS:
-        print("\n".join(table(Path(arguments[0]), test)) + "\n")
+        lines = table(Path(arguments[0]), test)
+        if len(lines) < 3:
+            print(f"{Path(arguments[0]) / test}: no run.mcap with estimates in a folder of it", file=sys.stderr)
+            return 1
+        print("\n".join(lines) + "\n")
     return 0
 
 
