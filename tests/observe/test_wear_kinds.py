@@ -173,6 +173,8 @@ def test_shares_are_the_friction_over_the_models() -> None:
             assert share @ (1.3 * dry_columns(layout)) == pytest.approx(1.3)
     both = friction_share(layout, everywhere)
     assert both @ level_columns(layout, layout.friction, layout.friction) == pytest.approx(1.0, rel=1e-6)
+    for side in (None, "forward", "backward"):
+        assert friction_share(layout, everywhere, side) @ level_columns(layout, -1.0, 1.0) == pytest.approx(0.0)  # an offset is no friction
     sides = [both @ dry_columns(layout, side) for side in ("forward", "backward")]
     assert sum(sides) == pytest.approx(1.0)
     assert friction_share(layout, everywhere, "forward") @ dry_columns(layout, "backward") == 0.0

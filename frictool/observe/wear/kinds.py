@@ -34,7 +34,7 @@ from frictool.observe.wear.layout import Layout
 from frictool.observe.wear.moves import Move
 from frictool.observe.wear.restriction import dry_columns, level_columns, offset_of, restriction
 from frictool.observe.wear.scale import relative_deviation
-from frictool.observe.wear.shares import SIDES, friction_share, zone_mean
+from frictool.observe.wear.shares import SIDES, friction_share, zone_edges, zone_mean
 
 Vector = NDArray[np.float64]
 
@@ -189,11 +189,11 @@ class Kinds:
 
     def _worn(self, zones: tuple[int, ...], theta: Vector, spread: Vector) -> tuple[Zone, ...]:
         """Each zone's wear; wherever it begins, it need not be at the edge of a zone, so that what zones differ by is within them too."""
-        weights, edges = [zone_mean(self.layout, zone) for zone in zones], self.layout.edges
+        weights, edges = [zone_mean(self.layout, zone) for zone in zones], zone_edges(self.layout)
         values = [float(own * self._unit @ theta) for own in weights]
         uneven = UNEVEN * (max(values, default=0.0) - min(values, default=0.0))
         return tuple(
-            Zone(float(edges[zone]), float(edges[zone + 1]), self._range(own, theta, spread, float(np.hypot(FLOOR, uneven))))
+            Zone(edges[zone], edges[zone + 1], self._range(own, theta, spread, float(np.hypot(FLOOR, uneven))))
             for zone, own in zip(zones, weights, strict=True)
         )
 

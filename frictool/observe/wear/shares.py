@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -12,7 +13,14 @@ from frictool.observe.wear.layout import Layout
 from frictool.observe.wear.restriction import dry_columns, level_columns
 
 Vector = NDArray[np.float64]
+DIGITS = 6  # of the travel
 SIDES = ("backward", "forward")
+
+
+def zone_edges(layout: Layout) -> list[float]:
+    """Where zones begin and end [rad | m], for people: without what rounding has left of a zero."""
+    span = float(np.ptp(layout.edges))
+    return [float(edge) + 0.0 for edge in np.round(layout.edges, DIGITS - math.floor(math.log10(span)) if span > 0.0 else DIGITS)]
 
 
 def zone_mean(layout: Layout, zone: int) -> Vector:
@@ -32,7 +40,8 @@ def friction_share(layout: Layout, zones: Sequence[int], side: str | None = None
             part = span * _mean_friction(layout, name, zone)
             weights[layout.names.index(f"dry_{name}_{zone}")] = part
             whole += part
-    levels = level_columns(layout, *(sum(spans.values()) if name in sides else 0.0 for name in SIDES))
+    each = 0.5 * len(sides) * sum(spans.values())  # what levels have in common: by what they differ is an offset, no friction
+    levels = level_columns(layout, each, each)
     return np.asarray((weights + levels) / whole)
 
 
