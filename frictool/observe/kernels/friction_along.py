@@ -53,27 +53,20 @@ def viscous_friction(p: Vector, direction: float, speed: float) -> float:
 
 
 @kernel
-def _factor(factors: Matrix, zones: Matrix, x: float, direction: float, which: int) -> float:
-    """Wear at x in a direction; factors (3, 3): forward, backward, added."""
+def _worn(factors: Matrix, zones: Matrix, x: float, direction: float) -> tuple[float, float, float]:
+    """Wear at x in a direction: value, low, high; factors (3, 3): forward, backward, added."""
     for row in range(zones.shape[0]):
         if zones[row, 0] <= x < zones[row, 1]:
-            return float(zones[row, 2 + which])
-    return float(factors[0 if direction > 0.0 else 1, which])
+            return zones[row, 2], zones[row, 3], zones[row, 4]
+    side = 0 if direction > 0.0 else 1
+    return factors[side, VALUE], factors[side, LOW], factors[side, HIGH]
 
 
 @kernel
 def _strongest(p: Vector, direction: float, x: float, factors: Matrix, zones: Matrix) -> float:
     """What the axis stands at most at x [N m | N], worn as far as may be; not less than the friction inside a gap."""
-    worn = breakaway_at(p, direction, x, math.inf) * _factor(factors, zones, x, direction, HIGH) + factors[2, HIGH]
+    worn = breakaway_at(p, direction, x, math.inf) * _worn(factors, zones, x, direction)[HIGH] + factors[2, HIGH]
     return float(max(worn, p[BACKLASH_BREAKAWAY]))
-
-
-@kernel
-def _side(axes: Matrix, x: float, direction: float, speed: float, factors: Matrix, zones: Matrix, which: int) -> tuple[float, float]:
-    """Worn dry friction and viscous friction of one end of what is known."""
-    dry = dry_friction(axes[0], x, direction, speed)
-    worn = _factor(factors, zones, x, direction, which) * dry + factors[2, which]
-    return worn, viscous_friction(axes[which], direction, speed)
 
 
 @kernel
@@ -81,18 +74,21 @@ def _in_slip(axes: Matrix, gap: Vector, x: float, v: float, factors: Matrix, zon
     """Friction of an axis that slips: value, low, high. loose: the part of the widths for which it is inside its gap."""
     direction, speed = 1.0 if v > 0.0 else -1.0, abs(v)
     value, low, high = 0.0, math.inf, 0.0
+    wear = _worn(factors, zones, x, direction)
     if loose < 1.0:
-        worn, viscous = _side(axes, x, direction, speed, factors, zones, VALUE)
-        least_worn, least_viscous = _side(axes, x, direction, speed, factors, zones, LOW)
-        most_worn, most_viscous = _side(axes, x, direction, speed, factors, zones, HIGH)
+        dry, viscous = dry_friction(axes[0], x, direction, speed), viscous_friction(axes[0], direction, speed)
+        worn = wear[VALUE] * dry + factors[2, VALUE]
         value = worn + viscous
-        low = max(0.0, value - math.hypot(least_worn - worn, least_viscous - viscous))
-        high = value + math.hypot(most_worn - worn, most_viscous - viscous)
+        least = wear[LOW] * dry + factors[2, LOW] - worn
+        most = wear[HIGH] * dry + factors[2, HIGH] - worn
+        thin, thick = viscous_friction(axes[LOW], direction, speed), viscous_friction(axes[HIGH], direction, speed)
+        low = max(0.0, value - math.sqrt(least * least + (thin - viscous) ** 2))
+        high = value + math.sqrt(most * most + (thick - viscous) ** 2)
     if loose > 0.0:
-        low = min(low, gap[LOW] * _factor(factors, zones, x, direction, LOW))
-        high = max(high, gap[HIGH] * _factor(factors, zones, x, direction, HIGH))
+        low = min(low, gap[LOW] * wear[LOW])
+        high = max(high, gap[HIGH] * wear[HIGH])
     if loose > 0.5:
-        value = gap[VALUE] * _factor(factors, zones, x, direction, VALUE)
+        value = gap[VALUE] * wear[VALUE]
     return (value, low, high) if direction > 0.0 else (-value, -high, -low)
 
 
