@@ -107,7 +107,7 @@ class VelocityFigures:
 
     def _add(self, sums: Sums, state: NDArray[np.float64], difference: Vector, reference: Vector, estimate: Vector) -> None:
         wanted = np.ascontiguousarray(reference)
-        low_pass_bank(difference, wanted, difference.size, self.pole, self.gain, state, sums.low_passes)
+        low_pass_bank(difference, wanted, self.pole, self.gain, state, sums.low_passes)
         sums.observer += float(np.sum((estimate - wanted) ** 2))
         sums.samples += difference.size
 

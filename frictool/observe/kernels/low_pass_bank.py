@@ -17,20 +17,25 @@ Matrix = NDArray[np.float64]
 
 
 @kernel
-def low_pass_bank(difference: Vector, reference: Vector, counted: int, pole: Vector, gain: Vector, state: Matrix, squares: Vector) -> None:
-    """Adds (filtered - reference)^2 of the first `counted` samples to squares (2 b + 1,); all samples (n,) move the state.
+def low_pass_bank(difference: Vector, reference: Vector, pole: Vector, gain: Vector, state: Matrix, squares: Vector) -> None:
+    """Adds (filtered - reference)^2 of the samples (n,) to squares (2 b + 1,).
 
     pole, gain: a, b (b,). state (3, b): difference, first and second stage at the sample before, in place.
     """
     bank = pole.shape[0]
+    before, once, twice = state[0], state[1], state[2]
+    first, second = squares[1 : 1 + bank], squares[1 + bank :]
+    last = before[0] if bank > 0 else 0.0
     for k in range(difference.shape[0]):
-        u, wanted, is_counted = difference[k], reference[k], k < counted
-        if is_counted:
-            squares[0] += (u - wanted) * (u - wanted)
+        u, wanted = difference[k], reference[k]
+        squares[0] += (u - wanted) * (u - wanted)
+        both = u + last
+        last = u
         for j in range(bank):
-            once = pole[j] * state[1, j] + gain[j] * (u + state[0, j])
-            twice = pole[j] * state[2, j] + gain[j] * (once + state[1, j])
-            state[0, j], state[1, j], state[2, j] = u, once, twice
-            if is_counted:
-                squares[1 + j] += (once - wanted) * (once - wanted)
-                squares[1 + bank + j] += (twice - wanted) * (twice - wanted)
+            new = pole[j] * once[j] + gain[j] * both
+            newer = pole[j] * twice[j] + gain[j] * (new + once[j])
+            once[j] = new
+            twice[j] = newer
+            first[j] += (new - wanted) * (new - wanted)
+            second[j] += (newer - wanted) * (newer - wanted)
+    before[:] = last
