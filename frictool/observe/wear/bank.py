@@ -37,7 +37,7 @@ MEMORY_ROWS = 5000.0  # over how many rows the variance is a mean
 
 
 class Bank:
-    """Filters of the same parameters, one of which, `name`, walks by `walk` a move, and further where it has changed.
+    """Filters of the same parameters, one of which, `name`, walks by `walk` [SI] a move, and all further where they have changed.
 
     restrictions: one for each of UNMODELLED, in that order, of one matrix. variance: known beforehand of a row's residual [(N m)^2 | N^2].
     states (k, r), spreads (k, r, r): mean and covariance of filter k, from what is known of the parameters, in deviations of that.
@@ -50,7 +50,7 @@ class Bank:
         self.states, self.spreads = np.zeros_like(self.means), np.tile(np.eye(len(self.names)), (len(restrictions), 1, 1))
         self._matrix, self._fixed = first.matrix, first.fixed
         self._place = self.names.index(name)
-        self._walk, self._changes = walk / self.deviations[:, self._place], Change(len(restrictions))
+        self._walk, self._changes = walk / self.deviations[:, self._place], Change(self.means.shape, self._place)
         self._evidence = np.zeros(len(restrictions))
         self._squares, self._rows = np.full(len(restrictions), variance * PRIOR_ROWS), PRIOR_ROWS
 
@@ -72,11 +72,10 @@ class Bank:
         missed, noise, place = right - _times(information, self.states), self.noise, self._place
         self.spreads[:, place, place] += self._walk**2
         gain = _gain(self.spreads, information, noise)
-        step = np.einsum("ki,ki->k", gain[:, :, place], missed) / noise
-        weight = np.einsum("ki,ki->k", gain[:, :, place], information[:, :, place]) / noise
-        walked = self._changes.seen(step, weight)
+        back = gain.transpose(0, 2, 1)
+        walked = self._changes.seen(_times(back, missed) / noise, np.einsum("kij,kji->ki", back, information) / noise)
         if np.any(walked > 0.0):
-            self.spreads[:, place, place] += walked**2
+            self.spreads += walked[:, :, None] ** 2 * np.eye(walked.shape[1])
             gain = _gain(self.spreads, information, noise)
         spreads = gain @ self.spreads
         moved = _times(spreads, missed) / noise
@@ -86,7 +85,7 @@ class Bank:
         self._evidence = (1.0 - 1.0 / MEMORY) * self._evidence + foreseen - np.max(foreseen)
         self.states, self.spreads = self.states + moved, 0.5 * (spreads + spreads.transpose(0, 2, 1))
         self._learn(squares - np.einsum("ki,ki->k", self.states, 2.0 * right - _times(information, self.states)), move.rows)
-        return bool(walked[int(np.argmax(self.weights))] > 0.0)
+        return bool(walked[int(np.argmax(self.weights)), place] > 0.0)
 
     def value(self, name: str) -> tuple[float, float]:
         """A parameter's mean and deviation [SI]."""
