@@ -16,6 +16,7 @@ from frictool.documents.model import Model
 from frictool.documents.registry import load
 from frictool.observe.estimate import Estimate, Kind, Range
 from frictool.observe.feed import feed
+from frictool.observe.samples import Piece
 from frictool.observe.wear.estimator import WearEstimator
 from frictool.observe.wear.evidence import evidences, mixture, posterior
 from frictool.observe.wear.kinds import KINDS, Kinds
@@ -197,3 +198,15 @@ def test_coulomb_friction_along_emps() -> None:
     assert all(holds(one.wear, 1.0) for one in found[:turned])
     assert all(0.9 <= one.wear.value <= 1.1 for one in found[turned:])
     assert found[-1].kind == "zones"  # the record's friction varies along its travel, which the published model has not
+
+
+def test_directions_keep_up_with_wear_that_goes_on() -> None:
+    estimator, time = WearEstimator(believed()), 0.0
+    for index, wear in enumerate(np.linspace(1.0, 1.5, 11)):
+        (piece,) = run(Unit(wear=float(wear)), targets(index, 3.0), index, "speed").pieces
+        estimator.take(Piece(piece.time + time, piece.position, piece.effort, follows=False))
+        time += 3.0
+    found = estimator.estimate
+    assert found.wear.value == pytest.approx(1.5, abs=0.03)
+    assert holds(found.forward, 1.5)
+    assert holds(found.backward, 1.5)

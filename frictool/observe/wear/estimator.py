@@ -73,10 +73,17 @@ class WearEstimator:
 def with_kind(alike: Estimate, told: Told) -> Estimate:
     """The estimate of friction that has worn alike everywhere, and what kind of wear it is; of a kind that is not alike, the mean wear and
     the inertia are its own."""
-    sided = replace(alike, kind=told.kind, forward=told.forward, backward=told.backward)
-    if told.kind in ("none", "multiplicative"):
-        return sided
-    return replace(sided, wear=told.wear, added=told.added, zones=told.zones, others={**alike.others, "inertia": told.inertia})
+    if told.kind not in ("none", "multiplicative"):
+        sided = replace(alike, kind=told.kind, forward=told.forward, backward=told.backward)
+        return replace(sided, wear=told.wear, added=told.added, zones=told.zones, others={**alike.others, "inertia": told.inertia})
+    sides = [side.value for side in (told.forward, told.backward) if side is not None]
+    # kinds are told from the moves of a while: wear that goes on has left their values behind, and not what directions differ by
+    ahead = len(sides) * alike.wear.value / sum(sides) if sides else 1.0
+    return replace(alike, kind=told.kind, forward=_times(ahead, told.forward), backward=_times(ahead, told.backward))
+
+
+def _times(factor: float, side: Range | None) -> Range | None:
+    return None if side is None else Range(factor * side.value, factor * side.low, factor * side.high)
 
 
 def multiplicative_bank(model: Model, layout: Layout) -> Bank:
