@@ -19,19 +19,22 @@ from frictool.documents.bench import Bench
 from frictool.errors import LogError
 from frictool.logs.assembly import EVERYTHING, Assembly, Ready, Window, assemble, begun
 from frictool.logs.canonical.chunks import joined
-from frictool.logs.canonical.mcap_layout import NS
+from frictool.logs.canonical.mcap_layout import NS, Head
 from frictool.logs.channels.mapping import RATE_NOTED
 from frictool.logs.channels.matching import matched
 from frictool.logs.flow import Samples
 from frictool.logs.log import MAIN_TOPIC, Log, Stream
 from frictool.logs.losses import counted
+from frictool.logs.quality.opening import Opening
 from frictool.logs.quality.quality import time_base
+from frictool.logs.quality.sign import sign_of
 from frictool.logs.table import Loss, pick
 from frictool.observe.samples import Piece, Vector
 
 JITTER = 0.1  # an interval that is off the period by more than this part of it breaks the clock
 MOST_BROKEN = 0.2  # with more broken intervals than this part there is no uniform clock to speak of
 FEWEST = 3  # samples
+LARGEST = 1e12  # of a signal in SI
 PIECE_SAMPLES = 1 << 14  # of a piece, at least, where the log goes on: each piece costs some calls
 OPENING_SAMPLES = 1 << 16  # of the beginning, by which the log is compared with the bench; more where the drive is still 0
 
@@ -52,6 +55,7 @@ class Feed:
     _blocks: Iterator[Samples]
     _fields: tuple[str, ...]
     _effort: tuple[str, float]
+    _beginning: Opening
     samples: int = 0
     gaps: int = 0
     longest_gap: float = 0.0
@@ -78,6 +82,8 @@ class Feed:
         odd = [text for text in (*self.warnings, *self.made.warnings) if " in time, the longest " not in text]
         if self.made.told:
             odd.append(f"was made with data lost: {counted(self.made.told)}; `frictool info` lists it")
+        sign = sign_of(self._beginning.stream).text if self.samples else None
+        odd += [] if sign is None else [sign]
         if self.gaps:
             odd.append(f"{self.gaps} gap{'s' * (self.gaps != 1)} in time, the longest {self.longest_gap:.6g} s")
         return tuple(dict.fromkeys(odd))
@@ -88,6 +94,8 @@ class Feed:
         for samples in _grouped(self._blocks):
             signals = dict(zip(self._fields, samples.values, strict=True))
             name, constant = self._effort
+            self._check(samples)
+            self._beginning.take(samples)
             effort = signals[name] if constant == 1.0 else constant * signals[name]
             position, velocity = signals["position"], signals.get("velocity")
             for low, high, follows in self._parts(samples, before):
@@ -105,6 +113,14 @@ class Feed:
         ends = [*starts[1:], samples.time.size]
         for low, high in zip(starts, ends, strict=True):
             yield low, high, low == 0 and before is not None and not broken[0]
+
+    def _check(self, samples: Samples) -> None:
+        """Raises LogError where a signal is so large that nothing measures it, and sums of its squares would overflow."""
+        for name, values in zip(self._fields, samples.values, strict=True):
+            most = int(np.argmax(np.abs(values)))
+            if not abs(values[most]) <= LARGEST:
+                found = f"{name} is {values[most]:g} at {samples.time[most] / NS:.9g} s"
+                raise LogError(self.source, f"stream {self.topic}: {found}; allowed: {LARGEST:g} at most; is its unit right?")
 
     def _count(self, samples: Samples, jumps: Vector) -> None:
         self.first = self.first if self.samples else float(samples.time[0]) / NS
@@ -161,7 +177,8 @@ def _started(made: Assembly, ready: Ready, bench: Bench) -> Feed:
     blocks = (Samples(one.time, tuple(one.values[place] for place in places)) for one in chain(opening, ready.samples))
     truth = made.notes.get("log", {}).get("kind") == "simulated"
     period = own if apart else bench.sample_period_s
-    return Feed(made, ready.head.topic, period, truth, agreed.warnings, blocks, kept, effort)
+    told = Opening(Head(ready.head.topic, kept, tuple(ready.head.units[place] for place in places)))
+    return Feed(made, ready.head.topic, period, truth, agreed.warnings, blocks, kept, effort, told)
 
 
 def _require(source: str, ready: Ready, made: Assembly, bench: Bench) -> None:

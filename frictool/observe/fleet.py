@@ -153,6 +153,8 @@ def _observe(member: Member, model: Model, settings: Settings, estimators: Estim
         return _unread(member, settings, "needs more memory than there is")
     except OSError as error:
         return _unread(member, settings, f"cannot be read: {error.strerror or error}")
+    except Exception as error:  # a mistake of ours with one log must not take the others along
+        return _unread(member, settings, f"could not be observed ({type(error).__name__}: {error}); observe it alone to see more")
 
 
 def _unread(member: Member, settings: Settings, reason: str) -> Found:

@@ -99,7 +99,7 @@ def _ends_of(wear: Range, rough: float) -> list[float]:
     """Value, low, high at one place."""
     room = rough * wear.value
     low, high = math.hypot(wear.value - wear.low, room), math.hypot(min(wear.high, UNBOUNDED) - wear.value, room)
-    return [wear.value, max(0.0, wear.value - low), wear.value + high]
+    return [max(0.0, one) for one in (wear.value, wear.value - low, wear.value + high)]
 
 
 def _extended(model: Model) -> Vector:

@@ -97,6 +97,12 @@ class OneLog:
         yield from along(self.feed.pieces(), self.model, self.wear, self.velocity, self.settings.confidence, self.beside)
         self.wear.finish()
 
+    def _silent(self) -> list[str]:
+        """Why nothing is known of the wear."""
+        if self.wear.estimate.moves:
+            return []
+        return ["no move tells the wear: within the bench's travel the axis never slips long and fast enough, its load carried along"]
+
     def _figures(self) -> dict[str, Any]:
         """Those of the velocity; a velocity that a sensor measured is not called the true one."""
         found = self.velocity.figures()
@@ -128,7 +134,7 @@ class OneLog:
             figures=self._figures(),
             observer=None if self.beside is None else self.beside.as_json(),
             losses=log.losses,
-            remarks=log.remarks(),
+            remarks=(*log.remarks(), *self._silent()),
             confidence=self.settings.confidence,
             unit=found.unit,
             date=found.date,

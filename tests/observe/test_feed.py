@@ -157,6 +157,19 @@ def test_a_clock_that_jitters_is_refused_with_what_to_do(tmp_path: Path) -> None
         list(feed(save(log(late), tmp_path / "late.mcap"), BENCH).pieces())
 
 
+def test_a_reversed_sensor_is_told_and_nonsense_is_refused(tmp_path: Path) -> None:
+    time = np.arange(6000) * PERIOD
+    position = 30.0 * (1.0 - np.cos(2.0 * np.pi * time))
+    current = np.sign(np.sin(2.0 * np.pi * time))
+    for sign, told in ((1.0, False), (-1.0, True)):
+        found = feed(save(log(time, position=position, current=sign * current), tmp_path / "log.mcap"), BENCH)
+        list(found.pieces())
+        assert any("is reversed" in remark for remark in found.remarks()) == told
+    path = save(log(time, position=1e300 * position), tmp_path / "log.mcap")
+    with pytest.raises(LogError, match=r"position is .*e\+301 at .* allowed: 1e\+12 at most"):
+        list(feed(path, BENCH).pieces())
+
+
 def test_the_other_kind_of_axis_is_refused(tmp_path: Path) -> None:
     linear = msgspec.structs.replace(rig(COLUMNS, axis="linear"))
     with pytest.raises(LogError, match="is this the bench of this log"):

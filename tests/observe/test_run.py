@@ -14,6 +14,7 @@ import pytest
 
 from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import read_mcap
+from frictool.logs.log import Log, Stream
 from frictool.observe.estimate import Range
 from frictool.observe.run import FIELDS
 from frictool.observe.wear.estimator import prior
@@ -220,6 +221,21 @@ def test_refusals_are_one_line_and_touch_nothing(rig: SimpleNamespace, tmp_path:
         result = observe(rig.model, rig.worn, *arguments)
         assert result.code == 2
         assert word in result.stderr
+
+
+def test_a_log_that_tells_nothing_says_so(rig: SimpleNamespace, tmp_path: Path) -> None:
+    (stream,) = rig.log.streams
+    still = {name: np.zeros(stream.time.size) for name in ("position", "current")}
+    log = Log((Stream("/axis", stream.time, still, {"position": "rad", "current": "A"}),), {})
+    result = observe(rig.model, save(log, tmp_path / "still.mcap"), "--wear-limit", "1.25", "-o", tmp_path / "found.mcap", "--json")
+    facts = json.loads(result.stdout)
+    assert result.code == 0
+    assert "no move tells the wear" in result.stderr
+    assert (facts["moves"], facts["alarm"]) == (0, None)
+    assert facts["wear"]["low"] < 1.0 < facts["wear"]["high"]
+    signals = read_mcap(tmp_path / "found.mcap").main.signals
+    assert all(np.isfinite(values).all() for values in signals.values())
+    assert not signals["velocity"].any()
 
 
 def test_a_model_without_dry_friction_is_refused(rig: SimpleNamespace, tmp_path: Path) -> None:
