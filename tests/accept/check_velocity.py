@@ -1,0 +1,69 @@
+"""The causal velocity along logs of spread clutches, and along the EMPS record: beside (5.70) at the cut-off that is best for the log."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frictool.documents.model import Model
+from frictool.documents.registry import load
+from frictool.observe.feed import feed
+from frictool.observe.velocity import VelocityEstimator
+from tests.identify.benches import data
+from tests.observe.fleet import Loop, believed, run, spread, steps, targets
+
+ROOT = Path(__file__).parents[2]
+SEEDS, WEARS = 60, (1.0, 1.5, 1.2)
+LOOPS: tuple[Loop, ...] = ("speed", "linear")
+
+
+def clutches() -> dict[str, Any]:
+    """Each log: the observer's rms below two thirds of the best low-pass's; over all below half, and 93 % covered in motion."""
+    ours, theirs, inside, moving = [], [], [], []
+    for seed in range(SEEDS):
+        for loop in LOOPS:
+            log = run(spread(seed, wear=WEARS[seed % 3]), steps() if seed % 2 == 0 else targets(seed), seed, loop)
+            estimator = VelocityEstimator(believed())
+            found = np.concatenate([estimator.take(piece) for piece in log.pieces], axis=1)
+            figures = estimator.figures()
+            ours.append(figures["velocity_rms_true"])
+            theirs.append(figures["velocity_rms_filter_true"])
+            held = (found[1] <= log.velocity) & (log.velocity <= found[2])
+            inside.append(held.mean())
+            moving.append(held[log.velocity != 0.0].mean())
+    ratio = np.array(ours) / np.array(theirs)
+    rms, other = (float(np.sqrt(np.mean(np.square(each)))) for each in (ours, theirs))
+    return {
+        "passed": bool(rms < 0.5 * other and ratio.max() < 2.0 / 3.0 and np.mean(moving) >= 0.93 and np.mean(inside) <= 0.99),
+        "logs": len(ours),
+        "rms": rms,
+        "rms_low_pass": other,
+        "worst_ratio": float(ratio.max()),
+        "covered": float(np.mean(inside)),
+        "covered_in_motion": float(np.mean(moving)),
+        "least_covered_in_motion": float(np.min(moving)),
+    }
+
+
+def emps() -> dict[str, Any]:
+    """The record itself with its published model: below half of the best low-pass."""
+    try:
+        path = data("emps", "DATA_EMPS.mat")
+    except pytest.skip.Exception as reason:
+        return {"passed": True, "skipped": str(reason)}
+    model = load(ROOT / "configs/emps/published.yaml", Model)
+    estimator = VelocityEstimator(model)
+    for piece in feed(path, model.bench).pieces():
+        estimator.take(piece)
+    found = estimator.figures()
+    return {"passed": found["velocity_rms"] < 0.5 * found["velocity_rms_filter"], **found}
+
+
+CHECKS: dict[str, Callable[[], dict[str, Any]]] = {
+    "velocity: spread clutches": clutches,
+    "velocity: EMPS record": emps,
+}
