@@ -24,7 +24,7 @@ from frictool.svg import render
 INK, MUTED, GRID, LIMIT = "#1d2733", "#6b7785", "#e3e7ec", "#b3261e"
 WEAR, FRICTION, VELOCITY = "#1f5fa8", "#c4620a", "#2f7d4f"
 WIDTH, HEIGHT = 7.0, 6.6  # inches
-LEFT, RIGHT, BOTTOM, TOP, LABEL = 0.85, 0.15, 0.5, 0.15, 0.15  # inches; LABEL: the ordinate's, from the left edge
+LEFT, RIGHT, BOTTOM, TOP, LABEL = 0.9, 0.15, 0.5, 0.15, 0.22  # inches; LABEL: the ordinate's, from the left edge
 BAND = 0.25  # opacity of an interval
 LONG_S, LONGER_S = 600.0, 7200.0  # s, from which on time is drawn in minutes, in hours
 STYLE: dict[Any, Any] = {
