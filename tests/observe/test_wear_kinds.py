@@ -18,7 +18,7 @@ from frictool.observe.estimate import Estimate, Kind, Range
 from frictool.observe.feed import feed
 from frictool.observe.samples import Piece
 from frictool.observe.wear.estimator import WearEstimator
-from frictool.observe.wear.evidence import evidences, mixture, posterior
+from frictool.observe.wear.evidence import evidences, fitted, mixture, posterior
 from frictool.observe.wear.kinds import KINDS, Kinds
 from frictool.observe.wear.layout import layout_of
 from frictool.observe.wear.moves import Move
@@ -40,24 +40,25 @@ def estimated(unit: Unit, reference: Vector, seed: int, loop: Loop) -> Estimate:
     return estimator.estimate
 
 
-@given(st.integers(0, 2**32 - 1), st.integers(1, 5))
+@given(st.integers(0, 2**32 - 1), st.integers(1, 5), st.integers(1, 30))
 @settings(max_examples=40, deadline=None)
-def test_evidence_and_posterior_are_those_of_the_rows(seed: int, rank: int) -> None:
+def test_evidence_and_posterior_are_those_of_the_rows(seed: int, rank: int, count: int) -> None:
     draw = np.random.Generator(np.random.PCG64(seed))
-    rows, effort = draw.normal(size=(30, 5)), draw.normal(size=30)
+    rows, effort = draw.normal(size=(count, 5)), draw.normal(size=count)
     half, mean = draw.normal(size=(5, rank)), draw.normal(size=5)
     beliefs = [half @ half.T, 2.0 * half @ half.T, np.zeros((5, 5))]
     gram, right = rows.T @ rows, rows.T @ effort
-    found = evidences(gram[None], right[None], np.stack([mean] * 3), np.stack(beliefs))
-    dense = [multivariate_normal.logpdf(effort, rows @ mean, rows @ belief @ rows.T + np.eye(30)) for belief in beliefs]
+    best = fitted(gram, right)
+    found = evidences(gram, best, np.stack([mean] * 3), np.stack(beliefs))
+    dense = [multivariate_normal.logpdf(effort, rows @ mean, rows @ belief @ rows.T + np.eye(count)) for belief in beliefs]
     np.testing.assert_allclose(found - found[2], np.array(dense) - dense[2], rtol=1e-6, atol=1e-6)
     theta, covariance = posterior(gram, right, mean, beliefs[0] + np.eye(5))
     precision = np.linalg.inv(beliefs[0] + np.eye(5)) + gram
     np.testing.assert_allclose(covariance @ precision, np.eye(5), atol=1e-8)
     np.testing.assert_allclose(precision @ (theta - mean), right - gram @ mean, atol=1e-7)
     # one belief alone is its posterior; two that are the same are one
-    for count in (1, 2):
-        both = mixture(gram, right, np.stack([mean] * count), np.stack([beliefs[0]] * count), np.zeros(count))
+    for same in (1, 2):
+        both = mixture(gram, right, best, np.stack([mean] * same), np.stack([beliefs[0]] * same), np.zeros(same))
         for one, other in zip(both, posterior(gram, right, mean, beliefs[0]), strict=True):
             np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12)
 

@@ -29,18 +29,25 @@ def posterior(gram: Vector, right: Vector, mean: Vector, belief: Vector) -> tupl
     return mean + spread @ (right - gram @ mean), spread
 
 
-def evidences(grams: Vector, rights: Vector, means: Vector, beliefs: Vector) -> Vector:
-    """ln p (m,) of data (1 | m, p, p), (1 | m, p) under beliefs (m, p), (m, p, p), but for what all beliefs about the same data share."""
-    best = (np.linalg.pinv(grams, rcond=RANK, hermitian=True) @ rights[:, :, None])[:, :, 0]
-    off, whole = best - means, np.eye(means.shape[1]) + grams @ beliefs
-    left = np.linalg.solve(whole, (grams @ off[:, :, None]))[:, :, 0]
+def fitted(gram: Vector, right: Vector) -> Vector:
+    """What fits best (p,), the shortest of them where several do."""
+    sizes, directions = np.linalg.eigh(gram)
+    told = sizes > RANK * max(float(sizes[-1]), 0.0)
+    along = directions[:, told]
+    return np.asarray(along @ ((along.T @ right) / sizes[told]))
+
+
+def evidences(gram: Vector, best: Vector, means: Vector, beliefs: Vector) -> Vector:
+    """ln p (m,) of data (p, p) that `best` (p,) fits best under beliefs (m, p), (m, p, p), but for what all beliefs share."""
+    off, whole = best - means, np.eye(best.size) + gram @ beliefs
+    left = np.linalg.solve(whole, (off @ gram)[:, :, None])[:, :, 0]
     _, logarithms = np.linalg.slogdet(whole)
     return np.asarray(-0.5 * logarithms - 0.5 * np.sum(off * left, axis=1))
 
 
-def mixture(gram: Vector, right: Vector, means: Vector, beliefs: Vector, beforehand: Vector) -> tuple[Vector, Vector]:
+def mixture(gram: Vector, right: Vector, best: Vector, means: Vector, beliefs: Vector, beforehand: Vector) -> tuple[Vector, Vector]:
     """Mean (p,) and covariance (p, p) after the data, of beliefs (m, p), (m, p, p), likely as `beforehand` (m,) says in logarithms."""
-    weights = softmax(evidences(gram[None], right[None], means, beliefs) + beforehand)
+    weights = softmax(evidences(gram, best, means, beliefs) + beforehand)
     chosen = np.flatnonzero(weights > NEGLIGIBLE)
     shares = weights[chosen] / np.sum(weights[chosen])
     found = [posterior(gram, right, means[index], beliefs[index]) for index in chosen]

@@ -29,7 +29,7 @@ from scipy.special import logsumexp, ndtri
 from frictool.documents.model import Model
 from frictool.observe.estimate import Kind, Range, Zone
 from frictool.observe.wear.bank import BEFOREHAND, UNMODELLED
-from frictool.observe.wear.evidence import evidences, mixture, posterior
+from frictool.observe.wear.evidence import evidences, fitted, mixture, posterior
 from frictool.observe.wear.layout import Layout
 from frictool.observe.wear.moves import Move
 from frictool.observe.wear.restriction import dry_columns, level_columns, offset_of, restriction
@@ -54,7 +54,7 @@ UNEVEN = 0.08  # of what the wear of zones differs by: a deviation within a zone
 LOOSE = -1  # of the beliefs of friction over speed, the widest
 PASSES = 3  # until the variance no longer moves
 FIRST = 16  # moves, at each of which they are looked at
-RECENT = 4  # moves
+RECENT = 8  # moves, after which they are looked at again
 
 
 @dataclass(frozen=True)
@@ -129,18 +129,20 @@ class Kinds:
         if self._old_rows > 0.0 and self._changed(gram, right, last):
             self._old, self._old_rows, self._count = self._nothing, 0.0, len(self._recent)
             gram, right = self._information(last, rows)
-        every = evidences(gram[None], right[None], np.tile(self._means, (len(KINDS), 1)), self._scaled)
+        best = fitted(gram, right)
+        every = evidences(gram, best, np.tile(self._means, (len(KINDS), 1)), self._scaled)
         found = logsumexp(every.reshape(len(KINDS), -1) + np.array(BEFOREHAND), axis=1)
         over: dict[Kind, float] = {kind: float(value - found[0]) for kind, value in zip(KINDS, found, strict=True)}
         highest = max(over.values())
         likely = [kind for kind in KINDS if over[kind] >= highest - ALIKE] if highest >= CERTAIN else list(KINDS)
-        return self._values(likely[0], over, gram, right)
+        return self._values(likely[0], over, gram, right, best)
 
     def _changed(self, gram: Vector, right: Vector, last: Vector) -> bool:
         """Whether the last moves are of another friction than those before, all else being as it was."""
         own, own_right = self._weighted(last, self._variance)
         known, spread = posterior(gram - own, right - own_right, self._mean, self._loose)
-        same, changed = evidences(own[None], own_right[None], np.stack([known, known]), np.stack([spread, spread + self._change]))
+        beliefs = np.stack([spread, spread + self._change])
+        same, changed = evidences(own, fitted(own, own_right), np.stack([known, known]), beliefs)
         return bool(changed - same > CERTAIN)
 
     def _information(self, sums: Vector, rows: float) -> tuple[Vector, Vector]:
@@ -162,9 +164,9 @@ class Kinds:
         size, weight = self._mean.size, 1.0 / (variance * self._inflation)
         return weight * sums[:size, :size], weight * sums[:size, size]
 
-    def _values(self, kind: Kind, over: dict[Kind, float], gram: Vector, right: Vector) -> Told:
-        own = self._under(kind, gram, right)
-        sides = own if kind in ("additive", "directional") else self._under("directional", gram, right)
+    def _values(self, kind: Kind, over: dict[Kind, float], gram: Vector, right: Vector, best: Vector) -> Told:
+        own = self._under(kind, gram, right, best)
+        sides = own if kind in ("additive", "directional") else self._under("directional", gram, right, best)
         layout = self.layout
         zones = tuple(zone for zone, columns in enumerate(self._zones) if _tells(columns, gram))
         forward, backward = (
@@ -183,9 +185,9 @@ class Kinds:
             self._worn(zones, *own) if kind == "zones" else (),
         )
 
-    def _under(self, kind: Kind, gram: Vector, right: Vector) -> tuple[Vector, Vector]:
+    def _under(self, kind: Kind, gram: Vector, right: Vector, best: Vector) -> tuple[Vector, Vector]:
         """Mean and covariance of the parameters under a kind."""
-        return mixture(gram, right, self._means, self._beliefs[kind], np.array(BEFOREHAND))
+        return mixture(gram, right, best, self._means, self._beliefs[kind], np.array(BEFOREHAND))
 
     def _worn(self, zones: tuple[int, ...], theta: Vector, spread: Vector) -> tuple[Zone, ...]:
         """Each zone's wear; wherever it begins, it need not be at the edge of a zone, so that what zones differ by is within them too."""
