@@ -3,6 +3,7 @@
     interval against the limit             exceeded   certain
     all above                              yes        yes
     all below                              no         yes
+    is that before any move                cannot     no
     holds the limit, and 1 too, or is of   cannot     no         it could be a healthy unit's as well as a worn one's
     fewer moves than FEWEST_MOVES          tell
     holds the limit, and not 1             by the value, no
@@ -48,6 +49,8 @@ def judge(estimate: Estimate, limit: float, ratio: Range | None = None) -> Verdi
 
 def _judged(name: str, found: Range, moves: int, limit: float) -> Verdict:
     shown = _shown(name, found)
+    if moves == 0:
+        return Verdict(limit, None, False, "no move tells of the wear: the verdict needs some, from rest to rest or to and fro")
     if found.low > limit or found.high <= limit:
         exceeded = found.low > limit
         return Verdict(limit, exceeded, True, f"{shown} is {'above' if exceeded else 'not above'} {limit:g}")

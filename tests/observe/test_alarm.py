@@ -38,6 +38,12 @@ def test_an_interval_against_a_limit(interval: tuple[float, float, float], excee
     assert f"{interval[0]:.4g}" in verdict.reason
 
 
+def test_no_move_tells_nothing_whatever_was_known_before() -> None:
+    found = judge(Estimate(0.0, 0, Range(1.0, 0.99, 1.01)), 1.25)
+    assert found.exceeded is None
+    assert "no move" in found.reason
+
+
 def test_one_move_tells_only_what_is_certain() -> None:
     assert judge(estimate(1.26, 1.2, 1.3, moves=1), LIMIT).exceeded is None
     assert judge(estimate(1.4, 1.3, 1.5, moves=1), LIMIT).exceeded is True

@@ -94,8 +94,11 @@ def multiplicative_bank(model: Model, layout: Layout) -> Bank:
 
 
 def prior(model: Model) -> Range:
-    """Wear before any move: 1, within the model's interval of the Coulomb friction, or where it has none the bench's range over life."""
-    for known in (model.parameters.coulomb, model.bench.mechanics.coulomb):
+    """Wear before any move: 1, within the bench's range of the Coulomb friction over life, or where it has none the model's interval.
+
+    The model's is of the day on which it was identified; how far friction has worn since, it does not know.
+    """
+    for known in (model.bench.mechanics.coulomb, model.parameters.coulomb):
         low, high = known.interval
         if low < high:
             return Range(1.0, low / known.value if known.value else 0.0, high / known.value if known.value else math.inf)
