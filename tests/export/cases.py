@@ -1,4 +1,4 @@
-"""Four compositions that have every block between them, and what their golden vectors have to visit."""
+"""Compositions that have every block between them, and what their golden vectors have to visit."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from frictool.documents.bench import Winding
 from frictool.documents.controller import Controller, FrictionCompensation, Limiter, LinearController, Velocity
 from tests.control.example import BRAKE_LAW, CUT_LAW, clutch_controller, speed_controller
 from tests.export.controllers import scheduled, space
+from tests.verify.observed import tracking
 
 replace = msgspec.structs.replace
 
@@ -47,12 +48,20 @@ def _sections() -> Controller:
     return replace(base, linear=replace(linear, form="sos", sos=sections, sos_anti_windup=(1e-3, -1e-3) * len(sections)))
 
 
+def _observed() -> Controller:
+    """A band that brakes and modelled friction, both by the speed of a tracking observer."""
+    velocity = Velocity(source="observer", observer=tracking())
+    modelled = FrictionCompensation(source="model", coulomb=0.05, viscous=3e-4, smoothing_speed=15.0, gain=0.5)
+    return replace(clutch_controller(BRAKE_LAW), velocity=velocity, friction_compensation=modelled)
+
+
 CASES: dict[str, Controller] = {
     "cut": clutch_controller(CUT_LAW),
     "cascade": _cascade(),
     "position": _position(),
     "sections": _sections(),
     "scheduled": scheduled(clutch_controller(CUT_LAW)),
+    "observed": _observed(),
 }
 VISITS = {
     "cut": {"run", "rest", "limited"},
@@ -60,4 +69,5 @@ VISITS = {
     "position": {"released", "braking", "held", "limited"},
     "sections": {"limited"},
     "scheduled": {"run", "rest", "limited"},
+    "observed": {"run", "brake", "rest", "limited"},
 }
