@@ -72,9 +72,15 @@ class Outcome:
         }
 
 
+def ratio_to(reference: Commissioning | None, estimate: Estimate) -> Range | None:
+    """The wear over that at commissioning, where there is one and moves tell a wear."""
+    told = reference is not None and estimate.moves > 0 and estimate.wear.value > 0.0
+    return reference.ratio(estimate) if reference is not None and told else None
+
+
 def judged(outcome: Outcome, limit: float | None, reference: Commissioning | None) -> Outcome:
     """The same with its ratio to commissioning and its verdict, where they are asked for."""
-    ratio = None if reference is None or not outcome.estimate.moves else reference.ratio(outcome.estimate)
+    ratio = ratio_to(reference, outcome.estimate)
     verdict = None if limit is None else judge(outcome.estimate, limit, ratio)
     return replace(outcome, ratio=ratio, reference=None if reference is None else Path(reference.source).name, verdict=verdict)
 

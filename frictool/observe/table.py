@@ -16,7 +16,7 @@ from frictool.observe.alarm import Verdict, judge
 from frictool.observe.commissioning import Commissioning, commissioned
 from frictool.observe.estimate import Range
 from frictool.observe.fleet import Found
-from frictool.observe.outcome import Outcome
+from frictool.observe.outcome import Outcome, ratio_to
 
 ESTIMATED = ("wear", "low", "high", "ratio", "ratio_low", "ratio_high")
 COLUMNS = ("unit", "date", "file", *ESTIMATED, "kind", "moves", "velocity_rms", "duration_s", "alarm", "reason")
@@ -88,7 +88,8 @@ def _first_logs(fleet: Iterable[Found]) -> dict[str, Found]:
     dated = [(one.origin.date, one.member.name.file, one) for one in fleet if one.origin.date is not None and one.outcome is not None]
     first: dict[str, Found] = {}
     for _, _, one in sorted(dated, key=lambda entry: entry[:2]):
-        if one.origin.unit is not None and one.outcome is not None and one.outcome.estimate.moves:
+        estimate = None if one.outcome is None else one.outcome.estimate
+        if one.origin.unit is not None and estimate is not None and estimate.moves and estimate.wear.low > 0.0:
             first.setdefault(one.origin.unit, one)
     return first
 
@@ -101,7 +102,7 @@ def _row(one: Found, limit: float | None, given: Commissioning | None, first: di
     reference = given
     if start is not None and start is not one and start.outcome is not None:
         reference = commissioned(start.outcome.estimate, start.member.name.file)
-    ratio = None if reference is None or not out.estimate.moves else reference.ratio(out.estimate)
+    ratio = ratio_to(reference, out.estimate)
     verdict = None if limit is None else judge(out.estimate, limit, ratio)
     told = [] if verdict is None else [verdict.reason]
     told += [f"data lost: {counted(list(out.losses))}"] if out.losses else []

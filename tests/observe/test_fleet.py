@@ -11,9 +11,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from frictool.documents.model import Model
+from frictool.logs.log import Log, Stream
 from frictool.observe.estimate import Estimate
 from frictool.observe.fleet import Member, members, observed
 from frictool.observe.one_log import Estimators, Settings
@@ -86,6 +88,18 @@ def test_the_first_log_of_a_unit_is_its_commissioning(rig: SimpleNamespace) -> N
     assert "first log of its unit" in rows[0]["reason"]
     undated = table(observe(rig.model, rig.folder).stdout)  # nothing says which came first
     assert all(row["ratio"] == "" and row["date"] == "" for row in undated)
+
+
+def test_a_log_that_tells_no_wear_is_no_commissioning(rig: SimpleNamespace, tmp_path: Path) -> None:
+    (moved,) = log_of(Unit(), 90, SECONDS).streams
+    signals = {"position": moved.signals["position"], "current": np.zeros(moved.time.size)}  # the sensor's cable is off
+    units = {name: moved.units[name] for name in signals}
+    save(Log((Stream("/axis", moved.time, signals, units),), {}), tmp_path / "U5" / "2026-01-01.mcap")
+    for day, wear in ((2, 1.0), (3, 1.3)):
+        save(log_of(Unit(wear=wear), 90 + day, SECONDS), tmp_path / "U5" / f"2026-01-0{day}.mcap")
+    rows = table(observe(rig.model, tmp_path, "--date", DATE).stdout)
+    assert float(rows[0]["wear"]) < 0.1
+    assert float(rows[2]["ratio"]) == pytest.approx(float(rows[2]["wear"]) / float(rows[1]["wear"]), rel=1e-12)
 
 
 def test_a_commissioning_that_is_given_is_that_of_all(rig: SimpleNamespace, tmp_path: Path) -> None:
