@@ -124,15 +124,22 @@ def _load(logs: tuple[Path, ...], spec: Path, controller: Path | None, bench: Pa
 
     recheck(documents[controller])
     for log in read:
-        _of_this_controller(log, controller)
+        _of_this_controller(log, controller, documents[controller])
     return Documents(spec_document, documents[controller], columns), read
 
 
-def _of_this_controller(log: Log, controller: Path) -> None:
-    """Raises LogError where a simulated log names the controllers it was made with, and this is none of them."""
+def _of_this_controller(log: Log, controller: Path, document: Controller) -> None:
+    """Raises LogError where a simulated log names the controllers it was made with, and this is none of them, or has another speed."""
     from frictool.documents.provenance import digest
     from frictool.errors import LogError
 
+    observed = log.metadata.get("log", {}).get("speed_from")
+    if observed is not None and document.velocity.observer is None:
+        raise LogError(
+            log.source,
+            f"was simulated with the speed of a {observed}, which {controller} does not have, so that its margins are of another loop; "
+            "simulate and report the controller that `frictool observe loop` writes",
+        )
     inputs = [text for key, text in log.metadata.get("provenance", {}).items() if key.startswith("input")]
     if log.metadata.get("log", {}).get("kind") == "simulated" and not any(text.endswith(digest(controller)) for text in inputs):
         raise LogError(log.source, f"was simulated with another controller than {controller}; its inputs are {', '.join(inputs)}")

@@ -81,6 +81,8 @@ def step_test(
         streams.append(sensors.stream(variant.topic, index, record, used))
         warnings += _against_stops(model, variant, record)
     about = {"kind": "simulated", "scenario": scenario.name, "model": model.name, "controller": controller.name}
+    if controller.velocity.observer is not None:
+        about["speed_from"] = f"{controller.velocity.observer.kind} observer"
     metadata = {"log": about, **_plants(model, variants)}
     return with_provenance(Log(tuple(streams), metadata, scenario.name, tuple(warnings)), provenance)
 

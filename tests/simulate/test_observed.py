@@ -127,6 +127,20 @@ def test_options_that_exclude_each_other(rig: Path) -> None:
     assert "observe loop" in both.stderr
 
 
+def test_report_claims_no_margin_of_another_loop(rig: Path) -> None:
+    (rig / "spec.yaml").write_text("format: spec/1\nname: clutch\naxis: rotary\ndrive: current\nmodulus_margin: 0.3\n")
+    assert simulate(rig, "observed", "--observer", rig / "observer.yaml").code == 0
+    command: list[str | Path] = ["report", rig / "observed.mcap", "--spec", rig / "spec.yaml", "--controller"]
+    refused(run(*command, rig / "controller.yaml"), 3, "tracking observer", "observe loop")
+    merged = rig / "merged.yaml"
+    assert run("observe", "loop", rig / "controller.yaml", "--observer", rig / "observer.yaml", "-o", merged).code == 0
+    assert simulate(rig, "observed", controller="merged.yaml").code == 0
+    shown = run(*command, merged, "--json", "-o", rig / "page.html")
+    (margin,) = [one for one in json.loads(shown.stdout)["requirements"] if one["name"] == "modulus_margin"]
+    assert margin["value"] == min(vertex.modulus_margin for vertex in load(merged, Controller).verified.vertices)
+    assert "tracking observer of" in (rig / "page.html").read_text()
+
+
 def test_report_lays_both_speeds_side_by_side(rig: Path) -> None:
     (rig / "spec.yaml").write_text("format: spec/1\nname: clutch\naxis: rotary\ndrive: current\nresponse_time_95_s: 0.6\n")
     assert simulate(rig, "difference").code == 0
