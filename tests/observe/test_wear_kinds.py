@@ -22,6 +22,7 @@ from frictool.observe.wear.evidence import evidences, fitted, mixture, posterior
 from frictool.observe.wear.kinds import KINDS, Kinds
 from frictool.observe.wear.layout import layout_of
 from frictool.observe.wear.moves import Move
+from frictool.observe.wear.repeats import Repeats
 from frictool.observe.wear.restriction import dry_columns, level_columns
 from frictool.observe.wear.scale import scale_of
 from frictool.observe.wear.shares import friction_share
@@ -211,3 +212,15 @@ def test_directions_keep_up_with_wear_that_goes_on() -> None:
     assert found.wear.value == pytest.approx(1.5, abs=0.03)
     assert holds(found.forward, 1.5)
     assert holds(found.backward, 1.5)
+
+
+def test_moves_that_are_alike_count_as_one() -> None:
+    repeats = Repeats()
+    assert repeats.each == 1.0
+    forth, back = np.diag([4.0, 1.0, 0.0, 0.0]), np.diag([0.0, 0.0, 1.0, 4.0])
+    for part in (1.0, 1.05, 0.95):
+        repeats.take(part * forth)
+        repeats.take(np.diag([0.0, 0.0, 1.0, 4.0 * part]))
+    assert repeats.each == 3.0
+    repeats.take(forth + back)
+    assert repeats.each == pytest.approx(7.0 / 3.0)

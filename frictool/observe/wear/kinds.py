@@ -32,6 +32,7 @@ from frictool.observe.wear.bank import BEFOREHAND, UNMODELLED
 from frictool.observe.wear.evidence import evidences, fitted, mixture, posterior
 from frictool.observe.wear.layout import Layout
 from frictool.observe.wear.moves import Move
+from frictool.observe.wear.repeats import Repeats
 from frictool.observe.wear.restriction import dry_columns, level_columns, offset_of, restriction
 from frictool.observe.wear.scale import relative_deviation
 from frictool.observe.wear.shares import SIDES, friction_share, zone_edges, zone_mean
@@ -88,6 +89,7 @@ class Kinds:
         self._set_beliefs(means, {kind: known + _spread(layout, kind) for kind in KINDS}, WEAR**2 * np.diag(dry), relative_deviation(model))
         self._change = _spread(layout, "directional") / np.outer(self._unit, self._unit)
         self._inflation = 1.0 / (layout.every * float(np.sum(layout.phi**2)))  # rows that tell as much as one: windows overlap
+        self._dry = np.flatnonzero(dry)
         self._inertia = (np.array(layout.names) == "inertia") / model.parameters.inertia.value
         self._sides = {side: dry_columns(layout, side) / self._unit for side in SIDES}
         self._zones = [dry_columns(layout, zone=zone) / self._unit for zone in range(layout.zones)]
@@ -96,7 +98,7 @@ class Kinds:
         size = self._mean.size
         self._nothing: Vector = np.zeros((size + 1, size + 1))
         self._old, self._old_rows, self._recent = self._nothing, 0.0, list[tuple[Vector, float]]()
-        self._count, self._variance = 0, np.inf
+        self._count, self._variance, self._repeats = 0, np.inf, Repeats()
         self.told: Told | None = None
 
     def _set_beliefs(self, means: Vector, beliefs: dict[Kind, Vector], free: Vector, scale: float) -> None:
@@ -114,7 +116,9 @@ class Kinds:
 
     def take(self, move: Move) -> Told | None:
         """A move more; what all of them say by now, None where they are too few. Looks again at each of the first, then now and then."""
-        self._recent.append((move.gram * np.outer(self._row, self._row), float(move.rows)))
+        scaled = move.gram * np.outer(self._row, self._row)
+        self._repeats.take(move.gram[np.ix_(self._dry, self._dry)])
+        self._recent.append((scaled, float(move.rows)))
         if len(self._recent) > RECENT:
             kept, (gram, rows) = 1.0 - 1.0 / MEMORY, self._recent.pop(0)
             self._old, self._old_rows = kept * self._old + gram, kept * self._old_rows + rows
@@ -190,12 +194,13 @@ class Kinds:
         return mixture(gram, right, best, self._means, self._beliefs[kind], np.array(BEFOREHAND))
 
     def _worn(self, zones: tuple[int, ...], theta: Vector, spread: Vector) -> tuple[Zone, ...]:
-        """Each zone's wear; wherever it begins, it need not be at the edge of a zone, so that what zones differ by is within them too."""
+        """Each zone's wear; wherever it begins, it need not be at the edge of a zone, so that what zones differ by is within them too, and
+        an error that moves which are alike repeat."""
         weights, edges = [zone_mean(self.layout, zone) for zone in zones], zone_edges(self.layout)
         values = [float(own * self._unit @ theta) for own in weights]
         uneven = UNEVEN * (max(values, default=0.0) - min(values, default=0.0))
         return tuple(
-            Zone(edges[zone], edges[zone + 1], self._range(own, theta, spread, float(np.hypot(FLOOR, uneven))))
+            Zone(edges[zone], edges[zone + 1], self._range(own, theta, self._repeats.each * spread, float(np.hypot(FLOOR, uneven))))
             for zone, own in zip(zones, weights, strict=True)
         )
 
