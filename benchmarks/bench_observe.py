@@ -11,37 +11,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from frictool.logs.canonical.chunks import chunked
-from frictool.logs.canonical.mcap_layout import Head
-from frictool.logs.canonical.mcap_writer import CanonicalWriter, write_streams
-from frictool.logs.flow import Samples
 from frictool.observe.estimates_log import write
 from frictool.observe.one_log import OneLog, Settings
-from tests.observe.files import CONSTANT, UNITS
-from tests.observe.fleet import Unit, believed, run
+from tests.observe.files import long_log
+from tests.observe.fleet import believed
 
 MINUTES, ROUNDS = 10, 3
-MINUTE = 60_000  # samples
 WEAR = 1.2
-PLACES = (30.0, 0.0, 50.0, 20.0)  # rad, one after another
-
-
-def _log(path: Path, hold: float) -> None:
-    """A clutch at 1 kHz that makes a move each `hold` s, encoder of 56 points, 0.5 A of noise; every minute as the first."""
-    held = round(1e3 * hold)
-    reference = np.repeat(np.resize(PLACES, MINUTE // held), held)
-    (piece,) = run(Unit(wear=WEAR), reference, 0).pieces
-    signals = (piece.position, piece.effort / CONSTANT)
-
-    def pieces() -> Iterator[Samples]:
-        for minute in range(MINUTES):
-            yield Samples((minute * MINUTE + np.arange(MINUTE)) * 1_000_000, signals)
-
-    with path.open("wb") as stream:
-        head = Head("/axis", ("position", "current"), (UNITS["position"], UNITS["current"]))
-        write_streams(CanonicalWriter(stream, (head,), {}), [chunked(pieces())])
 
 
 @contextmanager
@@ -65,7 +41,7 @@ def _along(hold: float, name: str, written: bool) -> dict[str, Any]:
     """
     with tempfile.TemporaryDirectory() as folder, _one_core():
         source, target = Path(folder, "log.mcap"), Path(folder, "estimates.mcap")
-        _log(source, hold)
+        long_log(source, MINUTES, hold, WEAR)
         seconds, found = [], OneLog(source, believed(), Settings())
         for _ in range(1 + ROUNDS):
             start = time.process_time()

@@ -4,48 +4,27 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from frictool.logs.canonical.chunks import chunked
-from frictool.logs.canonical.mcap_layout import Head
-from frictool.logs.canonical.mcap_writer import CanonicalWriter, write_streams
-from frictool.logs.flow import Samples
 from frictool.observe.friction import FrictionAlong, placed
 from frictool.observe.samples import Vector
 from frictool.observe.velocity import VelocityEstimator
 from frictool.observe.wear.estimator import WearEstimator
 from tests.cli.peak_memory import peak_mb
-from tests.observe.files import CONSTANT, UNITS, model_file
+from tests.observe.files import long_log, model_file
 from tests.observe.fleet import NOISE, Loop, Unit, believed, clutch, run, spread, steps
 
-SEED = 5
 MOST_MB = 600.0  # most of it are libraries: 8 s of log take nearly as much
 MOST_GROWTH = 1.1
-MINUTE = 60_000  # samples
+HOLD, WEAR = 5.0, 1.2  # s from move to move
 PLANTS = 40
 SETTLED = 4.0  # s, after which some moves have been seen
 SLIPS = 20.0  # rad/s
 SPAN = 5  # samples, over which the lag of the drive's loop no longer matters
 LEAST_COVERED = 0.93
-
-
-def long_log(path: Path, hours: float) -> None:
-    """Minutes of steps of a clutch at 1 kHz, which begin where they end."""
-    (piece,) = run(Unit(wear=1.2), np.concatenate([steps(30.0), steps(30.0)]), SEED).pieces
-    current = piece.effort / CONSTANT
-
-    def pieces() -> Iterator[Samples]:
-        for minute in range(round(60 * hours)):
-            yield Samples((minute * MINUTE + np.arange(MINUTE)) * 1_000_000, (piece.position, current))
-
-    names = ("position", "current")
-    with path.open("wb") as stream:
-        head = Head("/axis", names, tuple(UNITS[name] for name in names))
-        write_streams(CanonicalWriter(stream, (head,), {}), [chunked(pieces())])
 
 
 def memory() -> dict[str, Any]:
@@ -54,7 +33,7 @@ def memory() -> dict[str, Any]:
         model, peaks, seconds = model_file(Path(folder)), [], []
         for hours in (1, 10):
             log = Path(folder, f"{hours}.mcap")
-            long_log(log, hours)
+            long_log(log, 60 * hours, HOLD, WEAR)
             start = time.perf_counter()
             peaks.append(peak_mb("observe", "run", model, log, "-o", "/dev/null", "--plot", Path(folder, "wear.svg")))
             seconds.append(time.perf_counter() - start)

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 from frictool.documents.writing import to_yaml
+from frictool.logs.canonical.chunks import chunked
 from frictool.logs.canonical.mcap_format import write_mcap
+from frictool.logs.canonical.mcap_layout import Head
+from frictool.logs.canonical.mcap_writer import CanonicalWriter, write_streams
+from frictool.logs.flow import Samples
 from frictool.logs.log import Log, Stream
 from tests.observe.fleet import Unit, believed, run, steps
 
 UNITS = {"position": "rad", "current": "A", "effort": "N m", "velocity": "rad/s"}
 CONSTANT = 13.4e-3  # N m/A
+MINUTE = 60_000  # samples
+PLACES = (30.0, 0.0, 50.0, 20.0)  # rad, one after another
 
 
 def model_file(folder: Path) -> Path:
@@ -52,3 +59,18 @@ def repeated(log: Log, times: int, pause: float = 1.0) -> Log:
     time = np.concatenate([stream.time + k * length for k in range(times)])
     signals = {name: np.tile(values, times) for name, values in stream.signals.items()}
     return Log((Stream(stream.topic, time, signals, stream.units),), log.metadata)
+
+
+def long_log(path: Path, minutes: int, hold: float, wear: float) -> None:
+    """Writes the log of a clutch at 1 kHz that makes a move each `hold` s, position and current; every minute as the first."""
+    held = round(1e3 * hold)
+    (piece,) = run(Unit(wear=wear), np.repeat(np.resize(PLACES, MINUTE // held), held), 0).pieces
+    signals = (piece.position, piece.effort / CONSTANT)
+
+    def pieces() -> Iterator[Samples]:
+        for minute in range(minutes):
+            yield Samples((minute * MINUTE + np.arange(MINUTE)) * 1_000_000, signals)
+
+    with path.open("wb") as stream:
+        head = Head("/axis", ("position", "current"), (UNITS["position"], UNITS["current"]))
+        write_streams(CanonicalWriter(stream, (head,), {}), [chunked(pieces())])
