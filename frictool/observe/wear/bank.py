@@ -32,6 +32,7 @@ BEFOREHAND = (0.0, -2.0, -3.0, -4.0, -5.0)  # natural logarithms of how likely e
 UNMODELLED = tuple(Unmodelled(slope, 0.5 * slope, 0.3 * slope) for slope in SLOPES)
 EVIDENCE = 0.5
 MEMORY = 50.0  # moves, over which it is kept
+RESTLESS = 0.5  # of what a parameter has changed by: what it may change by with the next move
 PRIOR_ROWS = 20.0  # for how many rows the variance known beforehand counts
 MEMORY_ROWS = 5000.0  # over how many rows the variance is a mean
 
@@ -51,7 +52,7 @@ class Bank:
         self._matrix, self._fixed = first.matrix, first.fixed
         self._place = self.names.index(name)
         self._walk, self._changes = walk / self.deviations[:, self._place], Change(self.means.shape, self._place)
-        self._evidence = np.zeros(len(restrictions))
+        self._evidence, self._restless = np.zeros(len(restrictions)), np.zeros_like(self.means)
         self._squares, self._rows = np.full(len(restrictions), variance * PRIOR_ROWS), PRIOR_ROWS
 
     @property
@@ -71,11 +72,14 @@ class Bank:
         information, right, squares = self._information(move)
         missed, noise, place = right - _times(information, self.states), self.noise, self._place
         self.spreads[:, place, place] += self._walk**2
+        self._restless *= RESTLESS
+        self._loosen(self._restless)
         gain = _gain(self.spreads, information, noise)
         back = gain.transpose(0, 2, 1)
         walked = self._changes.seen(_times(back, missed) / noise, np.einsum("kij,kji->ki", back, information) / noise)
         if np.any(walked > 0.0):
-            self.spreads += walked[:, :, None] ** 2 * np.eye(walked.shape[1])
+            self._loosen(walked)
+            self._restless = np.maximum(self._restless, walked)
             gain = _gain(self.spreads, information, noise)
         spreads = gain @ self.spreads
         moved = _times(spreads, missed) / noise
@@ -94,6 +98,10 @@ class Bank:
         variances = self.deviations[:, place] ** 2 * self.spreads[:, place, place]
         mean = float(weights @ values)
         return mean, math.sqrt(float(weights @ (variances + (values - mean) ** 2)))
+
+    def _loosen(self, walked: Vector) -> None:
+        """The parameters may have moved by `walked` (k, r)."""
+        self.spreads += walked[:, :, None] ** 2 * np.eye(walked.shape[1])
 
     def _information(self, move: Move) -> tuple[Vector, Vector, Vector]:
         """A (k, r, r), b (k, r) and the sum of squares (k,) of a move, beside what is known beforehand, parameters in deviations."""
