@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.control.machine import Machine, run_values
+from frictool.control.machine import Machine, control_step, read, run_values
 from frictool.kernels import kernel
 
 Vector = NDArray[np.float64]
@@ -27,3 +27,11 @@ def record_along(machine: Machine, inputs: Places, given: Vector, states: Places
         run_values(machine.code, machine.terms, machine.writes, machine.real)
         for column in range(others.shape[0]):
             found[k, states.shape[0] + column] = machine.real[others[column]]
+
+
+@kernel
+def value_along(machine: Machine, place: int, reference: Vector, position: Vector, velocity: Vector, found: Vector) -> None:
+    """Fills found (n,) with the value at `place` [SI] of a controller in any number format, along what it is given (n,) at each sample."""
+    for k in range(reference.shape[0]):
+        control_step(machine, reference[k], position[k], velocity[k])
+        found[k] = read(machine, place)

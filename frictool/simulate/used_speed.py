@@ -11,9 +11,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.control.machine import Machine, control_step, copied, hold, read, start_at
+from frictool.control.machine import Machine, copied, hold, start_at
+from frictool.control.recording import value_along
 from frictool.engine.closed_loop import MEASURED, TRUE_POSITION, TRUE_VELOCITY, measure
-from frictool.kernels import kernel
 
 Vector = NDArray[np.float64]
 
@@ -29,12 +29,6 @@ def used_speed(running: Machine, place: int, reference: Vector, record: Vector, 
     found = np.empty(reference.size)
     if reference.size:
         start_at(again, measure(float(record[0, TRUE_POSITION]), step))
-        _along(again, place, reference, record, found)
+        columns = (np.ascontiguousarray(record[:, column]) for column in (MEASURED, TRUE_VELOCITY))
+        value_along(again, place, reference, *columns, found)
     return found
-
-
-@kernel
-def _along(running: Machine, place: int, reference: Vector, record: Vector, found: Vector) -> None:
-    for k in range(reference.shape[0]):
-        control_step(running, reference[k], record[k, MEASURED], record[k, TRUE_VELOCITY])
-        found[k] = read(running, place)

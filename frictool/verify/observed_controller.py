@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import msgspec
 
 from frictool.control.composition import uses_speed
+from frictool.documents.certificate import Certificate
 from frictool.documents.controller import Controller, Margins, Velocity, Vertex
 from frictool.documents.observer import Observer
 from frictool.errors import FrictoolError, NoSolutionError
@@ -26,6 +27,7 @@ from frictool.verify.effective import Feedback, feedbacks_of, friction_to_speed,
 from frictool.verify.margins import loop_margins
 from frictool.verify.norms import norm
 
+NOT_CERTIFIED = "what is proved is a loop around eta, and this one is fed by an observer's speed; `verify` finds its margins again"
 SAME = 1e-9  # relative, of numbers that two benches have of one rig
 
 
@@ -85,9 +87,16 @@ def with_observer(controller: Controller, observer: Observer, margin: float | No
         margins=_margins(merged, loops),
         robustness=None,
     )
-    merged = msgspec.structs.replace(merged, verified=verified, certificate=None)
+    merged = msgspec.structs.replace(merged, verified=verified, certificate=_certificate(controller))
     before = min(vertex.modulus_margin for vertex in controller.verified.vertices)
     return Observed(merged, before, weakest.modulus_margin, weakest.name)
+
+
+def _certificate(controller: Controller) -> Certificate | None:
+    """Nothing of the new loop is proved, and the document says why."""
+    if controller.certificate is None:
+        return None
+    return msgspec.structs.replace(controller.certificate, bounds=(), not_proved={"sensitivity": NOT_CERTIFIED})
 
 
 def _of_one_rig(controller: Controller, observer: Observer) -> None:

@@ -87,6 +87,29 @@ def test_a_switched_observer_s_system_has_the_poles_of_its_modes_in_slip(seed: i
         np.testing.assert_allclose(np.poly(found.system.a), np.convolve(poly, np.poly(of_drive)), atol=1e-8)
 
 
+def test_a_switched_observer_closes_a_loop_in_each_of_its_modes() -> None:
+    """With gains that place the poles of a tracking one, forward and backward are each other's image."""
+    observer, own = drawn_observer(0, "additive"), tracking(400.0)
+    switched = observer.switched
+    assert switched is not None
+    assert own.tracking is not None
+    one, two, three = own.tracking.gains
+    ahead = (one + PERIOD * two, two + PERIOD / own.inertia.value * three)
+    modes = tuple(
+        msgspec.structs.replace(mode, gains=((ahead[0],), (ahead[1],), (-mode.direction * three,))) if mode.direction else mode
+        for mode in switched.modes
+    )
+    placed = msgspec.structs.replace(observer, inertia=own.inertia, switched=msgspec.structs.replace(switched, modes=modes))
+    found = with_observer(by_speed(), placed)
+    loops = feedbacks_of(found.controller)
+    assert [loop.name for loop in loops] == [f"speed loop, mode {mode.index}" for mode in modes if mode.direction]
+    rates = PlantPoint("nominal", 1.32e-5, 0.0, 0.1, 13.4e-3).rates
+    margins = [check_feedback(loop, rates, 3e-3, 1).modulus_margin for loop in loops]
+    assert margins == pytest.approx([margins[0]] * len(loops), rel=1e-6)
+    assert found.after is not None
+    assert 0.1 < found.after < with_observer(by_speed(), own).after  # type: ignore[operator]  # a sample later
+
+
 def test_the_margins_are_found_again_and_the_document_proves_itself() -> None:
     controller = by_speed()
     recheck(controller)
