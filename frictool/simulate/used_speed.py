@@ -29,6 +29,6 @@ def used_speed(running: Machine, place: int, reference: Vector, record: Vector, 
     found = np.empty(reference.size)
     if reference.size:
         start_at(again, measure(float(record[0, TRUE_POSITION]), step))
-        columns = (np.ascontiguousarray(record[:, column]) for column in (MEASURED, TRUE_VELOCITY))
-        value_along(again, place, reference, *columns, found)
+        position, velocity = (np.ascontiguousarray(record[:, column]) for column in (MEASURED, TRUE_VELOCITY))
+        value_along(again, place, reference, position, velocity, found)
     return found
