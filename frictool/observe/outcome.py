@@ -85,30 +85,38 @@ def judged(outcome: Outcome, limit: float | None, reference: Commissioning | Non
     return replace(outcome, ratio=ratio, reference=None if reference is None else Path(reference.source).name, verdict=verdict)
 
 
+def heading(outcome: Outcome) -> str:
+    """The log in one line."""
+    moves = outcome.estimate.moves
+    return f"{Path(outcome.source).name}: {outcome.samples} samples, {outcome.duration:.6g} s, {moves} move{'s' * (moves != 1)}"
+
+
 def lines(outcome: Outcome, model: Model) -> list[str]:
-    """The same for people."""
-    found, share = outcome.estimate, f"{100.0 * outcome.confidence:g} %"
-    length = f"{outcome.samples} samples, {outcome.duration:.6g} s, {found.moves} move{'s' * (found.moves != 1)}"
-    shown = [f"{Path(outcome.source).name}: {length}", f"{'wear':<16}{_range(found.wear)}   ({share} interval)"]
-    shown.append(f"{'kind':<16}{KINDS[found.kind]}")
-    effort = si_unit("effort", model.axis)
+    """All of it for people, the verdict last."""
+    found = facts(outcome, model)
+    width = max(len(name) for name, _ in found) + 2
+    shown = [f"{name:<{width}}{text}" for name, text in found]
+    return [heading(outcome), *shown, *([] if outcome.verdict is None else [_told(outcome.verdict)])]
+
+
+def facts(outcome: Outcome, model: Model) -> list[tuple[str, str]]:
+    """What was found, by its name, for people."""
+    found, effort, position = outcome.estimate, si_unit("effort", model.axis), si_unit("position", model.axis)
+    shown = [("wear", f"{_range(found.wear)}   ({100.0 * outcome.confidence:g} % interval)"), ("kind", KINDS[found.kind])]
     sides = (("forward", found.forward, ""), ("backward", found.backward, ""), ("added", found.added, effort))
-    shown += [f"{'  ' + name:<16}{_range(one)} {unit}".rstrip() for name, one, unit in sides if one is not None]
-    position = si_unit("position", model.axis)
-    shown += [f"{f'  {zone.low:.4g} to {zone.high:.4g} {position}':<24}{_range(zone.wear)}" for zone in found.zones]
+    shown += [(f"  {name}", f"{_range(one)} {unit}".rstrip()) for name, one, unit in sides if one is not None]
+    shown += [(f"  {zone.low:.4g} to {zone.high:.4g} {position}", _range(zone.wear)) for zone in found.zones]
     if outcome.ratio is not None:
-        shown.append(f"{'to commissioning':<17}{_range(outcome.ratio)}")
+        shown.append(("to commissioning", _range(outcome.ratio)))
     if found.scale is not None:
-        shown.append(f"{'scale':<16}{_range(found.scale)}   (the actuator's constant: on the wear, not on a ratio)")
-    shown += [f"{name.replace('_', ' '):<16}{_range(one)}   (over the model's)" for name, one in found.others.items()]
-    shown += _velocity(outcome, si_unit("velocity", model.axis))
+        shown.append(("scale", f"{_range(found.scale)}   (the actuator's constant: on the wear, not on a ratio)"))
+    shown += [(name.replace("_", " "), f"{_range(one)}   (over the model's)") for name, one in found.others.items()]
+    shown += [("velocity", text) for text in _velocity(outcome, si_unit("velocity", model.axis))]
     if outcome.observer is not None:
         told = ", ".join(f"{name.replace('_', ' ')} {value:.4g}" for name, value in outcome.observer.items() if isinstance(value, float))
-        shown.append(f"{'observer':<16}{outcome.observer['name']}, {outcome.observer['kind']}: {told}")
+        shown.append(("observer", f"{outcome.observer['name']}, {outcome.observer['kind']}: {told}"))
     if outcome.losses:
-        shown.append(f"lost: {counted(list(outcome.losses))}")
-    if outcome.verdict is not None:
-        shown.append(_told(outcome.verdict))
+        shown.append(("lost", counted(list(outcome.losses))))
     return shown
 
 
@@ -126,7 +134,7 @@ def _velocity(outcome: Outcome, unit: str) -> list[str]:
         own, other, at = (found.get(f"{name}{ending}") for name in ("velocity_rms", "velocity_rms_filter", "filter_cutoff_hz"))
         if own is not None:
             against = "" if other is None else f"; (5.70) at its best{f', {at:.3g} Hz' if at is not None else ''}: {other:.4g} {unit}"
-            shown.append(f"{'velocity' if not shown else '':<16}{own:.4g} {unit} rms from {reference}{against}")
+            shown.append(f"{own:.4g} {unit} rms from {reference}{against}")
     return shown
 
 

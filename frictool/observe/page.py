@@ -11,7 +11,7 @@ from markupsafe import Markup
 
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
-from frictool.observe.outcome import Outcome, lines
+from frictool.observe.outcome import Outcome, facts, heading
 from frictool.observe.table import Row, headline, shown
 
 TONES = {True: "bad", False: "good", None: "open"}
@@ -20,15 +20,13 @@ TONES = {True: "bad", False: "good", None: "open"}
 def page_of_log(outcome: Outcome, model: Model, picture: str, provenance: Provenance) -> str:
     """The HTML text; the same inputs give the same bytes. picture: the `<svg>` element of the log."""
     verdict = outcome.verdict
-    first, *facts = lines(outcome, model)
-    split = [(text[:24].strip(), text[24:].strip()) if not text.startswith("wear limit") else ("verdict", text) for text in facts]
     return _page(
-        title=first,
+        title=heading(outcome),
         banner="" if verdict is None else f"wear limit {verdict.limit:g}: {verdict.reason}",
         tone=TONES[None if verdict is None else verdict.exceeded],
         picture=picture,
         caption="Each with its interval; wear changes when a move has ended, from what was known then. The limit is dashed.",
-        facts=split,
+        facts=facts(outcome, model),
         rows=[],
         headings=[],
         remarks=[*outcome.remarks, *outcome.estimate.warnings],

@@ -166,6 +166,8 @@ def test_pictures_are_svg_or_a_page_with_the_verdict(rig: SimpleNamespace, tmp_p
     assert "x&amp;y&lt;b&gt;.mcap" in page
     assert "x&y<b>" not in page
     assert "is above 1.25" in page
+    for name in ("wear", "kind", "inertia", "velocity"):
+        assert f'<th scope="row">{name}</th><td>' in page
 
 
 def test_another_observer_is_a_stream_beside(rig: SimpleNamespace, tmp_path: Path) -> None:
