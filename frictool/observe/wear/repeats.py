@@ -19,18 +19,23 @@ class Repeats:
     """Takes the Gram matrices of moves."""
 
     def __init__(self) -> None:
-        self._kinds: list[Vector] = []
+        self._different: Vector | None = None
         self._counts: list[int] = []
 
     def take(self, gram: Vector) -> None:
         """A move more: the columns (k, k) of its friction by direction and zone."""
         sizes = np.sqrt(np.diag(gram))
-        sizes = sizes / max(float(np.linalg.norm(sizes)), np.finfo(float).tiny)
-        for place, kind in enumerate(self._kinds):
-            if float(np.linalg.norm(sizes - kind)) < ALIKE:
-                self._counts[place] += 1
-                return
-        self._kinds, self._counts = [*self._kinds[-MOST + 1 :], sizes], [*self._counts[-MOST + 1 :], 1]
+        sizes = sizes / max(float(np.sqrt(sizes @ sizes)), np.finfo(float).tiny)
+        if self._different is None:
+            self._different, self._counts = sizes[None], [1]
+            return
+        off = np.sum((self._different - sizes) ** 2, axis=1)
+        nearest = int(np.argmin(off))
+        if off[nearest] < ALIKE**2:
+            self._counts[nearest] += 1
+        else:
+            self._different = np.concatenate([self._different[-MOST + 1 :], sizes[None]])
+            self._counts = [*self._counts[-MOST + 1 :], 1]
 
     @property
     def each(self) -> float:
