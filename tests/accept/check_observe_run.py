@@ -31,15 +31,15 @@ def memory() -> dict[str, Any]:
     """Peaks with everything that is asked for: the log of estimates, written to nowhere, and the picture."""
     with tempfile.TemporaryDirectory() as folder:
         model, peaks, seconds = model_file(Path(folder)), [], []
-        for hours in (1, 10):
-            log = Path(folder, f"{hours}.mcap")
-            long_log(log, 60 * hours, HOLD, WEAR)
+        for minutes in (1, 60, 600):  # the first compiles, where that has not been done
+            log = Path(folder, f"{minutes}.mcap")
+            long_log(log, minutes, HOLD, WEAR)
             start = time.perf_counter()
             peaks.append(peak_mb("observe", "run", model, log, "-o", "/dev/null", "--plot", Path(folder, "wear.svg")))
             seconds.append(time.perf_counter() - start)
             log.unlink()
-        passed = peaks[1] < MOST_GROWTH * peaks[0] and peaks[1] < MOST_MB
-        return {"passed": passed, "peak_mb": peaks, "times_real_time": 9.0 * 3600.0 / (seconds[1] - seconds[0])}
+        passed = peaks[2] < MOST_GROWTH * peaks[1] and peaks[2] < MOST_MB
+        return {"passed": passed, "peak_mb": peaks, "times_real_time": 9.0 * 3600.0 / (seconds[2] - seconds[1])}
 
 
 def friction() -> dict[str, Any]:
