@@ -32,6 +32,8 @@ FLOOR = 0.0003  # of the wear, a deviation
 ADDS_UP = 0.9  # of a row's variance; the rest is of counts, whose errors in rows that follow each other cancel
 FIRST_NOISE = 0.01  # of the dry friction: a row's residual before any was seen
 CONFIDENCE = 0.95
+ALIKE = ("none", "multiplicative")
+STEADY, SETTLING, AGREED = 2, 16, 8  # moves after a change, from when and until when it is looked for; moves before it
 
 
 class WearEstimator:
@@ -42,6 +44,7 @@ class WearEstimator:
         self.model, self.layout, self.confidence = model, layout_of(model, period), confidence
         self.bank = multiplicative_bank(model, self.layout)
         self.moves, self._count, self._quantile = Moves(self.layout), 0, float(ndtri(0.5 + 0.5 * confidence))
+        self._since, self._before = 0, 0  # moves since the wear changed, and those that had agreed before it did
         self.kinds, self._scale = Kinds(model, self.layout, confidence), scale_of(model)
         self.estimate = Estimate(0.0, 0, prior(model), scale=self._scale)
 
@@ -56,12 +59,22 @@ class WearEstimator:
     def learn(self, move: Move) -> Estimate:
         """What is known with a move more; for moves that were taken elsewhere."""
         self._count += 1
-        self.bank.take(move)
+        if self.bank.take(move):
+            self._since, self._before = 0, self._since
+        else:
+            self._since += 1
         others = {"inertia": self._range("inertia", 1.0 / self.model.parameters.inertia.value)}
         alike = Estimate(move.time, self._count, self._range("wear", 1.0, FLOOR), scale=self._scale, others=others)
         told = self.kinds.take(move)
+        if told is not None and told.kind == "zones" and self._one_change and apart(alike.wear, told.wear):
+            told = None  # moves of either side of the change look like zones
         self.estimate = alike if told is None else with_kind(alike, told)
         return self.estimate
+
+    @property
+    def _one_change(self) -> bool:
+        """Whether the wear has changed once, lately, between moves that agree."""
+        return self._before >= AGREED and STEADY <= self._since <= SETTLING
 
     def _range(self, name: str, scale: float, floor: float = 0.0) -> Range:
         """A parameter times `scale` with its interval, `floor` of its value in quadrature."""
@@ -70,10 +83,15 @@ class WearEstimator:
         return Range(scale * value, scale * (value - half), scale * (value + half))
 
 
+def apart(one: Range, other: Range) -> bool:
+    """Whether no value is in both."""
+    return one.low > other.high or other.low > one.high
+
+
 def with_kind(alike: Estimate, told: Told) -> Estimate:
     """The estimate of friction that has worn alike everywhere, and what kind of wear it is; of a kind that is not alike, the mean wear and
     the inertia are its own."""
-    if told.kind not in ("none", "multiplicative"):
+    if told.kind not in ALIKE:
         sided = replace(alike, kind=told.kind, forward=told.forward, backward=told.backward)
         return replace(sided, wear=told.wear, added=told.added, zones=told.zones, others={**alike.others, "inertia": told.inertia})
     sides = [side.value for side in (told.forward, told.backward) if side is not None]
