@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
+from frictool.bell import effort_weights
 from frictool.identify.record import make_record
-from frictool.identify.rows.smoothing import acceleration_filter, bump, choose_window, effort_weights, position_noise, smoothed
+from frictool.identify.rows.smoothing import acceleration_filter, bump, choose_window, position_noise, smoothed
 
 PERIOD = 1e-3
 WINDOWS = st.integers(3, 60).map(lambda n: 2 * n + 1)
