@@ -166,3 +166,18 @@ def test_what_a_model_lets_its_unit_be() -> None:
     assert tight.mean[tight.place("viscous")] == pytest.approx(0.003 * loose.mean[loose.place("viscous")])
     dry = np.array([name.startswith("dry") for name in layout.names])
     np.testing.assert_array_equal(tight.matrix[:, wear], dry.astype(float))
+
+
+def test_a_first_move_that_is_noisier_than_was_known_weighs_by_its_own_noise() -> None:
+    draw = np.random.Generator(np.random.PCG64(17))
+    errors = []
+    for _ in range(200):
+        known = restrictions(draw)[:1] * COUNT
+        own = known[0]
+        bank = unchanging(known, 1e-4, 1.0)  # 0.01 is known beforehand, 1 is true
+        truth = own.mean + own.deviation * draw.normal(size=3)
+        rows = draw.normal(size=(40, 5))
+        bank.take(moved(rows, rows @ (own.fixed + own.matrix @ truth) + draw.normal(size=40)))
+        value, deviation = bank.value("wear")
+        errors.append((value - truth[own.place("wear")]) / deviation)
+    assert 0.8 <= np.std(errors) <= 1.3

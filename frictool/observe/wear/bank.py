@@ -34,6 +34,9 @@ EVIDENCE = 0.5
 MEMORY = 50.0  # moves, over which it is kept
 RESTLESS = 0.5  # of what a parameter has changed by: what it may change by with the next move
 PRIOR_ROWS = 20.0  # for how many rows the variance known beforehand counts
+NOISIER = 5.0  # deviations, by which the variance that a move leaves is above the one that is known
+PASSES = 3  # until its noise no longer moves
+UNSPENT = 0.25  # of its rows at least, when parameters have used theirs up
 MEMORY_ROWS = 5000.0  # over how many rows the variance is a mean
 
 
@@ -70,7 +73,8 @@ class Bank:
     def take(self, move: Move) -> bool:
         """Takes a move; whether it tells, with those before it, that the parameter has changed."""
         information, right, squares = self._information(move)
-        missed, noise, place = right - _times(information, self.states), self.noise, self._place
+        missed, place = right - _times(information, self.states), self._place
+        noise = self._noise_of(information, missed, squares - np.einsum("ki,ki->k", self.states, right + missed), move.rows)
         self.spreads[:, place, place] += self._walk**2
         self._restless *= RESTLESS
         self._loosen(self._restless)
@@ -112,6 +116,25 @@ class Bank:
         squares = float(move.gram[size, size] - fixed @ move.gram[:size, size] - fixed @ beside)
         left, scale = right - self.means @ own, self.deviations
         return own * scale[:, :, None] * scale[:, None, :], scale * left, squares - np.einsum("ki,ki->k", self.means, right + left)
+
+    def _noise_of(self, information: Vector, missed: Vector, left: Vector, rows: int) -> float:
+        """r of a move [(N m)^2 | N^2]: what it leaves itself, among all rows before, where that is more than what was known for certain.
+
+        Else a noisy first move would weigh by what was known beforehand, and too much for good. left (k,): with the filters as they are.
+        """
+        known = noise = self.noise
+        free = np.broadcast_to(np.eye(missed.shape[1]), information.shape)  # of what moves before told: one that has changed is no noise
+        for _ in range(PASSES):
+            spreads = _gain(free, information, noise)
+            moved = _times(spreads, missed) / noise
+            own = left - 2.0 * np.einsum("ki,ki->k", moved, missed) + np.einsum("ki,kij,kj->k", moved, information, moved)
+            spent = self.inflation * np.einsum("kij,kji->k", spreads, information) / noise  # rows that the parameters have used up
+            left_over = np.maximum(rows - spent, UNSPENT * rows)
+            fair = np.maximum(own, 0.0) * rows / left_over
+            if np.any(self.inflation * fair < known * rows * (1.0 + NOISIER * np.sqrt(2.0 * self.inflation / left_over))):
+                return known
+            noise = max(noise, self.inflation * float(np.min(self._squares + fair)) / (self._rows + rows))
+        return noise
 
     def _learn(self, left: Vector, rows: int) -> None:
         """The residual's variance, from what the filters leave of a move."""
