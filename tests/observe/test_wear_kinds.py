@@ -110,8 +110,9 @@ def test_wear_is_told_on_spread_plants_too(seed: int) -> None:
         assert estimated(unit, targets(seed), seed, "speed").kind == kind
 
 
-def test_a_change_at_once_is_not_mixed_with_what_was_before() -> None:
-    found = estimated(Unit(wear=1.5, since=10.0), targets(3), 3, "speed")
+@pytest.mark.parametrize("since", [10.0, 18.0])  # 20 moves before the end, and 4
+def test_a_change_at_once_is_not_mixed_with_what_was_before(since: float) -> None:
+    found = estimated(Unit(wear=1.5, since=since), targets(3), 3, "speed")
     assert found.kind == "multiplicative"
     assert holds(found.forward, 1.5)
     assert holds(found.backward, 1.5)

@@ -130,8 +130,11 @@ class Kinds:
     def _tell(self) -> Told:
         last, rows = sum((gram for gram, _ in self._recent), self._nothing), sum(rows for _, rows in self._recent)
         gram, right = self._information(self._old + last, self._old_rows + rows)
-        if self._old_rows > 0.0 and self._changed(gram, right, last):
-            self._old, self._old_rows, self._count = self._nothing, 0.0, len(self._recent)
+        since = self._changed(gram, right) if self._old_rows > 0.0 else 0
+        if since:
+            self._recent = self._recent[-since:]
+            last, rows = sum((gram for gram, _ in self._recent), self._nothing), sum(rows for _, rows in self._recent)
+            self._old, self._old_rows, self._count = self._nothing, 0.0, since
             gram, right = self._information(last, rows)
         best = fitted(gram, right)
         every = evidences(gram, best, np.tile(self._means, (len(KINDS), 1)), self._scaled)
@@ -141,13 +144,21 @@ class Kinds:
         likely = [kind for kind in KINDS if over[kind] >= highest - ALIKE] if highest >= CERTAIN else list(KINDS)
         return self._values(likely[0], over, gram, right, best)
 
-    def _changed(self, gram: Vector, right: Vector, last: Vector) -> bool:
-        """Whether the last moves are of another friction than those before, all else being as it was."""
-        own, own_right = self._weighted(last, self._variance)
-        known, spread = posterior(gram - own, right - own_right, self._mean, self._loose)
-        beliefs = np.stack([spread, spread + self._change])
-        same, changed = evidences(own, fitted(own, own_right), np.stack([known, known]), beliefs)
-        return bool(changed - same > CERTAIN)
+    def _changed(self, gram: Vector, right: Vector) -> int:
+        """How many of the last moves are of another friction than all before, all else being as it was; 0: none.
+
+        Wherever it changed among the last RECENT: moves of both frictions together would look like zones.
+        """
+        last, since, most = self._nothing, 0, CERTAIN
+        for count, (move, _) in enumerate(reversed(self._recent), 1):
+            last = last + move
+            own, own_right = self._weighted(last, self._variance)
+            known, spread = posterior(gram - own, right - own_right, self._mean, self._loose)
+            beliefs = np.stack([spread, spread + self._change])
+            same, changed = evidences(own, fitted(own, own_right), np.stack([known, known]), beliefs)
+            if changed - same > most:
+                since, most = count, float(changed - same)
+        return since
 
     def _information(self, sums: Vector, rows: float) -> tuple[Vector, Vector]:
         """G (p, p) and b (p,), by the variance of the rows' errors under the loosest belief of all."""
