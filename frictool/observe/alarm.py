@@ -3,6 +3,8 @@
     interval against the limit             exceeded   certain
     all above                              yes        yes
     all below                              no         yes
+    all below 0                            cannot     no         no friction is
+                                           tell
     is that before any move                cannot     no
     holds the limit, and 1 too, or is of   cannot     no         it could be a healthy unit's as well as a worn one's
     fewer moves than FEWEST_MOVES          tell
@@ -51,6 +53,8 @@ def _judged(name: str, found: Range, moves: int, limit: float) -> Verdict:
     shown = _shown(name, found)
     if moves == 0:
         return Verdict(limit, None, False, "no move tells of the wear: the verdict needs some, from rest to rest or to and fro")
+    if found.high <= 0.0:
+        return Verdict(limit, None, False, f"{shown} is below 0, which friction cannot be: the log is not what the bench says of it")
     if found.low > limit or found.high <= limit:
         exceeded = found.low > limit
         return Verdict(limit, exceeded, True, f"{shown} is {'above' if exceeded else 'not above'} {limit:g}")

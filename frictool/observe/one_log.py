@@ -19,9 +19,12 @@ from frictool.observe.estimate import Estimate
 from frictool.observe.feed import Feed, feed
 from frictool.observe.origin import Name, Patterns, origin_of
 from frictool.observe.outcome import Outcome
+from frictool.observe.plausible import implausible
 from frictool.observe.run import Part, Velocity, Wear, along
 from frictool.observe.velocity import VelocityEstimator
 from frictool.observe.wear.estimator import WearEstimator
+
+OFTEN = 100  # samples to a gap: with more gaps no move is in one piece
 
 
 @dataclass(frozen=True)
@@ -101,6 +104,9 @@ class OneLog:
         """Why nothing is known of the wear."""
         if self.wear.estimate.moves:
             return []
+        if self.feed.gaps * OFTEN > self.feed.samples:
+            grid = f"put it on a grid first: `frictool ingest --resample {self.feed.period:.6g}`"
+            return [f"no move tells the wear: the log's clock breaks {self.feed.gaps} times, and a move has to be in one piece; {grid}"]
         return ["no move tells the wear: within the bench's travel the axis never slips long and fast enough, its load carried along"]
 
     def _figures(self) -> dict[str, Any]:
@@ -134,7 +140,7 @@ class OneLog:
             figures=self._figures(),
             observer=None if self.beside is None else self.beside.as_json(),
             losses=log.losses,
-            remarks=(*log.remarks(), *self._silent()),
+            remarks=(*log.remarks(), *self._silent(), *implausible(self.model, self.wear.estimate)),
             confidence=self.settings.confidence,
             unit=found.unit,
             date=found.date,

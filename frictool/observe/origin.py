@@ -19,7 +19,7 @@ DIGITS = {8: "%Y%m%d", 10: "%Y%m%d%H", 12: "%Y%m%d%H%M", 14: "%Y%m%d%H%M%S"}
 
 @dataclass(frozen=True)
 class Patterns:
-    """Regular expressions for the file's name with its folders; what counts is the first group, or all of the match."""
+    """Regular expressions for the file's name with its folders; what counts are its groups, joined by -, or all of the match."""
 
     unit: str | None = None
     date: str | None = None
@@ -81,4 +81,4 @@ def _found(pattern: str | None, name: str) -> str | None:
     match = re.search(pattern, name) if pattern else None
     if match is None:
         return None
-    return match.group(1) if match.re.groups and match.group(1) else match.group()
+    return "-".join(group for group in match.groups() if group) or match.group()

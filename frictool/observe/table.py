@@ -114,7 +114,7 @@ def headline(table: Sequence[Row], limit: float | None) -> str:
     """All of it in one line."""
     lost = sum(row.outcome is None for row in table)
     units = len({row.unit for row in table if row.unit is not None})
-    told = f"{len(table)} logs of {units} unit{'s' * (units != 1)}" if units else f"{len(table)} logs"
+    told = f"{len(table)} log{'s' * (len(table) != 1)}" + (f" of {units} unit{'s' * (units != 1)}" if units else "")
     told += f", {lost} could not be read" if lost else ""
     if limit is None:
         return told

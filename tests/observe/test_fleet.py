@@ -19,7 +19,7 @@ from frictool.logs.log import Log, Stream
 from frictool.observe.estimate import Estimate
 from frictool.observe.fleet import Member, members, observed
 from frictool.observe.one_log import Estimators, Settings
-from frictool.observe.origin import Name, as_date
+from frictool.observe.origin import Name, Patterns, as_date, origin_by_name
 from frictool.observe.run import Wear
 from frictool.observe.samples import Piece
 from frictool.observe.table import COLUMNS
@@ -143,6 +143,13 @@ def test_dates_are_read_however_they_are_written() -> None:
         ("", None),
     ):
         assert as_date(text) == date
+
+
+def test_the_groups_of_a_pattern_are_what_counts() -> None:
+    name = Name("B/AB-12 of 2026.03.01.csv", "B")
+    for date in (r"(\d{4})\.(\d\d)\.(\d\d)", r"of (\d{4}\.\d\d\.\d\d)", r"\d{4}\.\d\d\.\d\d"):
+        assert origin_by_name(name, Patterns(r"[A-Z]+-(\d+)", date)).date == "2026-03-01"
+    assert origin_by_name(name, Patterns(r"[A-Z]+-(\d+)")).unit == "12"
 
 
 def test_parquet_holds_the_same_with_types(rig: SimpleNamespace, tmp_path: Path) -> None:
