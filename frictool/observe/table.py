@@ -21,6 +21,7 @@ from frictool.observe.outcome import Outcome, ratio_to
 ESTIMATED = ("wear", "low", "high", "ratio", "ratio_low", "ratio_high")
 COLUMNS = ("unit", "date", "file", *ESTIMATED, "kind", "moves", "velocity_rms", "duration_s", "alarm", "reason")
 TEXTS = ("unit", "date", "file", "kind", "reason")
+SEEN_LAST = ("kind", "moves", "velocity_rms", "duration_s", "reason")  # by people, in a table that is wider than their window
 PARQUET = (".parquet", ".pq")
 
 
@@ -126,7 +127,11 @@ def headline(table: Sequence[Row], limit: float | None) -> str:
 def shown(table: Sequence[Row]) -> tuple[list[str], list[list[str]]]:
     """Headings and rows of texts for people, columns that no row fills left out."""
     cells = [{name: _short(value) for name, value in _joined(row).items()} for row in table]
-    names = [name for name in (cells[0] if cells else {}) if any(one[name] for one in cells)]
+    names = [
+        name
+        for name in sorted(COLUMNS, key=lambda name: SEEN_LAST.index(name) if name in SEEN_LAST else -1)
+        if any(one.get(name) for one in cells)
+    ]
     return [name.replace("_", " ") for name in names], [[one[name] for name in names] for one in cells]
 
 
