@@ -176,6 +176,8 @@ def test_settings_that_cannot_be_are_refused() -> None:
     slow = msgspec.structs.replace(bench, mechanics=msgspec.structs.replace(bench.mechanics, top_speed=None))
     with pytest.raises(NoSolutionError, match=r"no mechanics\.top_speed .* give --switch-speed, such as 10rad/s"):
         additive.design(msgspec.structs.replace(_model(), bench=slow), Settings(), NOWHERE)
+    with pytest.raises(NoSolutionError, match=r"switch speed: found 1e\+09 rad/s; allowed: below"):
+        additive.design(_model(), Settings(switch_speed=1e9), NOWHERE)
     with pytest.raises(NoSolutionError, match="decay nearer to 1"):
         additive.design(_model(), Settings(decay=0.3), NOWHERE)
     with pytest.raises(ValueError, match="stuck_speed: found 2"):

@@ -52,12 +52,17 @@ def decay_of(model: Model, settings: Settings) -> float:
 
 def switch_speed_of(model: Model, settings: Settings) -> float:
     """Sigma [rad/s | m/s]. Raises NoSolutionError where neither the settings nor the bench's top speed give it."""
+    top, unit = model.bench.mechanics.top_speed, si_unit("velocity", model.axis)
     if settings.switch_speed is not None:
+        if top is not None and settings.switch_speed >= top.value:
+            raise NoSolutionError(
+                f"switch speed: found {settings.switch_speed:g} {unit}; allowed: below the bench's mechanics.top_speed, "
+                f"{top.value:g} {unit}, or the axis is stuck at every speed; without it a fortieth of that is taken"
+            )
         return settings.switch_speed
-    if model.bench.mechanics.top_speed is None:
-        unit = si_unit("velocity", model.axis)
+    if top is None:
         raise NoSolutionError(
             f"the speed below which the observer takes the axis to be stuck is not known: the bench has no mechanics.top_speed to take a "
             f"fortieth of; give --switch-speed, such as 10{unit.replace(' ', '')}"
         )
-    return SLOW * model.bench.mechanics.top_speed.value
+    return SLOW * top.value
