@@ -60,6 +60,17 @@ def test_friction_that_changes_at_once_is_followed_within_two_moves(loop: Loop) 
     assert after[-1].wear.low <= 1.5 <= after[-1].wear.high
 
 
+def test_most_intervals_hold_wear_that_goes_on_fast_and_no_estimate_is_far_behind() -> None:
+    estimator, held = WearEstimator(clutch()), []
+    for part in range(20):
+        wear = 1.0 + 0.025 * part  # 25 % in 20 moves
+        found = estimator.take(run(Unit(wear=wear), targets(100 + part, 1.0), 100 + part, "speed").pieces[0])
+        held += [one.wear.low <= wear <= one.wear.high for one in found]
+        assert all(abs(one.wear.value / wear - 1.0) < 0.1 for one in found)
+    assert len(held) >= 36
+    assert np.mean(held) >= 0.7
+
+
 def test_before_any_move_it_is_what_the_model_says() -> None:
     first = WearEstimator(clutch()).estimate
     assert (first.moves, first.wear.value) == (0, 1.0)

@@ -6,13 +6,16 @@
 Wear walks by WALK a move. Where moves, one or some together, tell of more (change.py), it is let walk as far as explains them: it has worn
 faster, or changed at once (thesis 6.3.2: times 1.5 at 5 s).
 
-The interval is the filters', and FLOOR of the wear beside it in quadrature: what the model's shape over position and speed, and the rows'
-own approximations, leave however many moves there are. It was set on plants that no acceptance check uses (docs/theory/wear.md).
+The interval is the filters'. Beside it in quadrature: what the wear goes on by a move, where it does; and FLOOR of the wear, which the
+model's shape over position and speed, and the rows' own approximations, leave however many moves there are. It was set on plants that no
+acceptance check uses (docs/theory/wear.md).
 """
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections import deque
 from dataclasses import replace
 
 from scipy.special import ndtri
@@ -29,6 +32,8 @@ from frictool.observe.wear.scale import scale_of
 
 WALK = 1e-4  # of wear, a move
 FLOOR = 0.0003  # of the wear, a deviation
+INERTIA_FLOOR = 0.003  # of the inertia: what changes of the wear are mixed up with
+GOING_ON = ((1, 3, 1.0), (4, 2, 3.0))  # steps of so many moves, so many of them one way, and how many moves the filters are behind then
 ADDS_UP = 0.9  # of a row's variance; the rest is of counts, whose errors in rows that follow each other cancel
 FIRST_NOISE = 0.01  # of the dry friction: a row's residual before any was seen
 CONFIDENCE = 0.95
@@ -44,6 +49,9 @@ class WearEstimator:
         self.model, self.layout, self.confidence = model, layout_of(model, period), confidence
         self.bank = multiplicative_bank(model, self.layout)
         self.moves, self._count, self._quantile = Moves(self.layout), 0, float(ndtri(0.5 + 0.5 * confidence))
+        self._lately: deque[float] = deque(
+            maxlen=1 + max(moves * count for moves, count, _ in GOING_ON)
+        )  # the wear after each of the last moves
         self._since, self._before = 0, 0  # moves since the wear changed, and those that had agreed before it did
         self.kinds, self._scale = Kinds(model, self.layout, confidence), scale_of(model)
         self.estimate = Estimate(0.0, 0, prior(model), scale=self._scale)
@@ -63,8 +71,10 @@ class WearEstimator:
             self._since, self._before = 0, self._since
         else:
             self._since += 1
-        others = {"inertia": self._range("inertia", 1.0 / self.model.parameters.inertia.value)}
-        alike = Estimate(move.time, self._count, self._range("wear", 1.0, FLOOR), scale=self._scale, others=others)
+        self._lately.append(self.bank.value("wear")[0])
+        others = {"inertia": self._range("inertia", 1.0 / self.model.parameters.inertia.value, INERTIA_FLOOR)}
+        wear = self._range("wear", 1.0, FLOOR, self._going)
+        alike = Estimate(move.time, self._count, wear, scale=self._scale, others=others)
         told = self.kinds.take(move)
         if told is not None and told.kind == "zones" and self._one_change and apart(alike.wear, told.wear):
             told = None  # moves of either side of the change look like zones
@@ -76,10 +86,25 @@ class WearEstimator:
         """Whether the wear has changed once, lately, between moves that agree."""
         return self._before >= AGREED and STEADY <= self._since <= SETTLING
 
-    def _range(self, name: str, scale: float, floor: float = 0.0) -> Range:
-        """A parameter times `scale` with its interval, `floor` of its value in quadrature."""
+    @property
+    def _going(self) -> float:
+        """By how much the filters are behind wear that goes on: where it has gone one way in all of the last steps of GOING_ON, the moves
+        that they take to believe it, each as much as the smallest of the steps says.
+
+        Single moves show a fast drift, and a slow one takes longer to be believed.
+        """
+        found, lately = [0.0], list(self._lately)
+        for moves, count, behind in GOING_ON:
+            places = lately[-1 - moves * count :: moves] if len(lately) > moves * count else []
+            steps = [after - before for before, after in itertools.pairwise(places)]
+            if steps and (min(steps) > 0.0 or max(steps) < 0.0):
+                found.append(behind / moves * min(abs(step) for step in steps))
+        return max(found)
+
+    def _range(self, name: str, scale: float, floor: float, beside: float = 0.0) -> Range:
+        """A parameter times `scale` with its interval; in quadrature a deviation of `floor` of its value, and one `beside` [SI]."""
         value, deviation = self.bank.value(name)
-        half = self._quantile * math.hypot(deviation, floor * value)
+        half = self._quantile * math.hypot(deviation, floor * value, beside)
         return Range(scale * value, scale * (value - half), scale * (value + half))
 
 
