@@ -20,6 +20,7 @@ from frictool.plant.generalised import Controlled, FirstOrder, Weights, generali
 from frictool.plant.polytope import PlantPoint
 from frictool.verify.controller import check_feedback, loop_checks
 from frictool.verify.effective import feedbacks, running, virtual_friction
+from frictool.verify.observer_loop import check_observer
 from frictool.verify.rounding import held, rounded_linear
 from frictool.verify.speed_loop import performance
 from frictool.verify.stored_forms import limited_radius
@@ -44,6 +45,8 @@ def rounded_loop(controller: Controller, number: Number, biquads: LinearControll
     Raises NoSolutionError (exit 4) naming the vertex and its figure where the loop is unstable, its modulus margin below what is
     specified or its norm above what is claimed, or where the rounded anti-windup is unstable.
     """
+    if controller.velocity.observer is not None:
+        check_observer(controller.velocity.observer, held(number))
     linear = biquads or rounded_linear(controller.linear, number)
     radius = limited_radius(linear, controller.sample_period_s)
     if biquads is None and radius >= 1.0:

@@ -13,6 +13,7 @@ from frictool.plant.polytope import PlantPoint
 from frictool.verify.effective import ETA, Feedback, feedbacks_of, open_loop, virtual_friction
 from frictool.verify.margins import sensitivity
 from frictool.verify.norms import norm, spectral_radius
+from frictool.verify.observer_loop import check_observer
 from frictool.verify.speed_loop import LoopCheck, check_loop
 from frictool.verify.stored_forms import check_forms
 
@@ -48,6 +49,8 @@ def recheck(controller: Controller) -> None:
     """Raises NoSolutionError where the coefficients do not give what `verified` says of them, at some vertex and delay; where the stored
     forms are not of one controller; or where the document is not of its own bench."""
     _of_its_bench(controller)
+    if controller.velocity.observer is not None:
+        check_observer(controller.velocity.observer)
     try:
         _vertices(controller)
         check_forms(controller)

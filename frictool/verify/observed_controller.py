@@ -26,6 +26,7 @@ from frictool.verify.count_current import count_current
 from frictool.verify.effective import Feedback, feedbacks_of, friction_to_speed, from_position, open_loop
 from frictool.verify.margins import loop_margins
 from frictool.verify.norms import norm
+from frictool.verify.observer_loop import check_observer
 
 NOT_CERTIFIED = "what is proved is a loop around eta, and this one is fed by an observer's speed; `verify` finds its margins again"
 SAME = 1e-9  # relative, of numbers that two benches have of one rig
@@ -61,6 +62,7 @@ def with_observer(controller: Controller, observer: Observer, margin: float | No
     or the controller uses no speed, NoSolutionError where a loop is unstable at a vertex with the bench's delay or another one checked.
     """
     _of_one_rig(controller, observer)
+    check_observer(observer)
     if not uses_speed(controller):
         raise FrictoolError(
             f"{controller.name} uses no speed: the observer would change nothing; allowed: a controller with input speed_error, a brake, "

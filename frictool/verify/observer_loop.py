@@ -19,8 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.documents.observer import Observer
+from frictool.errors import NoSolutionError
 from frictool.plant.connect import Block, connect
 from frictool.plant.lti import Lti, delay
+from frictool.verify.norms import spectral_radius
 from frictool.verify.rounding import Held
 
 Matrix = NDArray[np.float64]
@@ -37,8 +39,24 @@ class ShownSpeed:
 
 def shown_speeds(observer: Observer, hold: Held = float) -> tuple[ShownSpeed, ...]:
     """One of a tracking observer, one for each mode in slip of a switched one; hold: verify/rounding.py."""
+    return tuple(ShownSpeed(_with_drive(observer, one.system), one.mode) for one in _alone(observer, hold))
+
+
+def check_observer(observer: Observer, hold: Held = float) -> None:
+    """Raises NoSolutionError where the observer's own error does not die out in slip: whatever loop is around it, it would run away."""
+    for one in _alone(observer, hold):
+        radius = spectral_radius(one.system.a)
+        if not radius < 1.0:
+            raise NoSolutionError(
+                f"{observer.name}: not verified: the observer's own error grows in slip (spectral radius {radius:.6g}"
+                f"{' in ' + one.mode if one.mode else ''}); design it anew (observe design)"
+            )
+
+
+def _alone(observer: Observer, hold: Held) -> tuple[ShownSpeed, ...]:
+    """The observers without their drive, inputs m and the effort; its states are its errors."""
     if observer.tracking is not None:
-        return (ShownSpeed(_with_drive(observer, _tracking(observer, hold))),)
+        return (ShownSpeed(_tracking(observer, hold)),)
     switched = observer.switched
     assert switched is not None
     found: dict[tuple[float, ...], ShownSpeed] = {}
@@ -49,7 +67,7 @@ def shown_speeds(observer: Observer, hold: Held = float) -> tuple[ShownSpeed, ..
         gains = tuple(row[0] for row in mode.gains)
         if (coupling, *gains) not in found:
             system = _switched(observer, hold, hold(coupling), (hold(gains[0]), hold(gains[1]), hold(gains[2])))
-            found[(coupling, *gains)] = ShownSpeed(_with_drive(observer, system), f"mode {mode.index}")
+            found[(coupling, *gains)] = ShownSpeed(system, f"mode {mode.index}")
     return tuple(found.values())
 
 

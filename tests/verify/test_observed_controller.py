@@ -17,13 +17,14 @@ from frictool.control.program import Program
 from frictool.documents.controller import Limiter, Velocity
 from frictool.documents.observer import FrictionMap, Observer
 from frictool.errors import FrictoolError, NoSolutionError
+from frictool.export.rounded_loop import rounded_loop
 from frictool.observe.design.matrices import subsystems
 from frictool.plant.polytope import PlantPoint
 from frictool.verify.controller import check_feedback, recheck
 from frictool.verify.effective import feedbacks_of
 from frictool.verify.observed_controller import with_observer
 from frictool.verify.observer_loop import shown_speeds
-from tests.control.example import clutch_controller
+from tests.control.example import BRAKE_LAW, clutch_controller
 from tests.observe.observers import drawn_observer
 from tests.verify.observed import PERIOD, by_speed, tracking
 
@@ -187,3 +188,17 @@ def test_the_velocity_block_has_an_observer_where_it_says_so() -> None:
         Velocity(source="observer")
     with pytest.raises(ValueError, match="no other source"):
         Velocity(observer=tracking())
+
+
+@pytest.mark.parametrize("fed_by_the_speed", [True, False])
+def test_an_observer_that_runs_away_is_not_verified_whatever_it_is_for(fed_by_the_speed: bool) -> None:
+    own = tracking().tracking
+    assert own is not None
+    astray = msgspec.structs.replace(tracking(), tracking=msgspec.structs.replace(own, gains=(-0.5, -100.0, 0.09)))
+    controller = by_speed() if fed_by_the_speed else clutch_controller(BRAKE_LAW)
+    with pytest.raises(NoSolutionError, match="error grows in slip"):
+        with_observer(controller, astray)
+    merged = msgspec.structs.replace(controller, velocity=Velocity(source="observer", observer=astray))
+    for check in (recheck, lambda one: rounded_loop(one, "double")):
+        with pytest.raises(NoSolutionError, match="error grows in slip"):
+            check(merged)
