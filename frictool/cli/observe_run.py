@@ -114,7 +114,7 @@ def _single(given: Given, log: Path) -> int:
         with progress("observe") as tick:
             _run(given, one, picture, provenance, tick)
         outcome = judged(one.outcome(), given.limit, reference)
-    for warning in (*outcome.remarks, *outcome.estimate.warnings):
+    for warning in outcome.warnings:
         note(f"warning: {warning}")
     if picture is not None and given.plot is not None:
         save_text(given.plot, _drawn(given, outcome, picture, provenance), [*given.inputs, log])

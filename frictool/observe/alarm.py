@@ -17,7 +17,7 @@ exceeds it too.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from frictool.observe.estimate import Estimate, Range
@@ -37,8 +37,14 @@ class Verdict:
     reason: str
 
 
-def judge(estimate: Estimate, limit: float, ratio: Range | None = None) -> Verdict:
-    """The wear, or its ratio to commissioning, against the limit."""
+def judge(estimate: Estimate, limit: float, ratio: Range | None = None, doubts: Sequence[str] = ()) -> Verdict:
+    """The wear, or its ratio to commissioning, against the limit. doubts: why the log may not be of this rig (plausible.py): one that has
+    any is not let pass, and an alarm stays one."""
+    found = _of_all_and_parts(estimate, limit, ratio)
+    return found if found.exceeded or not doubts else Verdict(limit, None, False, doubts[0])
+
+
+def _of_all_and_parts(estimate: Estimate, limit: float, ratio: Range | None) -> Verdict:
     found, name = (estimate.wear, "wear") if ratio is None else (ratio, "ratio to commissioning")
     of_all = _judged(name, found, estimate.moves, limit)
     if of_all.exceeded:

@@ -27,7 +27,7 @@ KINDS = {
 @dataclass(frozen=True)
 class Outcome:
     """Of one log. figures: of the velocity, by name, in SI. ratio: of the wear to that at commissioning, from `reference`. observer: what
-    another observer says."""
+    another observer says. doubts: why the log may not be of this rig."""
 
     source: str
     stream: str
@@ -43,9 +43,15 @@ class Outcome:
     observer: dict[str, Any] | None = None
     losses: Sequence[Loss] = ()
     remarks: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
     confidence: float = 0.95
     unit: str | None = None
     date: str | None = None
+
+    @property
+    def warnings(self) -> list[str]:
+        """All of them, for people."""
+        return [*self.remarks, *self.doubts, *self.estimate.warnings]
 
     def as_json(self) -> dict[str, Any]:
         """The machine's view."""
@@ -68,7 +74,7 @@ class Outcome:
             "alarm": None if verdict is None else verdict.exceeded,
             "reason": None if verdict is None else verdict.reason,
             "lost": as_rows(list(self.losses)),
-            "warnings": [*self.remarks, *self.estimate.warnings],
+            "warnings": self.warnings,
         }
 
 
@@ -81,7 +87,7 @@ def ratio_to(reference: Commissioning | None, estimate: Estimate) -> Range | Non
 def judged(outcome: Outcome, limit: float | None, reference: Commissioning | None) -> Outcome:
     """The same with its ratio to commissioning and its verdict, where they are asked for."""
     ratio = ratio_to(reference, outcome.estimate)
-    verdict = None if limit is None else judge(outcome.estimate, limit, ratio)
+    verdict = None if limit is None else judge(outcome.estimate, limit, ratio, outcome.doubts)
     return replace(outcome, ratio=ratio, reference=None if reference is None else Path(reference.source).name, verdict=verdict)
 
 

@@ -29,7 +29,7 @@ def page_of_log(outcome: Outcome, model: Model, picture: str, provenance: Proven
         facts=facts(outcome, model),
         rows=[],
         headings=[],
-        remarks=[*outcome.remarks, *outcome.estimate.warnings],
+        remarks=outcome.warnings,
         provenance=provenance,
     )
 

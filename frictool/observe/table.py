@@ -104,7 +104,7 @@ def _row(one: Found, limit: float | None, given: Commissioning | None, first: di
     if start is not None and start is not one and start.outcome is not None:
         reference = commissioned(start.outcome.estimate, start.member.name.file)
     ratio = ratio_to(reference, out.estimate)
-    verdict = None if limit is None else judge(out.estimate, limit, ratio)
+    verdict = None if limit is None else judge(out.estimate, limit, ratio, out.doubts)
     told = [] if verdict is None else [verdict.reason]
     told += [f"data lost: {counted(list(out.losses))}"] if out.losses else []
     told += ["first log of its unit"] if start is one else []

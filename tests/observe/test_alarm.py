@@ -44,6 +44,13 @@ def test_no_move_tells_nothing_whatever_was_known_before() -> None:
     assert "no move" in found.reason
 
 
+def test_a_log_that_may_be_of_another_rig_is_not_let_pass_and_an_alarm_stays_one() -> None:
+    doubt = ("the inertia is 0.4 of the model's",)
+    passed, alarmed = (judge(estimate(value, value - 0.05, value + 0.05), LIMIT, doubts=doubt) for value in (1.0, 1.5))
+    assert (passed.exceeded, passed.reason) == (None, doubt[0])
+    assert alarmed.exceeded is True
+
+
 def test_one_move_tells_only_what_is_certain() -> None:
     assert judge(estimate(1.26, 1.2, 1.3, moves=1), LIMIT).exceeded is None
     assert judge(estimate(1.4, 1.3, 1.5, moves=1), LIMIT).exceeded is True
