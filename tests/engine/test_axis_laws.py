@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -186,6 +186,10 @@ def test_the_drive_outgrows_the_breakaway_first_where_it_does(
 
 
 @settings(derandomize=True, deadline=None, max_examples=120)
+@example(  # stops within a part of the work's quadrature
+    p=CLUTCH._replace(laws=LAWS["dwell"], lag=3e-4, backlash=0.0, breakaway=0.115),
+    commands=[20.125, 0.0, 30.0, -43.625, 0.0, -43.75, 25.75, -0.1875, 0.0],
+)
 @given(p=RICH, commands=COMMANDS)
 def test_friction_and_stops_never_create_energy(p: AxisParameters, commands: list[float]) -> None:
     """Work of the effort minus kinetic energy is at least the least Coulomb loss over the way, through every event."""
@@ -195,14 +199,16 @@ def test_friction_and_stops_never_create_energy(p: AxisParameters, commands: lis
     if p.laws.stops[1] < 4.5:
         state[POSITION] = state[LOAD_POSITION] = 0.0
     for command in commands:
-        kinetic, work, gross, way = 0.5 * p.inertia * state[VELOCITY] ** 2, 0.0, 0.0, 0.0
+        kinetic, work, slack, way = 0.5 * p.inertia * state[VELOCITY] ** 2, 0.0, 1e-15, 0.0
         for _ in range(parts):
-            x, effort = state[POSITION], p.constant * (state[DRIVE] if p.lag > 0 else command) - p.offset
+            x, effort, moved = state[POSITION], p.constant * (state[DRIVE] if p.lag > 0 else command) - p.offset, state[VELOCITY] != 0.0
             assert advance(state, command, array, 4e-3 / parts) == OK
-            part = 0.5 * (effort + p.constant * state[DRIVE] - p.offset) * (state[POSITION] - x)
-            work, gross, way = work + part, gross + abs(part), way + abs(state[POSITION] - x)
+            after, step = p.constant * state[DRIVE] - p.offset, state[POSITION] - x
+            work, way = work + 0.5 * (effort + after) * step, way + abs(step)
+            # by trapezoids; an axis that rests at one end may have moved in any part of the time, under an effort between the two
+            slack += abs(step) * (1e-3 * abs(effort + after) if moved and state[VELOCITY] != 0.0 else 0.5 * abs(after - effort))
         lost = work - (0.5 * p.inertia * state[VELOCITY] ** 2 - kinetic)
-        assert lost >= least * way - 2e-3 * gross - 1e-15
+        assert lost >= least * way - slack
         assert p.laws.stops[0] <= state[POSITION] <= p.laws.stops[1]
         assert state[POSITION] - state[LOAD_POSITION] == pytest.approx(state[GAP], abs=1e-12)
         assert abs(state[GAP]) <= 0.5 * p.backlash
