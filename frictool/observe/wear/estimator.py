@@ -38,7 +38,7 @@ ADDS_UP = 0.9  # of a row's variance; the rest is of counts, whose errors in row
 FIRST_NOISE = 0.01  # of the dry friction: a row's residual before any was seen
 CONFIDENCE = 0.95
 ALIKE = ("none", "multiplicative")
-STEADY, SETTLING, AGREED = 2, 16, 8  # moves after a change, from when and until when it is looked for; moves before it
+STEADY, SETTLING, AGREED = 2, 4, 8  # moves after a change, from when and until when it is looked for; moves before it
 
 
 class WearEstimator:
