@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
-
 import click
+
+from frictool.cli.lazy_group import LazyGroup
 
 # subcommand -> (module, one line for --help)
 COMMANDS: dict[str, tuple[str, str]] = {
@@ -24,23 +24,6 @@ Velocity, friction and wear of an actuator that runs, from its encoder and its d
 """
 
 
-class LazyGroup(click.Group):
-    """Knows its commands by name and imports one only when it is called."""
-
-    def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(COMMANDS)
-
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in COMMANDS:
-            return None
-        command: click.Command = importlib.import_module(COMMANDS[cmd_name][0]).command
-        return command
-
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, text) for name, (_, text) in COMMANDS.items()])
-
-
-@click.group("observe", cls=LazyGroup, help=HELP)
+@click.group("observe", cls=LazyGroup, table=COMMANDS, help=HELP)
 def command() -> None:
     """Replaced by HELP."""
