@@ -9,6 +9,25 @@ from typing import Any
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
+INK, MUTED, GRID = "#1d2733", "#6b7785", "#e3e7ec"
+PAGE: dict[Any, Any] = {  # the style that figures of a page have in common
+    "svg.fonttype": "none",
+    "text.parse_math": False,
+    "font.family": ["sans-serif"],
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 9.5,
+    "axes.edgecolor": MUTED,
+    "axes.labelcolor": INK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": GRID,
+    "grid.linewidth": 0.8,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+}
+
 
 def render(figure: Figure, label: str) -> str:
     """The element's text; `label` is what a screen reader says (the program's own text). Call it within the figure's style."""

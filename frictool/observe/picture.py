@@ -19,32 +19,15 @@ from frictool.documents.quantity import Axis, si_unit
 from frictool.observe.run import Part
 from frictool.observe.samples import Vector
 from frictool.observe.trace import Trace, zigzag
-from frictool.svg import render
+from frictool.svg import PAGE, render
 
-INK, MUTED, GRID, LIMIT = "#1d2733", "#6b7785", "#e3e7ec", "#b3261e"
+LIMIT = "#b3261e"
 WEAR, FRICTION, VELOCITY = "#1f5fa8", "#c4620a", "#2f7d4f"
 WIDTH, HEIGHT = 7.0, 6.6  # inches
 LEFT, RIGHT, BOTTOM, TOP, LABEL = 0.9, 0.15, 0.5, 0.15, 0.22  # inches; LABEL: the ordinate's, from the left edge
 BAND = 0.25  # opacity of an interval
 LONG_S, LONGER_S = 600.0, 7200.0  # s, from which on time is drawn in minutes, in hours
-STYLE: dict[Any, Any] = {
-    "svg.fonttype": "none",
-    "text.parse_math": False,
-    "font.family": ["sans-serif"],
-    "font.sans-serif": ["DejaVu Sans"],
-    "font.size": 9.5,
-    "axes.edgecolor": MUTED,
-    "axes.labelcolor": INK,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": GRID,
-    "grid.linewidth": 0.8,
-    "xtick.color": MUTED,
-    "ytick.color": MUTED,
-    "lines.linewidth": 1.2,
-}
+STYLE: dict[Any, Any] = {**PAGE, "lines.linewidth": 1.2}
 
 
 @contextmanager

@@ -13,14 +13,11 @@ from typing import TYPE_CHECKING, Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from frictool.svg import render
+from frictool.svg import INK, PAGE, render
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-INK = "#1d2733"
-MUTED = "#6b7785"
-GRID = "#e3e7ec"
 ZONE = "#cfe3d4"
 LIMIT = "#b3261e"
 # one per log, told apart with deficient colour vision and in grey
@@ -29,21 +26,7 @@ LEFT, RIGHT, BOTTOM, TOP, LABEL = 0.8, 0.12, 0.5, 0.18, 0.12  # inches; LABEL: t
 WIDTH, HEIGHT = 5.0, 2.7  # inches: a phone's width shows it at three quarters, half a desktop page at 1.2
 
 STYLE: dict[Any, Any] = {
-    "svg.fonttype": "none",
-    "text.parse_math": False,
-    "font.family": ["sans-serif"],
-    "font.sans-serif": ["DejaVu Sans"],
-    "font.size": 9.5,
-    "axes.edgecolor": MUTED,
-    "axes.labelcolor": INK,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": GRID,
-    "grid.linewidth": 0.8,
-    "xtick.color": MUTED,
-    "ytick.color": MUTED,
+    **PAGE,
     "xtick.labelcolor": INK,
     "ytick.labelcolor": INK,
     "lines.linewidth": 1.4,

@@ -7,7 +7,8 @@ from matplotlib.ticker import MaxNLocator
 from frictool.documents.controller import Controller
 from frictool.documents.spec import Spec
 from frictool.report.curves import Picture
-from frictool.report.figures import LIMIT, LOG_COLOURS, MUTED, drawing, new_figure, picture_of
+from frictool.report.figures import LIMIT, LOG_COLOURS, drawing, new_figure, picture_of
+from frictool.svg import MUTED
 
 
 def margins(spec: Spec, controller: Controller) -> Picture | None:
