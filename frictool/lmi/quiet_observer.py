@@ -31,7 +31,7 @@ from scipy.linalg import cholesky
 
 from frictool.errors import NoSolutionError
 from frictool.lmi.sdp import Assembled, assembled, solve, symmetric
-from frictool.lmi.switched_observer import Subsystem, SwitchedGains, Switches, proved_gamma, refuse_undetectable, units
+from frictool.lmi.switched_observer import Subsystem, SwitchedGains, Switches, placed, proved_gamma, refuse_undetectable, units
 
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
@@ -144,13 +144,7 @@ class _Problem:
             enters = -v @ self.noise[i] if of_noise else np.swapaxes(g, 1, 2) @ mode.q
             return _matrix(mode, 1.0 if of_noise else (1.0 - FASTER) * self.decay, p_i, p_j, g, v, enters, square)
 
-        local = assembled(values, size)
-        columns = np.zeros((len(local.columns), self.count))
-        columns[:, self.first[i] : self.first[i] + own] = local.columns[:, :own]
-        if not same:
-            columns[:, self.first[j] : self.first[j] + self.half] = local.columns[:, own:-1]
-        columns[:, -1] = local.columns[:, -1]
-        return Assembled(local.fixed, columns)
+        return placed(assembled(values, size), self.count, (self.first[i], own), None if same else (self.first[j], self.half))
 
     def multipliers(self, index: int, x: Matrix) -> tuple[Matrix, Matrix]:
         """G_i (k, n, n) and V_i (k, n, m) from their unknowns (k, n n + n m)."""

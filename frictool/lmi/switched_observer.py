@@ -182,13 +182,7 @@ class _Problem:
             v = x[:, self.half : own].reshape(-1, len(mode.c), self.n)
             return _inequality(mode, self.decay, p_i, p_i if same else symmetric(x[:, own:-1], self.n), v, x[:, -1])
 
-        local = assembled(values, size)
-        columns = np.zeros((len(local.columns), self.count))
-        columns[:, self.first[i] : self.first[i] + own] = local.columns[:, :own]
-        if not same:
-            columns[:, self.first[j] : self.first[j] + self.half] = local.columns[:, own:-1]
-        columns[:, -1] = local.columns[:, -1]
-        return Assembled(local.fixed, columns)
+        return placed(assembled(values, size), self.count, (self.first[i], own), None if same else (self.first[j], self.half))
 
     def gains(self, x: Matrix) -> SwitchedGains:
         """L_i = P_i^-1 V_i' in the modes' own states, and the gamma that they prove; infinite where P is not positive."""
@@ -202,6 +196,17 @@ class _Problem:
             gains[index] = self.weight**2 * self.t @ np.linalg.solve(p[index], v.T) / _rows(self.modes[index].c @ self.t).T
         proved = proved_gamma(self.modes, self.switches, gains, p, self.t, self.decay)
         return SwitchedGains(gains, proved, self.decay, np.inf, p, self.t)
+
+
+def placed(local: Assembled, count: int, own: tuple[int, int], other: tuple[int, int] | None) -> Assembled:
+    """An inequality of a switch among all `count` unknowns, gamma last. own, other: first unknown and how many, of the mode that is left
+    and of the one that follows, in which order `local` has them before gamma."""
+    columns = np.zeros((len(local.columns), count))
+    columns[:, own[0] : own[0] + own[1]] = local.columns[:, : own[1]]
+    if other is not None:
+        columns[:, other[0] : other[0] + other[1]] = local.columns[:, own[1] : -1]
+    columns[:, -1] = local.columns[:, -1]
+    return Assembled(local.fixed, columns)
 
 
 def _inequality(mode: Subsystem, decay: float, p_i: Matrix, p_j: Matrix, v: Matrix, level: Matrix) -> Matrix:
