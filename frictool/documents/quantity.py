@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
 import msgspec
 
@@ -31,6 +31,19 @@ SI_UNITS: dict[str, tuple[str, str]] = {
     "current": ("A", "A"),
     "voltage": ("V", "V"),
     "time": ("s", "s"),
+    # of a mechanism, whose blocks are of both kinds
+    "rotary inertia": ("kg m^2", "kg m^2"),
+    "mass": ("kg", "kg"),
+    "angle": ("rad", "rad"),
+    "length": ("m", "m"),
+    "area": ("m^2", "m^2"),
+}
+# what is tried in turn where the unit tells what is meant: dimensions and kinds of axis
+CHOICES: dict[str, tuple[tuple[str, Axis], ...]] = {
+    **{f"{name} of either axis": ((name, "rotary"), (name, "linear")) for name in ("position", "stiffness", "viscous", "effort")},
+    "constant of either axis": tuple((f"effort per {drive}", axis) for drive in ("ampere", "volt") for axis in get_args(Axis)),
+    "any drive": (("current", "rotary"), ("voltage", "rotary"), ("effort", "rotary"), ("effort", "linear")),
+    "any mechanical": (("position", "rotary"), ("effort", "rotary"), ("effort", "linear")),
 }
 
 # log channels and the dimension of each
@@ -70,6 +83,13 @@ class Span(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     low: float
     high: float
+    unit: str
+
+
+class Series(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Values in SI, in the order given."""
+
+    values: tuple[float, ...]
     unit: str
 
 
@@ -129,6 +149,18 @@ def drive_dimension(drive: Literal["current", "voltage"], *, constant: bool) -> 
     if constant:
         return "effort per ampere" if drive == "current" else "effort per volt"
     return drive
+
+
+def chosen_dimension(unit: str, dimension: str) -> tuple[str, Axis]:
+    """Of a dimension of CHOICES, the one that the unit measures and its kind of axis. Raises ValueError where it measures none."""
+    for name, axis in CHOICES[dimension]:
+        try:
+            factor_to_si(unit, name, axis)
+        except ValueError:
+            continue
+        return name, axis
+    allowed = ", ".join(dict.fromkeys(si_unit(name, axis) for name, axis in CHOICES[dimension]))
+    raise ValueError(f"unit {unit!r}; allowed: {allowed} and their multiples")
 
 
 def factor_to_si(unit: str, dimension: str, axis: Axis) -> float:

@@ -17,7 +17,7 @@ from typing import Any, Literal, Union, get_args, get_origin
 import msgspec
 import yaml
 
-from frictool.documents.quantity import Axis, Quantity, Span, drive_dimension, factor_to_si, si_unit
+from frictool.documents.quantity import CHOICES, Axis, Quantity, Series, Span, chosen_dimension, drive_dimension, factor_to_si, si_unit
 from frictool.documents.scalars import Loader
 from frictool.errors import DocumentError, InputFileError
 
@@ -89,6 +89,8 @@ class Reader:
             return self._optional(node, kind, meta, key)
         if isinstance(kind, type) and issubclass(kind, Quantity | Span):
             return self._quantity(node, kind, meta, key)
+        if kind is Series:
+            return self._series(node, meta, key)
         if isinstance(kind, type) and issubclass(kind, msgspec.Struct):
             return self._struct(node, kind, key)
         if origin is tuple:
@@ -105,16 +107,45 @@ class Reader:
         if len(members) == 1:
             member = typing.Annotated[members[0], *meta] if meta else members[0]
             return self.read(node, member, key)
+        if all(isinstance(member, type) and issubclass(member, msgspec.Struct) for member in members):
+            return self._tagged(node, members, key)
         scalar_members = [member for member in members if member in (str, int, float, bool)]
         found = self._plain(node, key) if isinstance(node, yaml.ScalarNode) else None
         if type(found) in scalar_members:
             return found
         self.fail(node, key, f"found {_shown(node)}; allowed: {' or '.join(_type_name(m) for m in members)}")
 
+    def _tagged(self, node: yaml.Node, members: list[type[msgspec.Struct]], key: str) -> Any:
+        """One of several structs: which, its tag field tells."""
+        kinds = {str(member.__struct_config__.tag): member for member in members}
+        field = str(members[0].__struct_config__.tag_field)
+        pairs = self._pairs(node, key)
+        if field not in pairs:
+            self.fail(node, _join(key, field), f"missing; allowed: {', '.join(kinds)}")
+        found = str(self._plain(pairs[field][1], _join(key, field)))
+        if found not in kinds:
+            self.fail(pairs[field][1], _join(key, field), f"found {found!r}{_suggest(found, list(kinds))}; allowed: {', '.join(kinds)}")
+        return self._struct(node, kinds[found], key)
+
+    def _series(self, node: yaml.Node, meta: list[msgspec.Meta], key: str) -> Series:
+        extra = next((m.extra for m in meta if m.extra), {"dimension": "any"})
+        pairs = self._pairs(node, key)
+        self._known(pairs, ["values", "unit"], key)
+        for name in ("values", "unit"):
+            if name not in pairs:
+                self.fail(node, _join(key, name), "missing; allowed: {values: [..], unit: ..}")
+        unit = self.read(pairs["unit"][1], str, _join(key, "unit"))
+        factor, si = self._factor(pairs["unit"][1], unit, str(extra["dimension"]), _join(key, "unit"))
+        values = self._sequence(pairs["values"][1], float, [], _join(key, "values"))
+        return Series(tuple(value * factor for value in values), si)
+
     def _struct(self, node: yaml.Node, kind: type[msgspec.Struct], key: str) -> Any:
         fields = {field.encode_name: field for field in msgspec.structs.fields(kind)}
         hints = typing.get_type_hints(kind, include_extras=True)
         given = self._pairs(node, key)
+        tag = kind.__struct_config__.tag_field
+        if tag is not None:  # which struct it is has been told
+            given = {name: pair for name, pair in given.items() if name != tag}
         if "format" in given and "format" in fields:  # of a document of another kind every key would be unknown
             self.read(given["format"][1], hints["format"], _join(key, "format"))
         self._known(given, list(fields), key)
@@ -210,6 +241,9 @@ class Reader:
         if dimension in ("drive", "effort per drive"):
             dimension = drive_dimension(self.drive, constant=dimension != "drive")
         try:
+            if dimension in CHOICES:
+                dimension, axis = chosen_dimension(unit, dimension)
+                return factor_to_si(unit, dimension, axis), si_unit(dimension, axis)
             return factor_to_si(unit, dimension, self.axis), si_unit(dimension, self.axis)
         except ValueError as error:
             self.fail(node, key, str(error))

@@ -11,6 +11,7 @@ from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design
 from frictool.documents.friction import Friction
+from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model
 from frictool.documents.observer import Observer
 from frictool.documents.reading import Reader, compose, read_text
@@ -27,6 +28,7 @@ DOCUMENTS: dict[str, type[msgspec.Struct]] = {
     "scenario": Scenario,
     "friction": Friction,
     "observer": Observer,
+    "mechanism": Mechanism,
 }
 
 T = TypeVar("T", bound=msgspec.Struct)
