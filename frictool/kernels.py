@@ -21,7 +21,18 @@ from numba.core import event
 from frictool import waiting
 
 IDENTIFY = tuple(f"identify/{room}" for room in ("breakaway", "estimators", "presliding", "regression", "rows"))
-ROOMS = ("friction", "control", "plant", "plant/mechanism", "engine", "engine/mechanism", *IDENTIFY, "logs/kernels", "observe/kernels", "observe/wear")
+ROOMS = (
+    "friction",
+    "control",
+    "plant",
+    "plant/mechanism",
+    "engine",
+    "engine/mechanism",
+    *IDENTIFY,
+    "logs/kernels",
+    "observe/kernels",
+    "observe/wear",
+)
 F = TypeVar("F", bound=Callable[..., Any])
 settings: Any = numba.config
 compiler: Any = numba.njit  # its own signature does not list every option
