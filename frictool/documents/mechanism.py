@@ -10,12 +10,13 @@ A quantity's unit says which end it belongs to where ends may be rotary or linea
 
 from __future__ import annotations
 
+import itertools
 from typing import Annotated, Literal
 
 import msgspec
 
 from frictool.documents.bench import Name, PositiveNumber, SamplePeriod, Winding
-from frictool.documents.quantity import Quantity, Series, _of
+from frictool.documents.quantity import Quantity, Series, Span, _of
 
 # of either kind of axis: the unit tells which
 EitherPosition = Annotated[Quantity, _of("position of either axis")]
@@ -23,6 +24,8 @@ EitherWidth = Annotated[Quantity, _of("position of either axis", 0.0, exclusive=
 EitherStiffness = Annotated[Quantity, _of("stiffness of either axis", 0.0, exclusive=True)]
 EitherDamping = Annotated[Quantity, _of("viscous of either axis", 0.0)]
 EitherEffort = Annotated[Quantity, _of("effort of either axis")]
+EitherSpan = Annotated[Span, _of("position of either axis")]
+EitherSpeed = Annotated[Quantity, _of("velocity of either axis", 0.0, exclusive=True)]
 EitherConstant = Annotated[Quantity, _of("constant of either axis", 0.0, exclusive=True)]
 # whatever the block is
 RotaryInertia = Annotated[Quantity, _of("rotary inertia", 0.0)]
@@ -36,7 +39,8 @@ Efficiency = Annotated[float, msgspec.Meta(gt=0, le=1)]
 BackEfficiency = Annotated[float, msgspec.Meta(ge=-10, le=1)]
 Restitution = Annotated[float, msgspec.Meta(ge=0, le=0.95)]
 Coefficient = Annotated[float, msgspec.Meta(ge=0, le=10)]
-Ends = Annotated[tuple[str, ...], msgspec.Meta(min_length=2, max_length=2)]
+Factor = Annotated[float, msgspec.Meta(ge=0, le=1e6)]
+Ends = Annotated[tuple[str, ...], msgspec.Meta(min_length=1, max_length=2)]  # one end alone is refused where ground can be told of
 GROUND = "ground"
 
 
@@ -59,10 +63,24 @@ class Curve(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     value: Annotated[Series, _of("any mechanical")]
 
     def __post_init__(self) -> None:
-        if len(self.position.values) != len(self.value.values):
-            raise ValueError(f"found {len(self.position.values)} positions and {len(self.value.values)} values; allowed: as many of each")
-        if len(self.position.values) < 2 or any(b <= a for a, b in zip(self.position.values, self.position.values[1:], strict=False)):
-            raise ValueError("position: allowed: at least 2 values, rising")
+        _check_points(self.position.values, self.value.values)
+
+
+def _check_points(positions: tuple[float, ...], values: tuple[float, ...]) -> None:
+    if len(positions) != len(values):
+        raise ValueError(f"found {len(positions)} positions and {len(values)} values; allowed: as many of each")
+    if len(positions) < 2 or any(b <= a for a, b in itertools.pairwise(positions)):
+        raise ValueError("position: allowed: at least 2 values, rising")
+
+
+class Level(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A factor over the position, between and beyond the points as a `Curve`."""
+
+    position: Annotated[Series, _of("position of either axis")]
+    factor: tuple[Factor, ...]
+
+    def __post_init__(self) -> None:
+        _check_points(self.position.values, self.factor)
 
 
 class Compliance(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -73,13 +91,14 @@ class Compliance(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 
 
 class Backlash(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A free play of full `width` (2.18), at the end that its unit tells.
+    """A free play of full `width` (2.18), at the end that its unit tells; of two with one unit at the second, or at the block `at`.
 
     The flanks are rigid, and throw back `restitution` of the speed at which they meet; or they yield (`compliance`): then they rebound
     as 4.4.4 observes.
     """
 
     width: EitherWidth
+    at: str | None = None
     restitution: Restitution = 0.0
     compliance: Compliance | None = None
 
@@ -232,7 +251,7 @@ class FrictionOf(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     on: str
     law: str
     parameters: dict[str, AnyParameter]
-    level: Curve | None = None
+    level: Level | None = None
 
 
 Link = Gear | Belt | Screw | Rack | Hydraulic | Coupling | Spring | Cam | Stop | FrictionOf
@@ -295,3 +314,5 @@ class Mechanism(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
     sources: dict[str, Source] = {}
     sensors: dict[str, Sensor] = {}
     control: Control | None = None
+    travel: EitherSpan | None = None
+    top_speed: EitherSpeed | None = None

@@ -40,7 +40,10 @@ SI_UNITS: dict[str, tuple[str, str]] = {
 }
 # what is tried in turn where the unit tells what is meant: dimensions and kinds of axis
 CHOICES: dict[str, tuple[tuple[str, Axis], ...]] = {
-    **{f"{name} of either axis": ((name, "rotary"), (name, "linear")) for name in ("position", "stiffness", "viscous", "effort")},
+    **{
+        f"{name} of either axis": ((name, "rotary"), (name, "linear"))
+        for name in ("position", "velocity", "stiffness", "viscous", "effort")
+    },
     "constant of either axis": tuple((f"effort per {drive}", axis) for drive in ("ampere", "volt") for axis in get_args(Axis)),
     "any drive": (("current", "rotary"), ("voltage", "rotary"), ("effort", "rotary"), ("effort", "linear")),
     "any mechanical": (("position", "rotary"), ("effort", "rotary"), ("effort", "linear")),
@@ -182,6 +185,20 @@ def factor_to_si(unit: str, dimension: str, axis: Axis) -> float:
         raise ValueError(f"unknown unit {unit!r}; for {dimension} of a {axis} axis write {target} or a multiple of it") from None
     if not math.isfinite(factor) or factor <= 0.0:
         raise ValueError(f"unit {unit!r} cannot be used as a scale; write {target}")
+    return factor
+
+
+def factor_between(unit: str, target: str) -> float:
+    """What a number in `unit` is multiplied by to be in `target`, both as people write them; "" and "1" have no dimension.
+
+    Raises ValueError with a message for people where the unit is unknown or of another dimension.
+    """
+    try:
+        factor = float(registry().Quantity(1.0, _spelling(unit)).to(_spelling(target)).magnitude)
+    except Exception:
+        factor = math.nan
+    if not math.isfinite(factor) or factor <= 0.0:
+        raise ValueError(f"unit {unit!r}; allowed: {target or '1'} and its multiples")
     return factor
 
 

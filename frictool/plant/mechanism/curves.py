@@ -1,0 +1,142 @@
+"""Curves of a mechanism.yaml as piecewise cubics: through the points, monotone where they are, constant beyond the ends.
+
+Slopes by Fritsch and Butland's weighted harmonic mean (SIAM J. Sci. Stat. Comput. 5, 1984), with which a cubic between two points never
+leaves what they span; at the ends the three-point formula, held to the same condition.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from frictool.plant.mechanism.packed import Curves, Vector
+
+PRODUCT_ERROR = 1e-7  # of the curve that a function is replaced by, relative to its largest value
+MOST_HALVINGS = 14
+INSIDE = np.linspace(0.0, 1.0, 9)[1:-1]  # where a piece is compared with the function
+
+
+@dataclass(frozen=True)
+class Cubics:
+    """One curve: breaks (k + 1,), cubic (k, 4) lowest power first, of the distance from the piece's left break."""
+
+    breaks: Vector
+    cubic: Vector
+
+    def value(self, x: Vector) -> Vector:
+        """The curve at x (any shape), as at its ends beyond them."""
+        return self._at(x)[0]
+
+    def slope(self, x: Vector) -> Vector:
+        """Its derivative; 0 beyond the ends."""
+        value = self._at(x)[1]
+        return np.where((np.asarray(x) < self.breaks[0]) | (np.asarray(x) > self.breaks[-1]), 0.0, value)
+
+    def _at(self, x: Vector) -> tuple[Vector, Vector]:
+        held = np.clip(np.asarray(x, dtype=np.float64), self.breaks[0], self.breaks[-1])
+        piece = np.clip(np.searchsorted(self.breaks, held, side="right") - 1, 0, len(self.cubic) - 1)
+        way = held - self.breaks[piece]
+        c0, c1, c2, c3 = (self.cubic[piece, power] for power in range(4))
+        return ((c3 * way + c2) * way + c1) * way + c0, (3.0 * c3 * way + 2.0 * c2) * way + c1
+
+
+def monotone_cubic(positions: Sequence[float], values: Sequence[float]) -> Cubics:
+    """The curve through at least two points of rising position."""
+    x, y = np.asarray(positions, dtype=np.float64), np.asarray(values, dtype=np.float64)
+    return _hermite(x, y, _slopes(x, y))
+
+
+def _slopes(x: Vector, y: Vector) -> Vector:
+    """Slopes at the points: 0 where the secants change sign."""
+    step = np.diff(x)
+    secant = np.diff(y) / step
+    if len(x) == 2:
+        return np.array([secant[0], secant[0]])
+    slope = np.zeros(len(x))
+    rising = secant[:-1] * secant[1:] > 0.0
+    before, after = 2.0 * step[1:] + step[:-1], step[1:] + 2.0 * step[:-1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = (before + after) / (before / secant[:-1] + after / secant[1:])
+    slope[1:-1] = np.where(rising, mean, 0.0)
+    slope[0] = _end_slope(step[0], step[1], secant[0], secant[1])
+    slope[-1] = _end_slope(step[-1], step[-2], secant[-1], secant[-2])
+    return slope
+
+
+def _end_slope(step: float, next_step: float, secant: float, next_secant: float) -> float:
+    slope = ((2.0 * step + next_step) * secant - step * next_secant) / (step + next_step)
+    if slope * secant <= 0.0:
+        return 0.0
+    if secant * next_secant < 0.0 and abs(slope) > 3.0 * abs(secant):
+        return 3.0 * secant
+    return float(slope)
+
+
+def _hermite(x: Vector, y: Vector, slope: Vector) -> Cubics:
+    step = np.diff(x)
+    secant = np.diff(y) / step
+    left, right = slope[:-1], slope[1:]
+    cubic = np.column_stack([y[:-1], left, (3.0 * secant - 2.0 * left - right) / step, (left + right - 2.0 * secant) / step**2])
+    return Cubics(x, cubic)
+
+
+def fitted(value: Callable[[Vector], Vector], slope: Callable[[Vector], Vector], breaks: Vector) -> Cubics:
+    """The function as cubics with its own values and slopes, halved until they are within PRODUCT_ERROR of it; smooth between `breaks`.
+
+    `slope` is asked just inside each piece, so that it may jump at a break.
+    """
+    pieces: list[tuple[float, float, Vector]] = []
+    largest = float(np.max(np.abs(value(np.linspace(breaks[0], breaks[-1], 1001))))) or 1.0
+
+    def add(low: float, high: float, depth: int) -> None:
+        inset = 1e-9 * (high - low)
+        ends = value(np.array([low, high]))
+        slopes = slope(np.array([low + inset, high - inset]))
+        piece = _hermite(np.array([low, high]), ends, slopes)
+        inside = low + INSIDE * (high - low)
+        if depth < MOST_HALVINGS and np.max(np.abs(piece.value(inside) - value(inside))) > PRODUCT_ERROR * largest:
+            middle = 0.5 * (low + high)
+            add(low, middle, depth + 1)
+            add(middle, high, depth + 1)
+        else:
+            pieces.append((low, high, piece.cubic[0]))
+
+    for low, high in itertools.pairwise(breaks):
+        add(float(low), float(high), 0)
+    return Cubics(np.array([pieces[0][0], *(high for _, high, _ in pieces)]), np.array([cubic for _, _, cubic in pieces]))
+
+
+def cam_push(force: Cubics, angle: Cubics) -> Cubics:
+    """force tan(angle), what a cam's spring pushes the block with (2.23)."""
+    breaks = np.unique(np.concatenate([force.breaks, angle.breaks]))
+
+    def value(x: Vector) -> Vector:
+        return np.asarray(force.value(x) * np.tan(angle.value(x)))
+
+    def slope(x: Vector) -> Vector:
+        steep = np.tan(angle.value(x))
+        return np.asarray(force.slope(x) * steep + force.value(x) * (1.0 + steep**2) * angle.slope(x))
+
+    return fitted(value, slope, breaks)
+
+
+class CurveList:
+    """Curves in the order in which they are added, to be packed."""
+
+    def __init__(self) -> None:
+        self._curves: list[Cubics] = []
+
+    def add(self, curve: Cubics) -> int:
+        """Its number."""
+        self._curves.append(curve)
+        return len(self._curves) - 1
+
+    def packed(self) -> Curves:
+        """All of them, as kernels take them."""
+        start = np.cumsum([0, *(len(curve.cubic) for curve in self._curves)]).astype(np.int64)
+        breaks = np.concatenate([curve.breaks for curve in self._curves]) if self._curves else np.empty(0)
+        cubic = np.concatenate([curve.cubic for curve in self._curves]) if self._curves else np.empty((0, 4))
+        return Curves(start, breaks, np.ascontiguousarray(cubic))
