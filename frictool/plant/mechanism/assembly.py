@@ -26,8 +26,8 @@ from frictool.plant.mechanism.wrong import WrongElement
 class Assembled:
     """The arrays, and the name of what stands at each place in them.
 
-    blocks, kinds, start (n,): names, turning or sliding, positions [rad | m] at which every rigid link fits. joints ... sources: names of the
-    elements in the order of the arrays. sensors: names; sensor_blocks: the block of each. groups: what moves as one. notes: what was left
+    blocks, kinds, start (n,): names, turning or sliding, positions [rad | m] at which every rigid link fits. joints ... sources: names of
+    the elements in the order of the arrays. sensors: names; sensor_blocks: the block of each. groups: what moves as one. notes: what was left
     out or assumed, one line each.
     """
 

@@ -69,7 +69,7 @@ class Forest:
 
 
 def without_loops(links: Sequence[Transmission], names: Sequence[str]) -> tuple[list[Transmission], list[str]]:
-    """The rigid links that matter, in the order given, and notes of those dropped. Raises WrongElement for a loop without unique solution."""
+    """The rigid links that matter, in the order given, and notes of those dropped. Raises WrongElement for any other loop."""
     forest = Forest(len(names))
     kept: set[str] = set()
     notes = []
