@@ -1,6 +1,173 @@
+"""A mechanism put together from its document: what fits with what is checked, and everything becomes arrays (plant/mechanism/packed.py).
+
+What is wrong is a WrongElement with the key of the element; what is left out or assumed is a note.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import get_args
+
+import numpy as np
+
+from frictool.documents.mechanism import Cam, FrictionOf, Mechanism, Spring, Stop
+from frictool.documents.quantity import Axis
+from frictool.plant.mechanism.collecting import Collected
+from frictool.plant.mechanism.driving import check_sensor, commanded, packed_sources
+from frictool.plant.mechanism.ends import Blocks, check_unit
+from frictool.plant.mechanism.graph import Group, groups_of, loose_parts, without_loops
+from frictool.plant.mechanism.links import Transmission, Transmitting, transmission
+from frictool.plant.mechanism.packed import FRAME, Joints, Packed, Vector
+from frictool.plant.mechanism.scale import speed_scale
+from frictool.plant.mechanism.wrong import WrongElement
+
+
+@dataclass(frozen=True)
+class Assembled:
+    """The arrays, and the name of what stands at each place in them.
 
     blocks, kinds, start (n,): names, turning or sliding, positions [rad | m] at which every rigid link fits. joints ... sources: names of
     the elements in the order of the arrays. sensors: names; sensor_blocks: the block of each. groups: what moves as one. notes: what was
     left out or assumed, one line each.
     """
 
+    blocks: tuple[str, ...]
+    kinds: tuple[Axis, ...]
+    start: Vector
+    joints: tuple[str, ...]
+    couplings: tuple[str, ...]
+    frictions: tuple[str, ...]
+    pressings: tuple[str, ...]
+    pushes: tuple[str, ...]
+    stops: tuple[str, ...]
+    sources: tuple[str, ...]
+    sensors: tuple[str, ...]
+    sensor_blocks: tuple[int, ...]
+    groups: tuple[Group, ...]
+    notes: tuple[str, ...]
+    packed: Packed
+
+    def controlled(self, document: Mechanism) -> tuple[int, int]:
+        """Places of the source that a controller commands and of the sensor that it sees. Raises WrongElement where they are not clear."""
+        source, sensor = commanded(document)
+        return self.sources.index(source), self.sensors.index(sensor)
+
+
+def assemble(document: Mechanism) -> Assembled:
+    """The mechanism that the document describes. Raises WrongElement, of the first element that does not fit."""
+    blocks = Blocks(document)
+    start = _starts(document, blocks)
+    links = [transmission(name, link, blocks) for name, link in document.links.items() if isinstance(link, get_args(Transmitting))]
+    inertia = [(block.inertia or block.mass).value for block in document.blocks.values()]  # type: ignore[union-attr]
+    joints, notes = without_loops([link for link in links if link.rigid], blocks.names)
+    groups = groups_of(joints, inertia, blocks.names)
+    collected = Collected(document, blocks, start, notes)
+    for link in links:
+        if not link.rigid:
+            collected.coupling(link)
+    for name, element in document.links.items():
+        match element:
+            case Spring():
+                collected.spring(name, element)
+            case Cam():
+                collected.cam(name, element)
+            case Stop():
+                collected.stop(name, element)
+            case FrictionOf():
+                collected.friction(name, element, _carried(blocks.place(f"links.{name}.on", element.on), groups))
+    sources = packed_sources(document, blocks, collected)
+    for name, sensor in document.sensors.items():
+        check_sensor(name, sensor, blocks)
+    sensor_blocks = tuple(blocks.place(f"sensors.{name}.on", sensor.on) for name, sensor in document.sensors.items())
+    if document.control is not None:
+        commanded(document)
+    _refuse_loose(links, collected, blocks, {*sources.block, *sensor_blocks})
+    collected.note_short_curves()
+    packed = Packed(
+        inertia=np.array(inertia, dtype=np.float64),
+        scale=_scale(document, blocks, inertia, links, collected, sources.constant * sources.limit, sources.block),
+        joints=_packed_joints(joints, start),
+        couplings=collected.packed_couplings(),
+        frictions=collected.packed_frictions(),
+        pressings=collected.packed_pressings(),
+        pushes=collected.packed_pushes(),
+        stops=collected.packed_stops(),
+        sources=sources,
+        curves=collected.curves.packed(),
+    )
+    return Assembled(
+        blocks.names,
+        blocks.kinds,
+        start,
+        tuple(link.name for link in joints),
+        tuple(collected.coupling_names),
+        tuple(collected.friction_names),
+        tuple(collected.pressing_names),
+        tuple(collected.push_names),
+        tuple(collected.stop_names),
+        tuple(document.sources),
+        tuple(document.sensors),
+        sensor_blocks,
+        groups,
+        tuple(collected.notes),
+        packed,
+    )
+
+
+def _starts(document: Mechanism, blocks: Blocks) -> Vector:
+    for name, block in document.blocks.items():
+        check_unit(f"blocks.{name}.start", block.start, "position", blocks.kind(f"blocks.{name}", name), "the block")
+    return np.array([0.0 if block.start is None else block.start.value for block in document.blocks.values()])
+
+
+def _carried(block: int, groups: tuple[Group, ...]) -> float:
+    """The inertia of the block's rigid group, seen at the block."""
+    group = next(group for group in groups if block in group.blocks)
+    return group.inertia / group.ratios[group.blocks.index(block)] ** 2
+
+
+def _packed_joints(joints: list[Transmission], start: Vector) -> Joints:
+    def column(name: str) -> Vector:
+        return np.array([getattr(link, name) for link in joints], dtype=np.float64)
+
+    a = np.array([link.a for link in joints], dtype=np.int64)
+    b = np.array([link.b for link in joints], dtype=np.int64)
+    ratio = column("ratio")
+    losses = (column(name) for name in ("gap", "restitution", "drive_loss", "back_loss", "thread", "thesis_screw"))
+    return Joints(a, b, ratio, start[b] - ratio * start[a], *losses)
+
+
+def _refuse_loose(links: list[Transmission], collected: Collected, blocks: Blocks, held: set[int]) -> None:
+    """Raises WrongElement for a part of the mechanism that no source, sensor or frame has to do with."""
+    pairs = [(link.a, link.b) for link in links]
+    pairs += [(a, b) for a, b in zip(collected.coupled_a, collected.coupled_b, strict=True) if a != FRAME]
+    for part in loose_parts(pairs, held | collected.grounded, len(blocks.names)):
+        told = ", ".join(blocks.names[block] for block in part)
+        raise WrongElement(
+            f"blocks.{blocks.names[part[0]]}",
+            f"no link, source or sensor ties {told} to the rest, and nothing to the ground: it would have no part in anything; "
+            "link it, ground it by a spring, friction or stop, or leave it out",
+        )
+
+
+def _scale(
+    document: Mechanism,
+    blocks: Blocks,
+    inertia: list[float],
+    links: list[Transmission],
+    collected: Collected,
+    efforts: Vector,
+    pushed: np.ndarray[tuple[int], np.dtype[np.int64]],
+) -> Vector:
+    ratios = [(link.a, link.b, link.ratio) for link in links]
+    ratios += [(a, b, 1.0) for a, b in zip(collected.spring_a, collected.spring_b, strict=True) if a != FRAME]
+    known = None
+    if document.top_speed is not None or document.travel is not None:
+        _, sensor = commanded(document)
+        block = document.sensors[sensor].on
+        kind = blocks.kind(f"sensors.{sensor}.on", block)
+        check_unit("top_speed", document.top_speed, "velocity", kind, f"the sensor's block {block}")
+        check_unit("travel", document.travel, "position", kind, f"the sensor's block {block}")
+        if document.top_speed is not None:
+            known = (blocks.place("top_speed", block), document.top_speed.value)
+    return speed_scale(inertia, blocks.kinds, ratios, list(zip(pushed.tolist(), efforts.tolist(), strict=True)), known)
