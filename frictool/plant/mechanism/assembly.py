@@ -6,7 +6,7 @@ What is wrong is a WrongElement with the key of the element; what is left out or
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import get_args
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -27,8 +27,8 @@ class Assembled:
     """The arrays, and the name of what stands at each place in them.
 
     blocks, kinds, start (n,): names, turning or sliding, positions [rad | m] at which every rigid link fits. joints ... sources: names of
-    the elements in the order of the arrays. sensors: names; sensor_blocks: the block of each. groups: what moves as one. notes: what was
-    left out or assumed, one line each.
+    the elements in the order of the arrays. sensors: names; sensor_blocks, measures: of each.
+    groups: what moves as one. notes: what was left out or assumed, one line each.
     """
 
     blocks: tuple[str, ...]
@@ -43,6 +43,7 @@ class Assembled:
     sources: tuple[str, ...]
     sensors: tuple[str, ...]
     sensor_blocks: tuple[int, ...]
+    measures: tuple[Literal["position", "velocity"], ...]
     groups: tuple[Group, ...]
     notes: tuple[str, ...]
     packed: Packed
@@ -108,6 +109,7 @@ def assemble(document: Mechanism) -> Assembled:
         tuple(document.sources),
         tuple(document.sensors),
         sensor_blocks,
+        tuple(sensor.measures for sensor in document.sensors.values()),
         groups,
         tuple(collected.notes),
         packed,

@@ -140,3 +140,25 @@ class CurveList:
         breaks = np.concatenate([curve.breaks for curve in self._curves]) if self._curves else np.empty(0)
         cubic = np.concatenate([curve.cubic for curve in self._curves]) if self._curves else np.empty((0, 4))
         return Curves(start, breaks, np.ascontiguousarray(cubic))
+
+
+def _piece(curves: Curves, curve: int, x: float) -> tuple[int, float, bool]:
+    first, last = int(curves.start[curve]), int(curves.start[curve + 1])
+    breaks = curves.breaks[first + curve : last + curve + 1]
+    held = float(np.clip(x, breaks[0], breaks[-1]))
+    piece = int(np.clip(np.searchsorted(breaks, held, side="right") - 1, 0, last - first - 1))
+    return first + piece, held - float(breaks[piece]), bool(held == x)
+
+
+def curve_value(curves: Curves, curve: int, x: float) -> float:
+    """A packed curve at x."""
+    piece, way, _ = _piece(curves, curve, x)
+    c0, c1, c2, c3 = curves.cubic[piece].tolist()
+    return float(((c3 * way + c2) * way + c1) * way + c0)
+
+
+def curve_slope(curves: Curves, curve: int, x: float) -> float:
+    """The derivative of a packed curve at x; 0 beyond its ends."""
+    piece, way, within = _piece(curves, curve, x)
+    _, c1, c2, c3 = curves.cubic[piece].tolist()
+    return float((3.0 * c3 * way + 2.0 * c2) * way + c1) if within else 0.0
