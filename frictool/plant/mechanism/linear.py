@@ -5,8 +5,8 @@ is one coordinate: q = R p with rigid links, and play that is taken as closed. V
 
     L' M R p'' + L' D R p' + L' K R p = L' u
 
-L = R where links lose nothing. Where power is taken to flow along the links (efficiency "driving") each passes ratio/eta of its effort back,
-as (2.3)-(2.5) have it; L carries these in place of the ratios, and so do the couplings' efforts.
+L = R where links lose nothing. Where power is taken to flow along the links (efficiency "driving") each passes ratio/eta of its effort
+back, as (2.3)-(2.5) have it; L carries these in place of the ratios, and so do the couplings' efforts.
 """
 
 from __future__ import annotations
