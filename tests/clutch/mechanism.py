@@ -3,10 +3,10 @@
     python -m tests.clutch.mechanism SPEC BUILD LAW...     BUILD/LAW/exhaustive.mcap, reduced.mcap
                                                            (make -C configs/clutch mechanism)
 
-rotor: the largest distance between the two rotors at one time over the whole log; the backlash is 3 rad wide. response: the worst 95 %
-response of the steps of each, on the nominal plant. 5.4.1: how many plants of each log meet all of it, each judged by itself. Exit code 1
-where the rotors part by more than the backlash, the responses by more than 5 %, or a law that meets 5.4.1 on the reduced clutch misses it on the
-exhaustive one.
+rotor: the largest distance between the two rotors at one time over the whole log; the backlash is 3 rad wide. response: the worst
+95 % response of the steps of each, on the nominal plant. 5.4.1: how many plants of each log meet all of it, each judged by itself. Exit
+code 1 where the rotors part by more than the backlash, the responses by more than 5 %, or a law that meets 5.4.1 on the reduced
+clutch misses it on the exhaustive one.
 """
 
 from __future__ import annotations
@@ -94,9 +94,7 @@ def main(arguments: list[str]) -> int:
         print(__doc__, file=sys.stderr)
         return 2
     spec, build = load(Path(arguments[0]), Spec), Path(arguments[1])
-    found = [
-        compared(law, spec, *(read_log(build / law / f"{which}.mcap") for which in ("exhaustive", "reduced"))) for law in arguments[2:]
-    ]
+    found = [compared(law, spec, *(read_log(build / law / f"{log}.mcap") for log in ("exhaustive", "reduced"))) for law in arguments[2:]]
     wrong = [what for one in found for what in missed(one)]
     print("\n".join([*table(found), *(["", "MISSED", *wrong] if wrong else [])]))
     return 1 if wrong else 0
