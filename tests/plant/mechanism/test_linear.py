@@ -144,7 +144,8 @@ def test_the_modes_of_a_long_chain(tmp_path: Path) -> None:
     """n equal masses in a row, free ends: 2 sqrt(k/m) sin(pi i/2n), i = 1 .. n - 1; the motion of the whole is no mode."""
     n, mass, stiffness = 20, 0.3, 4e4
     blocks = "\n".join(f"  m{i}: {{mass: {{value: {mass}, unit: kg}}}}" for i in range(n))
-    link = "{{kind: coupling, between: [m{0}, m{1}], compliance: {{stiffness: {{value: 4e4, unit: N/m}}, damping: {{value: 8, unit: N s/m}}}}}}"
+    soft = "{{stiffness: {{value: 4e4, unit: N/m}}, damping: {{value: 8, unit: N s/m}}}}"
+    link = f"{{{{kind: coupling, between: [m{{0}}, m{{1}}], compliance: {soft}}}}}"
     links = "\n".join(f"  c{i}: " + link.format(i, i + 1) for i in range(n - 1))
     text = f"format: mechanism/1\nname: chain\nblocks:\n{blocks}\nlinks:\n{links}\nsources: {{push: {{on: m0, drive: effort}}}}\n"
     modes = linearise(assembled(text, tmp_path)).modes()
