@@ -296,10 +296,14 @@ class Sensor(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Control(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Which source a controller commands and which sensor it sees, where there are several."""
+    """Which source a controller commands and which sensor it sees, where there are several.
+
+    load: the block whose position is the load's; otherwise the one that the most links lie between and the sensor.
+    """
 
     source: str
     sensor: str
+    load: str | None = None
 
 
 class Mechanism(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

@@ -1,4 +1,4 @@
-"""`mechanism.yaml`: its golden text has every key of every element; the schema tells kinds apart; what the text itself has wrong is refused."""
+"""`mechanism.yaml`: its golden text has every key of every element; the schema tells kinds apart; what a text has wrong is refused."""
 
 from __future__ import annotations
 
