@@ -1,0 +1,74 @@
+"""Play brought to the actuator and to the sensor (thesis 2.1.5): what a ratio makes of it, how links in a chain add, what lies inside.
+
+A play of width rho at block b is rho/|q_b'/q_s'| at the source: a millimetre behind a reducer is turns of the motor. Links in a chain
+add; of branches the widest counts. Inside it only what is before it moves, and friction is that part's alone (4.45).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frictool.documents.mechanism import Mechanism
+from frictool.plant.mechanism.assembly import Assembled
+from frictool.reduce.assembling import put_together
+from frictool.reduce.connections import Connection, Seen, connections, seen_from
+from frictool.reduce.told import Figure
+
+
+@dataclass(frozen=True)
+class Play:
+    """Of a mechanism in its source's coordinate. chain: the links whose widths add, from the source on; width: their sum [rad | m].
+
+    before_sensor: of that what lies between source and sensor; behind: names of blocks that the source moves through a play.
+    """
+
+    chain: tuple[Connection, ...]
+    width: float
+    before_sensor: float
+    behind: tuple[str, ...]
+
+
+def play(mechanism: Mechanism, root: str, sensor_block: str) -> Play:
+    """Where the mechanism plays, seen from block `root`."""
+    assembled = put_together(mechanism)
+    seen = seen_from(assembled.blocks.index(root), connections(assembled), assembled.blocks)
+    widths = {number: sum(2.0 * link.gap / abs(_b_ratio(seen, link)) for link in one.by) for number, one in seen.items()}
+    widest = max(widths, key=lambda number: (widths[number], -number))
+    return Play(
+        tuple(link for link in seen[widest].by if link.gap > 0.0),
+        widths[widest],
+        widths[assembled.blocks.index(sensor_block)],
+        tuple(assembled.blocks[number] for number in sorted(widths) if widths[number] > 0.0),
+    )
+
+
+def _b_ratio(seen: dict[int, Seen], link: Connection) -> float:
+    return seen[link.b].ratio
+
+
+def told_of_play(whole: Mechanism, source_block: str, sensor_block: str) -> tuple[Figure, ...]:
+    """Each play of the whole mechanism where it is, at the actuator and at the sensor, and its sum."""
+    assembled = put_together(whole)
+    links = connections(assembled)
+    seen = seen_from(assembled.blocks.index(source_block), links, assembled.blocks)
+    to_sensor = abs(seen[assembled.blocks.index(sensor_block)].ratio)
+    figures = []
+    for link in (one for one in links if one.gap > 0.0):
+        width, at_source = 2.0 * link.gap, 2.0 * link.gap / abs(seen[link.b].ratio)
+        figures += [
+            Figure(f"{link.name}: at {assembled.blocks[link.b]}", width, _unit(assembled, link.b)),
+            Figure(f"{link.name}: at the actuator", at_source, _unit(assembled, assembled.blocks.index(source_block))),
+            Figure(f"{link.name}: at the sensor", at_source * to_sensor, _unit(assembled, assembled.blocks.index(sensor_block))),
+        ]
+    return tuple(figures)
+
+
+def _unit(assembled: Assembled, block: int) -> str:
+    return "rad" if assembled.kinds[block] == "rotary" else "m"
+
+
+def steepest(x: np.ndarray, values: np.ndarray) -> float:
+    """The largest slope of a curve (n,) over positions (n,)."""
+    return float(np.max(np.abs(np.diff(values) / np.diff(x))))

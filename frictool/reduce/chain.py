@@ -1,0 +1,103 @@
+"""The steps of a reduction in their order, from the whole mechanism to one inertia; each gives a mechanism that can be simulated."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from frictool.documents.mechanism import Mechanism
+from frictool.errors import NoSolutionError
+from frictool.plant.mechanism.driving import commanded
+from frictool.reduce.backlash import told_of_play
+from frictool.reduce.compliance import made_rigid, yielding
+from frictool.reduce.curves import as_resistance
+from frictool.reduce.loss import as_friction
+from frictool.reduce.one_inertia import OneInertia, one_inertia
+from frictool.reduce.rigid import lumped
+from frictool.reduce.seen import at_sensor, from_source
+from frictool.reduce.told import Figure, Told
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Step:
+    """A mechanism, and what the step that led to it tells. ratio: way of the source's block per way of its coordinate; shift: added."""
+
+    mechanism: Mechanism
+    told: Told
+
+
+@dataclass(frozen=True)
+class Chain:
+    """whole: as the user gave it. steps: one after the other; the last of them is what `one` was made of. kept: links that still yield."""
+
+    whole: Mechanism
+    steps: tuple[Step, ...]
+    one: OneInertia
+    source: str
+    sensor: str
+    kept: tuple[str, ...]
+    play: tuple[Figure, ...]
+
+    @property
+    def last(self) -> Mechanism:
+        """The last mechanism, with the blocks that kept resonances need."""
+        return self.steps[-1].mechanism
+
+
+def chain(whole: Mechanism, bandwidth: float | None, progress: Progress = lambda _: None) -> Chain:
+    """Every step. bandwidth [rad/s]: resonances above are dropped; needed where a link yields.
+
+    Raises WrongElement where the mechanism is wrong; NoSolutionError where it has more than one motion, more than one command, a sensor
+    behind a play, or a load that no model.yaml has.
+    """
+    source, sensor = commanded(whole)
+    _one_command(whole, source)
+    steps: list[Step] = []
+
+    def take(result: tuple[Mechanism, Told]) -> Mechanism:
+        steps.append(Step(*result))
+        return result[0]
+
+    progress("coordinates")
+    now = take(from_source(whole, source))
+    root = now.sources[source].on
+    now = take(lumped(now, root))
+    root = now.sources[source].on
+    if yielding(now):
+        progress("compliance")
+        if bandwidth is None:
+            raise NoSolutionError(
+                f"{whole.name}: {', '.join(one.name for one in yielding(now))} yields, and no bandwidth says what to keep"
+            )
+        now = take(made_rigid(now, root, bandwidth))
+    progress("losses")
+    without, told = as_friction(now, root, whole)
+    now = take((lumped(without, root)[0], told))
+    progress("curves")
+    now = take(as_resistance(now))
+    if whole.sensors[sensor].on != whole.sources[source].on:
+        now = take(at_sensor(now, whole, source, sensor))
+    root = now.sources[source].on
+    one = one_inertia(now, root, now.sensors[sensor].on)
+    if one.play.before_sensor > 0.0:
+        unit = "rad" if now.blocks[root].inertia is not None else "m"
+        names = ", ".join(link.name for link in one.play.chain)
+        raise NoSolutionError(
+            f"sensors.{sensor}: {one.play.before_sensor:.4g} {unit} of play ({names}) lie between it and {source}; a model.yaml has its "
+            "sensor before the play; put a sensor on the source's side, or simulate the mechanism itself"
+        )
+    kept = tuple(link.name for link in yielding(now))
+    play = told_of_play(whole, whole.sources[source].on, whole.sensors[sensor].on)
+    return Chain(whole, tuple(steps), one, source, sensor, kept, play)
+
+
+def _one_command(whole: Mechanism, source: str) -> None:
+    """Raises NoSolutionError where another source than the controlled one is commanded too."""
+    others = [name for name, one in whole.sources.items() if name != source and one.drive != "effort"]
+    if others:
+        raise NoSolutionError(
+            f"{whole.name}: {source} and {', '.join(others)} are commanded; a one-inertia model has one command; make the other a constant "
+            "effort, or leave it out"
+        )

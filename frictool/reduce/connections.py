@@ -1,0 +1,130 @@
+"""What connects the blocks of a mechanism, as the equations have it: q_b = ratio q_a + offset, with a gap, a compliance or a loss."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from frictool.errors import NoSolutionError
+from frictool.plant.mechanism.assembly import Assembled
+from frictool.plant.mechanism.packed import FRAME, Couplings, Joints
+
+SAME = 1e-9  # relative, between two ways round a loop
+
+
+@dataclass(frozen=True)
+class Connection:
+    """One link between two blocks, by their numbers. gap: half the width at b. losses: efforts on a per unit of effort through the link.
+
+    stiffness and damping of a compliance, at b; 0 where the link is rigid. curve: the compliance's force is one, over its stretch.
+    """
+
+    name: str
+    a: int
+    b: int
+    ratio: float
+    offset: float
+    gap: float
+    drive_loss: float
+    back_loss: float
+    compliant: bool = False
+    stiffness: float = 0.0
+    damping: float = 0.0
+    curved: bool = False
+    restitution: float = 0.0
+
+    @property
+    def lossless(self) -> bool:
+        return self.drive_loss == 0.0 and self.back_loss == 0.0
+
+    @property
+    def plain(self) -> bool:
+        """Rigid, without a gap and without a loss: two blocks are one."""
+        return not self.compliant and self.gap == 0.0 and self.lossless
+
+
+def connections(assembled: Assembled) -> tuple[Connection, ...]:
+    """Of all links between two blocks: joints first, then what yields."""
+    joints, couplings = assembled.packed.joints, assembled.packed.couplings
+    found = [_joint(name, joints, k) for k, name in enumerate(assembled.joints)]
+    found += [_coupling(name, couplings, k) for k, name in enumerate(assembled.couplings) if couplings.a[k] != FRAME]
+    return tuple(found)
+
+
+def _joint(name: str, joints: Joints, k: int) -> Connection:
+    drive, back = float(joints.drive_loss[k]), float(joints.back_loss[k])
+    if joints.thesis_screw[k] > 0.0:
+        drive, back = thesis_losses(float(joints.ratio[k]), float(joints.thread[k]), float(joints.thesis_screw[k]))
+    return Connection(
+        name, int(joints.a[k]), int(joints.b[k]), float(joints.ratio[k]), float(joints.offset[k]), float(joints.gap[k]), drive, back,
+        restitution=float(joints.restitution[k]),
+    )  # fmt: skip
+
+
+def thesis_losses(ratio: float, thread: float, steep: float) -> tuple[float, float]:
+    """(2.12) at a steady speed, where u is what the thread takes: its loss per unit of force, driving and driven back.
+
+    u = r tan(a) f ± mu |r f - u tan(a)| solved for u: with w = mu tan(a), drive loss (mu r + r tan(a))/(1 + w) - r tan(a), back loss
+    r tan(a) - (r tan(a) - mu r)/(1 - w). thread: mu r. steep: w.
+    """
+    carried = abs(ratio)
+    return (thread + carried) / (1.0 + steep) - carried, carried - (carried - thread) / (1.0 - steep)
+
+
+def _coupling(name: str, couplings: Couplings, k: int) -> Connection:
+    return Connection(
+        name, int(couplings.a[k]), int(couplings.b[k]), float(couplings.ratio[k]), float(couplings.offset[k]), float(couplings.gap[k]),
+        float(couplings.drive_loss[k]), float(couplings.back_loss[k]), True, float(couplings.stiffness[k]), float(couplings.damping[k]),
+        bool(couplings.curve[k] >= 0),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Seen:
+    """Block b as the root sees it: q_b = ratio q_root + offset. `by`: the connections between, from the root on."""
+
+    ratio: float
+    offset: float
+    by: tuple[Connection, ...] = ()
+
+
+def seen_from(root: int, links: Sequence[Connection], names: Sequence[str]) -> dict[int, Seen]:
+    """Every block that moves with `root`, with gaps in their middle and compliances unstrained; rigid ways first.
+
+    Raises NoSolutionError where two ways from the root to a block have different ratios: the mechanism moves in more than one way, or not
+    at all.
+    """
+    found = {root: Seen(1.0, 0.0)}
+    for compliant in (False, True):
+        changed = True
+        while changed:
+            changed = False
+            for link in links:
+                if link.compliant and not compliant:
+                    continue
+                for here, there, ratio, offset in _both_ways(link):
+                    if here in found and there not in found:
+                        seen = found[here]
+                        found[there] = Seen(ratio * seen.ratio, ratio * seen.offset + offset, (*seen.by, link))
+                        changed = True
+    for link in links:
+        if link.a in found:
+            _agrees(link, found, names)
+    return found
+
+
+def _both_ways(link: Connection) -> Iterator[tuple[int, int, float, float]]:
+    yield link.a, link.b, link.ratio, link.offset
+    yield link.b, link.a, 1.0 / link.ratio, -link.offset / link.ratio
+
+
+def _agrees(link: Connection, found: dict[int, Seen], names: Sequence[str]) -> None:
+    """Raises NoSolutionError where the link asks for another ratio than the way from the root."""
+    there, expected = found[link.b].ratio, link.ratio * found[link.a].ratio
+    if not np.isclose(there, expected, rtol=SAME, atol=0.0):
+        raise NoSolutionError(
+            f"links.{link.name}: {names[link.b]} moves {expected:.6g} times as far as the source by {names[link.a]}, and {there:.6g} times "
+            f"by {', '.join(one.name for one in found[link.b].by) or 'itself'}: it is not one motion, and no one-inertia model has it"
+        )

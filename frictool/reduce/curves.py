@@ -1,0 +1,99 @@
+"""Springs, cams and friction of each block as the curve C_r(theta, sign) of (2.28)-(2.29), and the check of (2.27) at every position.
+
+Irreversible at a position: C_+ >= 0 >= C_-, friction holds the load there. Where it holds everywhere the load is a part of friction, that
+of each direction at its own level; at rest nothing changes, stuck is stuck between the same two efforts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+
+from frictool.documents.mechanism import Cam, FrictionOf, Mechanism, Spring
+from frictool.reduce.assembling import put_together
+from frictool.reduce.efforts import Vector, resisting
+from frictool.reduce.grid import positions
+from frictool.reduce.resistance import NO_LOSS, Resistance, as_curves, position_elements, resistance
+from frictool.reduce.told import Figure, Told
+
+
+@dataclass(frozen=True)
+class Irreversible:
+    """(2.27) over positions: by how much friction holds the load where it holds it least, an effort [N m | N], and where; < 0: not."""
+
+    margin: float
+    place: float
+    share: float  # of the positions where it holds
+
+
+def irreversible(x: Vector, found: Resistance) -> Irreversible:
+    """Where friction in slip bears the load: both min over x of C_+ and of -C_-."""
+    margin = np.minimum(found.forward, -found.backward)
+    worst = int(np.argmin(margin))
+    return Irreversible(float(margin[worst]), float(x[worst]), float(np.mean(margin >= 0.0)))
+
+
+def in_contact(mechanism: Mechanism, x: Vector) -> Resistance:
+    """Of all blocks together, as they move as one."""
+    assembled = put_together(mechanism)
+    parts = [resistance(resisting(assembled, k, x), NO_LOSS) for k in range(len(assembled.blocks))]
+    forward, backward, rest_forward, rest_backward = (
+        np.asarray(np.sum([getattr(one, name) for one in parts], axis=0))
+        for name in ("forward", "backward", "breakaway_forward", "breakaway_backward")
+    )
+    return Resistance(
+        forward,
+        backward,
+        rest_forward,
+        rest_backward,
+        tuple(part for one in parts for part in one.falling),
+        sum(one.damping for one in parts),
+    )
+
+
+def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, Told]:
+    """The mechanism (in one coordinate, without losses) with two curves for each block that has any load; friction alone stays as it is."""
+    x, figures, error = positions(mechanism), [], 0.0
+    exact = in_contact(mechanism, x)
+    between = 0.5 * (x[1:] + x[:-1])
+    wanted = in_contact(mechanism, between)
+    replaced: list[str] = []
+    for block in mechanism.blocks:
+        assembled = put_together(mechanism)
+        found = resisting(assembled, assembled.blocks.index(block), x)
+        if not _is_curve(mechanism, block) and (np.max(np.abs(found.load)) > 0.0 or np.ptp(found.friction) > 0.0):
+            replaced += position_elements(mechanism, block)
+            mechanism = msgspec.structs.replace(mechanism, links=as_curves(mechanism, assembled, block, x)[0])
+    held = irreversible(x, exact)
+    largest = max(float(np.max(np.abs(exact.forward))), float(np.max(np.abs(exact.backward))), 1e-300)
+    if replaced:
+        got = in_contact(mechanism, between)
+        error = max(float(np.max(np.abs(got.forward - wanted.forward))), float(np.max(np.abs(got.backward - wanted.backward)))) / largest
+    unit = "N m" if put_together(mechanism).kinds[0] == "rotary" else "N"
+    place = "rad" if unit == "N m" else "m"
+    figures = [
+        Figure("C_r forward, least", float(np.min(exact.forward)), unit),
+        Figure("C_r forward, most", float(np.max(exact.forward)), unit),
+        Figure("C_r backward, least", float(np.min(-exact.backward)), unit),
+        Figure("C_r backward, most", float(np.max(-exact.backward)), unit),
+        Figure("irreversible (2.27) by at least", held.margin, unit),
+        Figure("where friction holds the load least", held.place, place),
+    ]
+    did = f"{', '.join(replaced)} as C_r(theta, sign) (2.28)-(2.29)" if replaced else "no load depends on the position"
+    note = (
+        "irreversible over the whole travel (2.27): without a command it stays where it is, and the load is a part of friction"
+        if held.margin >= 0.0
+        else f"not irreversible over {1.0 - held.share:.1%} of the travel (2.27): there the load moves it without a command"
+    )
+    return mechanism, Told("resisting curve", did, "the curves between their points", error, "the largest effort", tuple(figures), (note,))
+
+
+def _is_curve(mechanism: Mechanism, block: str) -> bool:
+    """Whether its loads are a curve each way already."""
+    links = [mechanism.links[name] for name in position_elements(mechanism, block)]
+    springs, cams = [one for one in links if isinstance(one, Spring)], [one for one in links if isinstance(one, Cam)]
+    plain = all(one.force is not None for one in springs) and all(set(one.angle.value.values) == {0.0} for one in cams)
+    slow = all(one.parameters["coulomb"].value == 0.0 for one in links if isinstance(one, FrictionOf))
+    return plain and slow and len(springs) <= 1 and len(cams) <= 1

@@ -1,0 +1,89 @@
+"""Links that lose become links that lose nothing, and friction behind them (thesis 2.1.6).
+
+A loss is proportional to the effort carried, drive_loss per unit where the source drives and back_loss where the load does. At a steady
+speed the effort carried is that of the loads and the friction beyond the link, so that the loss is a part of their curves C_+ and C_-
+(2.15); what it takes of accelerations is neglected. A link with 1 - back_loss < 0 (mu > tan(alpha)) is irreversible: whatever presses on it, it stays.
+
+An efficiency alone (2.14) is nowhere left in place of friction: where the load drives back it would make an oscillator without damping of
+the loop, "which is wrong in practice".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import msgspec
+import numpy as np
+
+from frictool.documents.mechanism import Coupling, Gear, Mechanism, Screw
+from frictool.plant.mechanism.assembly import Assembled
+from frictool.plant.mechanism.links import tangent_of_lead
+from frictool.reduce.assembling import put_together
+from frictool.reduce.connections import Connection, Seen, connections, seen_from
+from frictool.reduce.grid import positions
+from frictool.reduce.resistance import Loss, as_curves
+from frictool.reduce.told import Figure, Told
+
+
+def as_friction(mechanism: Mechanism, root: str, whole: Mechanism) -> tuple[Mechanism, Told]:
+    """The mechanism (in one coordinate) without losses in rigid links; `whole`: where threads and efficiencies stand as the user gave them.
+
+    Raises NoSolutionError where the source would have to drive an irreversible link backwards.
+    """
+    x, figures, notes, predicted = positions(mechanism), [], [], 0.0
+    for name in _deepest_first(mechanism, root):
+        assembled = put_together(mechanism)
+        link, beyond, near = _placed(assembled, name, root)
+        loss = Loss(link.drive_loss, link.back_loss, near)
+        figures += [Figure(f"{name}: efficiency", 1.0 / loss.factor, ""), Figure(f"{name}: driven back", 1.0 - link.back_loss, "")]
+        notes.append(_verdict(name, link, whole))
+        inertia = assembled.packed.inertia
+        predicted = max(predicted, (loss.factor - 1.0) * float(np.sum(inertia[beyond]) / np.sum(inertia)))
+        for block in beyond:
+            links, _ = as_curves(mechanism, assembled, assembled.blocks[block], x, loss)
+            mechanism = msgspec.structs.replace(mechanism, links=links)
+            assembled = put_together(mechanism)
+        if len(beyond) > 1:
+            notes.append(f"{name}: what {len(beyond)} blocks beyond it carry loses each on its own: too much where they balance each other")
+        mechanism = msgspec.structs.replace(mechanism, links={**mechanism.links, name: _lossless(mechanism, name)})
+    did = "losses of links as friction by direction over the position (2.15)" if figures else "no rigid link loses"
+    neglects = "what links lose of accelerations" if figures else "nothing"
+    return mechanism, Told("losses", did, neglects, predicted, "the effort of accelerations", tuple(figures), tuple(notes))
+
+
+def _lossless(mechanism: Mechanism, name: str) -> Coupling:
+    link = mechanism.links[name]
+    assert isinstance(link, Gear)
+    return Coupling(link.between, link.compliance, link.backlash)
+
+
+def _deepest_first(mechanism: Mechanism, root: str) -> list[str]:
+    """Names of the rigid links that lose, those far from the root first."""
+    assembled = put_together(mechanism)
+    links = connections(assembled)
+    seen = _seen(assembled, root)
+    lossy = [link for link in links if not link.lossless and not link.compliant]
+    return [link.name for link in sorted(lossy, key=lambda link: -max(len(seen[link.a].by), len(seen[link.b].by)))]
+
+
+def _seen(assembled: Assembled, root: str) -> Mapping[int, Seen]:
+    return seen_from(assembled.blocks.index(root), connections(assembled), assembled.blocks)
+
+
+def _placed(assembled: Assembled, name: str, root: str) -> tuple[Connection, list[int], bool]:
+    """The link, the blocks beyond it, and whether its first end is the near one."""
+    link = next(one for one in connections(assembled) if one.name == name)
+    seen = _seen(assembled, root)
+    beyond = [number for number, one in seen.items() if name in {step.name for step in one.by}]
+    return link, beyond, link.a not in beyond
+
+
+def _verdict(name: str, link: Connection, whole: Mechanism) -> str:
+    """Reversible or not, by mu against tan(alpha) where the link is a thread with a friction coefficient."""
+    given, why = whole.links.get(name), f"efficiency driven back {1.0 - link.back_loss:.4g}"
+    if isinstance(given, Screw) and given.friction_coefficient is not None:
+        steep = tangent_of_lead(f"links.{name}", given)
+        why = f"mu {given.friction_coefficient:.4g} {'>' if given.friction_coefficient > steep else '<='} tan(alpha) {steep:.4g}"
+    if link.back_loss > 1.0:
+        return f"{name} is irreversible: {why}; its friction holds any load, kept as friction (2.15)"
+    return f"{name} is reversible: {why}; loads drive it back, so that an efficiency alone (2.14) would oscillate: kept as friction (2.15)"

@@ -1,0 +1,180 @@
+"""`model.yaml` of a reduced mechanism, and the bench that follows from its sources and sensors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Literal
+
+import msgspec
+
+from frictool.documents.bench import Actuator, Bench, Column, Encoder, Mechanics
+from frictool.documents.laws import Backward, Laws, Load, Polynomial, PositionLaw
+from frictool.documents.mechanism import Sensor, Source
+from frictool.documents.model import Model, Parameters
+from frictool.documents.provenance import Provenance
+from frictool.documents.quantity import Axis, Estimate, Quantity, Span, drive_dimension, si_unit
+from frictool.errors import NoSolutionError
+from frictool.plant.mechanism.ends import kind_of
+from frictool.reduce.chain import Chain
+from frictool.reduce.one_inertia import OneInertia, Side
+from frictool.reduce.polynomial import mean_of
+
+CONFIDENCE = 0.95
+SMALLEST_STEP = 1e-6  # of the travel: the encoder of a sensor that measures perfectly
+Ends = Mapping[str, tuple[float, float]]
+
+
+def model_of(chain: Chain, ends: Ends, provenance: Provenance, bench: Bench | None = None) -> Model:
+    """The document; `ends`: intervals by the names of OneInertia.scalars; `bench`: the user's, in place of the mechanism's own.
+
+    Raises NoSolutionError where the bench lacks what only the mechanism's source could tell, or is of another rig.
+    """
+    one, axis = chain.one, kind_of(chain.last.blocks[chain.last.sources[chain.source].on])
+    own = bench_of(chain, ends, axis)
+    used = own if bench is None else merged(bench, own)
+    numbers = one.scalars()
+
+    def estimate(name: str, dimension: str, value: float | None = None) -> Estimate:
+        centre = numbers[name] if value is None else value
+        shift = centre - numbers[name]
+        low, high = (end + shift for end in ends.get(name, (numbers[name], numbers[name])))
+        if low < 0.0 <= centre and dimension != "offset":
+            low = 0.0
+        known = low < high
+        unit = si_unit("effort" if dimension == "offset" else dimension, axis)
+        return Estimate(centre, low if known else None, high if known else None, unit, source="bench")
+
+    low, high = one.ends
+    inertia = estimate("inertia", "inertia")
+    if one.play.width > 0.0:  # inside the play the masses behind it rest
+        inertia = msgspec.structs.replace(inertia, low=ends["inner"][0], high=inertia.interval[1])
+    parameters = Parameters(
+        inertia=inertia,
+        viscous=estimate("viscous", "viscous"),
+        coulomb=estimate("coulomb", "effort", one.forward.level(low, high)),
+        breakaway=estimate("breakaway", "effort", _breakaway(one.forward, low, high)),
+        offset=estimate("offset", "offset"),
+        stribeck_velocity=estimate("stribeck_velocity", "velocity") if one.stribeck_velocity > 0.0 else None,
+    )
+    backward = Backward(
+        coulomb=estimate("backward.coulomb", "effort", one.backward.level(low, high)),
+        breakaway=estimate("backward.breakaway", "effort", _breakaway(one.backward, low, high)),
+    )
+    same = one.forward.flat and one.backward.flat and math.isclose(parameters.coulomb.value, backward.coulomb.value)  # type: ignore[union-attr]
+    laws = Laws(
+        backward=None if same else backward,
+        position=_position(one, axis),
+        stribeck_exponent=min(4.0, max(0.5, one.stribeck_exponent)),
+        load=None if one.stiffness == 0.0 else Load(stiffness=estimate("stiffness", "stiffness")),
+    )
+    return Model(
+        format="model/1",
+        name=used.name,
+        axis=axis,
+        law="stribeck" if parameters.stribeck_velocity is not None else "coulomb",
+        method="reduced",
+        confidence=CONFIDENCE,
+        bench=used,
+        parameters=parameters,
+        provenance=provenance,
+        laws=None if laws == Laws() else laws,
+    )
+
+
+def _breakaway(side: Side, low: float, high: float) -> float:
+    """The mean of both polynomials together."""
+    return mean_of(side.breakaway_terms, low, high)
+
+
+def _position(one: OneInertia, axis: Axis) -> PositionLaw | None:
+    if one.forward.flat and one.backward.flat:
+        return None
+    coulomb = Polynomial(one.forward.coulomb.coefficients, one.backward.coulomb.coefficients)
+    breakaway = Polynomial(one.forward.breakaway_terms, one.backward.breakaway_terms)
+    return PositionLaw(Span(*one.ends, si_unit("position", axis)), coulomb, breakaway)
+
+
+def bench_of(chain: Chain, ends: Ends, axis: Axis) -> Bench:
+    """From the controlled source and sensor. Raises NoSolutionError where the source has no limit."""
+    last, one = chain.last, chain.one
+    source = last.sources[chain.source]
+    numbers = one.scalars()
+
+    def quantity(name: str, dimension: str, low: float | None = None, high: float | None = None) -> Quantity:
+        least, most = ends[name][0] if low is None else low, ends[name][1] if high is None else high
+        known = least < most
+        least = max(0.0, least)
+        return Quantity(numbers[name], least if known else None, most if known else None, si_unit(dimension, axis))
+
+    most = max(ends["most"][1], numbers["coulomb"])
+    travel = one.travel
+    return Bench(
+        format="bench/1",
+        name=chain.whole.name,
+        axis=axis,
+        sample_period_s=last.sample_period_s,
+        encoder=_encoder(chain, axis),
+        actuator=_actuator(source, chain.source, axis),
+        mechanics=Mechanics(
+            inertia=quantity("inertia", "inertia", low=ends["inner"][0]),
+            viscous=quantity("viscous", "viscous"),
+            coulomb=quantity("coulomb", "effort", low=ends["least"][0], high=most),
+            backlash=quantity("backlash", "position") if one.play.width > 0.0 else None,
+            backlash_coulomb=quantity("backlash_coulomb", "effort") if one.play.width > 0.0 else None,
+            travel=None if travel is None else Span(*travel, si_unit("position", axis)),
+            top_speed=last.top_speed,
+        ),
+        columns={
+            "time": Column("time", "s"),
+            "position": Column("position", si_unit("position", axis)),
+            source.drive if source.drive != "effort" else "current": Column("drive", "V" if source.drive == "voltage" else "A"),
+        },
+        delay_samples=last.delay_samples,
+    )
+
+
+def _actuator(source: Source, name: str, axis: Axis) -> Actuator:
+    if source.limit is None:
+        raise NoSolutionError(f"sources.{name}.limit: missing; a model's bench has the drive's limit: give it")
+    drive = "current" if source.drive == "effort" else source.drive
+    unit = si_unit(drive_dimension(drive, constant=True), axis)
+    constant = Quantity(1.0, unit=unit) if source.constant is None else source.constant
+    limit = Quantity(source.limit.value, source.limit.low, source.limit.high, "V" if drive == "voltage" else "A")
+    return Actuator(drive, Quantity(constant.value, constant.low, constant.high, unit), limit, source.loop_time_constant_s, source.winding)
+
+
+def _encoder(chain: Chain, axis: Axis) -> Encoder:
+    """As the sensor is; a perfect one as one of very small steps."""
+    given: Sensor = chain.whole.sensors[chain.sensor]
+    sign = next((step.told.figures[0].value for step in chain.steps if step.told.step == "sensor"), 1.0)
+    direction: Literal[1, -1] = 1 if sign > 0.0 else -1
+    if given.counts_per_revolution is not None:
+        return Encoder(counts_per_revolution=given.counts_per_revolution, direction=direction)
+    low, high = chain.one.ends
+    step = given.step.value if given.step is not None else SMALLEST_STEP * (high - low)
+    return Encoder(step=Quantity(step, unit=si_unit("position", axis)), direction=direction)
+
+
+def merged(bench: Bench, own: Bench) -> Bench:
+    """The user's bench, with what the mechanism tells where it is silent. Raises NoSolutionError where both are not of one rig."""
+    pairs = {
+        "axis": (bench.axis, own.axis),
+        "sample_period_s": (bench.sample_period_s, own.sample_period_s),
+        "delay_samples": (bench.delay_samples, own.delay_samples),
+        "actuator.drive": (bench.actuator.drive, own.actuator.drive),
+        "actuator.constant": (bench.actuator.constant.value, own.actuator.constant.value),
+        "actuator.limit": (bench.actuator.limit.value, own.actuator.limit.value),
+        "actuator.loop_time_constant_s": (bench.actuator.loop_time_constant_s, own.actuator.loop_time_constant_s),
+        "encoder": (bench.encoder.resolution, own.encoder.resolution),
+    }
+    for key, (found, told) in pairs.items():
+        equal = math.isclose(found, told, rel_tol=1e-6) if isinstance(found, float) and isinstance(told, float) else found == told
+        if not equal:
+            raise NoSolutionError(f"bench {bench.name}: {key}: found {found}, the mechanism says {told}; allowed: the same rig")
+    missing = {
+        name: getattr(own.mechanics, name)
+        for name in ("backlash", "backlash_coulomb", "travel", "top_speed")
+        if getattr(bench.mechanics, name) is None
+    }
+    return msgspec.structs.replace(bench, mechanics=msgspec.structs.replace(bench.mechanics, **missing))

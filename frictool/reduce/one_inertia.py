@@ -1,0 +1,201 @@
+"""The last step: one inertia, the curve C_r(theta, sign) as polynomials, one backlash (2.24)-(2.29), (4.45).
+
+    J theta'' = u - C_r(theta, sign(theta'))        inside the backlash only what lies before it moves, with its friction
+
+What is neglected: masses behind the play while it is open, and the place of what lies behind it (half a play at most); curves between
+polynomial and points; where several links play, that they open one after another.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+
+from frictool.documents.mechanism import Coupling, Gear, Mechanism, Stop
+from frictool.errors import NoSolutionError
+from frictool.reduce.assembling import put_together
+from frictool.reduce.backlash import Play, play
+from frictool.reduce.curves import in_contact
+from frictool.reduce.efforts import Vector, resisting
+from frictool.reduce.grid import positions
+from frictool.reduce.polynomial import Fitted, fitted, mean_of
+from frictool.reduce.resistance import Resistance
+from frictool.reduce.rigid import lumped
+
+FLAT = 1e-9  # of its mean: a curve that varies less is a number
+
+
+@dataclass(frozen=True)
+class Side:
+    """One direction: Coulomb friction and breakaway over the travel, and what they are near to, each > 0 where it opposes."""
+
+    coulomb: Fitted
+    extra: Fitted  # breakaway over Coulomb friction
+    curve: Vector  # (n,)
+    breakaway: Vector  # (n,)
+
+    def level(self, low: float, high: float) -> float:
+        """The mean of the polynomial."""
+        return mean_of(self.coulomb.coefficients, low, high)
+
+    @property
+    def breakaway_terms(self) -> tuple[float, ...]:
+        """Coefficients of both together."""
+        first, second = self.coulomb.coefficients, self.extra.coefficients
+        count = max(len(first), len(second))
+        padded = [(*terms, *(0.0 for _ in range(count - len(terms)))) for terms in (first, second)]
+        return tuple(a + b for a, b in zip(*padded, strict=True))
+
+    @property
+    def flat(self) -> bool:
+        return len(self.coulomb.coefficients) == 1 and len(self.extra.coefficients) == 1
+
+
+@dataclass(frozen=True)
+class OneInertia:
+    """SI, in the coordinate of the mechanism. inner: the inertia that moves inside the play. offset, stiffness: the load that is none of
+    friction. positions (n,): where the curves are known."""
+
+    inertia: float
+    inner: float
+    viscous: float
+    forward: Side
+    backward: Side
+    offset: float
+    stiffness: float
+    stribeck_velocity: float
+    stribeck_exponent: float
+    play: Play
+    inside: float  # Coulomb friction inside the play
+    inside_breakaway: float
+    positions: Vector
+    travel: tuple[float, float] | None  # between end stops, of the source's block
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        return float(self.positions[0]), float(self.positions[-1])
+
+    def scalars(self) -> dict[str, float]:
+        """The numbers that carry intervals, by the names of model.yaml."""
+        low, high = self.ends
+        width = high - low
+
+        def mean(values: Vector) -> float:
+            return float(np.trapezoid(values, self.positions)) / width
+
+        found = {
+            "inertia": self.inertia,
+            "viscous": self.viscous,
+            "coulomb": mean(self.forward.curve),
+            "breakaway": mean(self.forward.breakaway),
+            "backward.coulomb": mean(self.backward.curve),
+            "backward.breakaway": mean(self.backward.breakaway),
+            "offset": self.offset,
+            "stiffness": self.stiffness,
+            "backlash": self.play.width,
+            "backlash_coulomb": self.inside,
+            "inner": self.inner,
+            "least": min(float(np.min(side.curve)) for side in (self.forward, self.backward)),
+            "most": max(float(np.max(side.curve)) for side in (self.forward, self.backward)),
+        }
+        return found | ({"stribeck_velocity": self.stribeck_velocity} if self.stribeck_velocity > 0.0 else {})
+
+
+def one_inertia(mechanism: Mechanism, root: str, sensor_block: str) -> OneInertia:
+    """Of a mechanism in one coordinate whose rigid links lose nothing.
+
+    Raises NoSolutionError where the load that friction does not hold is none that a model.yaml has.
+    """
+    stiff = lumped(stiffened(mechanism), root)[0]
+    assembled = put_together(stiff)
+    x = positions(stiff)
+    found = in_contact(stiff, x)
+    first = resisting(assembled, assembled.blocks.index(root), x)
+    offset, stiffness = load_beside(stiff, x, found)
+    load = offset + stiffness * x
+    falls = [one for one in found.falling if one.drop > 0.0 and one.velocity > 0.0]
+    drop, at_rest = (sum(one.drop for one in parts) for parts in (falls, found.falling))
+    inner = float(assembled.packed.inertia[assembled.blocks.index(root)])
+    return OneInertia(
+        inertia=float(np.sum(assembled.packed.inertia)),
+        inner=inner,
+        viscous=found.damping + sum(one.viscous for one in found.falling),
+        forward=_side(x, found.forward - load, found.breakaway_forward - load + at_rest),
+        backward=_side(x, load - found.backward, load - found.breakaway_backward + at_rest),
+        offset=offset,
+        stiffness=stiffness,
+        stribeck_velocity=sum(one.drop * one.velocity for one in falls) / drop if drop > 0.0 else 0.0,
+        stribeck_exponent=sum(one.drop * one.exponent for one in falls) / drop if drop > 0.0 else 2.0,
+        play=play(mechanism, root, sensor_block),
+        inside=float(np.mean(first.friction)),
+        inside_breakaway=float(np.mean(first.breakaway)),
+        positions=x,
+        travel=stopped(stiff, root),
+    )
+
+
+def stopped(mechanism: Mechanism, root: str) -> tuple[float, float] | None:
+    """Between which positions the source's block can be: `travel`, or end stops, half a play beyond those that lie behind one."""
+    if mechanism.travel is not None:
+        return mechanism.travel.low, mechanism.travel.high
+    behind = {name: play(mechanism, root, name).before_sensor for name in mechanism.blocks}
+    lows, highs = [], []
+    for link in mechanism.links.values():
+        if isinstance(link, Stop):
+            room = 0.5 * behind[link.on]
+            lows += [] if link.low is None else [link.low.value - room]
+            highs += [] if link.high is None else [link.high.value + room]
+    return (max(lows), min(highs)) if lows and highs else None
+
+
+def stiffened(mechanism: Mechanism) -> Mechanism:
+    """The mechanism with every link between two blocks rigid; play stays."""
+    links = dict(mechanism.links)
+    for name, link in links.items():
+        if isinstance(link, Coupling | Gear):
+            backlash = None if link.backlash is None else msgspec.structs.replace(link.backlash, compliance=None)
+            links[name] = msgspec.structs.replace(link, compliance=None, backlash=backlash)
+    return msgspec.structs.replace(mechanism, links=links)
+
+
+def load_beside(mechanism: Mechanism, x: Vector, found: Resistance) -> tuple[float, float]:
+    """(offset [N m | N], stiffness) of the load that has to be told beside friction: none where friction holds all of it (2.27), else the
+    line nearest to the load, where friction holds what remains.
+
+    Raises NoSolutionError where it does not.
+    """
+    mean, half = found.mean, found.half
+    if np.all(half >= np.abs(mean)):
+        return 0.0, 0.0
+    for degree in (0, 1):
+        terms = np.polynomial.polynomial.polyfit(x, mean, degree)
+        offset, stiffness = float(terms[0]), float(terms[1]) if degree else 0.0
+        remains = np.abs(mean - offset - stiffness * x) - half
+        scale = max(float(np.max(np.abs(mean))), 1e-300)
+        if np.max(remains) <= 1e-9 * scale:
+            return _rounded(offset, scale), _rounded(stiffness, scale / max(abs(float(x[0])), abs(float(x[-1]))))
+    worst = int(np.argmax(remains))
+    unit, place = ("N m", "rad") if put_together(mechanism).kinds[0] == "rotary" else ("N", "m")
+    raise NoSolutionError(
+        f"{mechanism.name}: at {x[worst]:.4g} {place} the load is {mean[worst]:.4g} {unit} and friction holds {half[worst]:.4g} {unit} of "
+        f"it; a constant and a spring leave {remains[worst]:.3g} {unit}, which no law of model.yaml has; use the mechanism itself (--reduced)"
+    )
+
+
+def _rounded(value: float, scale: float) -> float:
+    """Nothing where it is nothing beside `scale`."""
+    return 0.0 if abs(value) < 1e-12 * scale else value
+
+
+def _side(x: Vector, coulomb: Vector, breakaway: Vector) -> Side:
+    coulomb = np.maximum(coulomb, 0.0)
+    breakaway = np.maximum(breakaway, coulomb)
+    return Side(_fit(x, coulomb), _fit(x, breakaway - coulomb), coulomb, breakaway)
+
+
+def _fit(x: Vector, values: Vector) -> Fitted:
+    if np.ptp(values) <= FLAT * max(float(np.max(np.abs(values))), 1e-300):
+        return Fitted((float(np.mean(values)),), 0.5 * float(np.ptp(values)))
+    return fitted(x, values)

@@ -1,0 +1,222 @@
+"""The first step: everything as the source sees it, each block in the source's coordinate (thesis 2.1.5, (2.16)). Nothing is neglected.
+
+What connects two blocks is then of ratio 1: a coupling, or a gear that keeps its losses. A mechanism whose source slides is seen from the
+block that turns and is nearest to it, as long as links lose: only links of turning blocks do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import msgspec
+
+from frictool.documents.mechanism import (
+    GROUND,
+    Backlash,
+    Block,
+    Cam,
+    Compliance,
+    Coupling,
+    FrictionOf,
+    Gear,
+    Link,
+    Mechanism,
+    Spring,
+    Stop,
+)
+from frictool.documents.quantity import Axis, Quantity, Span, si_unit
+from frictool.errors import NoSolutionError
+from frictool.plant.mechanism.assembly import Assembled
+from frictool.plant.mechanism.driving import commanded
+from frictool.reduce.assembling import put_together
+from frictool.reduce.connections import Connection, Seen, connections, seen_from
+from frictool.reduce.frame import Frame, scaled
+from frictool.reduce.told import Figure, Told
+
+SAME = 1e-9
+
+
+@dataclass(frozen=True)
+class View:
+    """A mechanism with what is needed to see it from one of its blocks, whose kind is `axis`."""
+
+    document: Mechanism
+    assembled: Assembled
+    links: tuple[Connection, ...]
+    root: int
+    seen: Mapping[int, Seen]
+    axis: Axis
+
+    def frame(self, block: str) -> Frame:
+        """A block's coordinate as the root sees it; ground stands still."""
+        axis = self.axis
+        if block == GROUND:
+            return Frame(0.0, 0.0, axis, axis)
+        number = self.assembled.blocks.index(block)
+        one = self.seen[number]
+        return Frame(one.ratio, one.offset, axis, self.assembled.kinds[number])
+
+
+def view(mechanism: Mechanism, root: str) -> View:
+    """The mechanism seen from block `root`. Raises NoSolutionError where blocks do not move with it, by their names."""
+    assembled = put_together(mechanism)
+    links, number = connections(assembled), assembled.blocks.index(root)
+    seen = seen_from(number, links, assembled.blocks)
+    apart = [name for k, name in enumerate(assembled.blocks) if k not in seen]
+    if apart:
+        raise NoSolutionError(
+            f"{mechanism.name}: {', '.join(apart)} {'does' if len(apart) == 1 else 'do'} not move with {root}: more than one motion, which "
+            "no one-inertia model has; reduce each part on its own"
+        )
+    return View(mechanism, assembled, links, number, seen, assembled.kinds[number])
+
+
+def from_source(mechanism: Mechanism, source: str) -> tuple[Mechanism, Told]:
+    """The mechanism in the coordinate of the block that its source drives. Raises NoSolutionError as `view`, and for a spring between two
+    blocks that the source sees by different ratios."""
+    here = view(mechanism, _reference(mechanism, mechanism.sources[source].on))
+    ratio = si_unit("position", here.axis)
+    names = here.assembled.blocks
+    figures = [
+        Figure(f"ratio of {name}", here.frame(name).ratio, f"{si_unit('position', here.frame(name).own)}/{ratio}")
+        for name in names
+        if here.frame(name).ratio != 1.0
+    ]
+    did = f"every block in the coordinate of {names[here.root]}: masses by ratio^2, efforts by ratio, ways by 1/ratio (2.16)"
+    return expressed(here), Told("coordinates", did, "nothing", figures=tuple(figures))
+
+
+def at_sensor(mechanism: Mechanism, whole: Mechanism, source: str, sensor: str) -> tuple[Mechanism, Told]:
+    """A mechanism in one coordinate, in that of the sensor: positions as they are measured, positive where a positive command goes."""
+    root = mechanism.sources[source].on
+    there = view(whole, _reference(whole, whole.sources[source].on)).frame(whole.sensors[sensor].on)
+    size, side = abs(there.ratio), 1.0 if there.ratio > 0.0 else -1.0
+    here = view(mechanism, root)
+    ratio, offset = 1.0 / size, -side * there.offset / size
+    seen = {number: Seen(ratio, offset) for number in here.seen}
+    reduced = expressed(View(mechanism, here.assembled, here.links, here.root, seen, there.own))
+    notes = () if side > 0.0 else (f"{sensor} counts down where the command is positive: encoder.direction is -1 in the bench",)
+    did = f"the coordinate of {whole.sensors[sensor].on}, where {sensor} measures"
+    unit = f"{si_unit('position', there.own)}/{si_unit('position', there.axis)}"
+    return reduced, Told(
+        "sensor", did, "nothing", figures=(Figure("way at the sensor per way at the source", there.ratio, unit),), notes=notes
+    )
+
+
+def expressed(here: View) -> Mechanism:
+    """The mechanism with every block in its frame's coordinate."""
+    mechanism = here.document
+    links: dict[str, Link] = {}
+    for name, link in mechanism.links.items():
+        links |= _link(here, name, link)
+    return msgspec.structs.replace(
+        mechanism,
+        blocks={name: _block(here, name, mechanism.blocks[name]) for name in here.assembled.blocks},
+        links=links,
+        sources={name: here.frame(one.on).source(one, one.on) for name, one in mechanism.sources.items()},
+        sensors={name: here.frame(one.on).sensor(one, one.on) for name, one in mechanism.sensors.items()},
+        **_bench_keys(here),
+    )
+
+
+def _reference(mechanism: Mechanism, on: str) -> str:
+    """The source's block; or, where it slides and links lose, the nearest block that turns."""
+    here = view(mechanism, on)
+    if here.assembled.kinds[here.root] == "rotary" or all(link.lossless for link in here.links):
+        return on
+    turning = [k for k in here.seen if here.assembled.kinds[k] == "rotary"]
+    return str(here.assembled.blocks[min(turning, key=lambda k: (len(here.seen[k].by), k))])
+
+
+def _block(here: View, name: str, block: Block) -> Block:
+    frame = here.frame(name)
+    mass = block.inertia if block.inertia is not None else block.mass
+    assert mass is not None
+    own = frame.inertia(mass)
+    start = None if block.start is None and frame.offset == 0.0 else frame.position(block.start or Quantity(0.0))
+    return Block(own, None, start) if frame.axis == "rotary" else Block(None, own, start)
+
+
+def _link(here: View, name: str, link: Link) -> dict[str, Link]:
+    """The link as the root sees it, by its name; nothing where it has no part in the motion."""
+    if isinstance(link, Spring):
+        return _spring(here, name, link)
+    on: dict[type, Callable[..., Link]] = {Cam: Frame.cam, Stop: Frame.stop, FrictionOf: Frame.friction}
+    if isinstance(link, Cam | Stop | FrictionOf):
+        return {name: on[type(link)](here.frame(link.on), link, link.on)}
+    found = [one for one in here.links if one.name == name]  # none for a link that closes a rigid loop and says nothing new
+    return {one.name: _between(here, one, link) for one in found}
+
+
+def _between(here: View, one: Connection, link: Link) -> Link:
+    """A coupling where nothing is lost, a gear of ratio 1 that keeps both efficiencies where something is."""
+    names = here.assembled.blocks
+    ends, frame = (names[one.a], names[one.b]), here.frame(names[one.b])
+    compliance = _compliance(one, frame, getattr(link, "compliance", None))
+    backlash = _backlash(one, frame, getattr(link, "backlash", None))
+    if one.lossless:
+        return Coupling(ends, compliance, backlash)
+    efficiency, back = efficiencies(one)
+    return Gear(
+        ends, 1.0, True, efficiency, back, None if backlash is not None and backlash.compliance is not None else compliance, backlash
+    )
+
+
+def efficiencies(one: Connection) -> tuple[float, float]:
+    """Driving and driven back, of what the losses are."""
+    carried = abs(one.ratio)
+    return carried / (carried + one.drive_loss), 1.0 - one.back_loss / carried
+
+
+def _compliance(one: Connection, frame: Frame, given: Compliance | None) -> Compliance | None:
+    """Stiffness and damping at the second end, with the intervals of what was given (a belt's are along the belt)."""
+    if given is None or not one.compliant:
+        return None
+    return Compliance(
+        frame.stiffness(scaled(given.stiffness, one.stiffness / given.stiffness.value, "")),
+        frame.damping(scaled(given.damping, one.damping / given.damping.value if given.damping.value else 1.0, "")),
+    )
+
+
+def _backlash(one: Connection, frame: Frame, given: Backlash | None) -> Backlash | None:
+    """The full width at the second end, with the interval of what was given."""
+    if given is None:
+        return None
+    width = frame.width(scaled(given.width, 2.0 * one.gap / given.width.value, ""))
+    return Backlash(width, None, given.restitution, _compliance(one, frame, given.compliance))
+
+
+def _spring(here: View, name: str, spring: Spring) -> dict[str, Link]:
+    first, second = (here.frame(end) for end in spring.between)
+    if GROUND in spring.between or first.ratio != second.ratio:
+        moving = [end for end in spring.between if end != GROUND]
+        if len(moving) == 2 and not _one_body(here, moving):
+            raise NoSolutionError(
+                f"links.{name}: {moving[0]} and {moving[1]} move {first.ratio:.6g} and {second.ratio:.6g} times as far as the source, so "
+                "that the spring between them has no place in one coordinate; make it a link with a ratio and a compliance"
+            )
+        stretch = Frame(first.ratio - second.ratio, first.offset - second.offset, first.axis, first.own)
+        return {name: stretch.spring(spring, moving[0])}
+    stretch = Frame(first.ratio, first.offset - second.offset, first.axis, first.own)
+    return {name: msgspec.structs.replace(stretch.spring(spring, spring.between[0]), between=spring.between)}
+
+
+def _one_body(here: View, blocks: list[str]) -> bool:
+    """Whether links without play or compliance make the blocks one."""
+    ways = [here.seen[here.assembled.blocks.index(name)].by for name in blocks]
+    apart = {link.name for link in ways[0]} ^ {link.name for link in ways[1]}
+    return all(not link.compliant and link.gap == 0.0 for link in here.links if link.name in apart)
+
+
+def _bench_keys(here: View) -> dict[str, Span | Quantity]:
+    """travel and top speed, which are of the controlled sensor's block."""
+    document, found = here.document, dict[str, Span | Quantity]()
+    sensor = commanded(document)[1]
+    frame = here.frame(document.sensors[sensor].on)
+    if document.travel is not None:
+        ends = sorted((end - frame.offset) / frame.ratio for end in (document.travel.low, document.travel.high))
+        found["travel"] = Span(ends[0], ends[1], si_unit("position", frame.axis))
+    if document.top_speed is not None:
+        found["top_speed"] = scaled(document.top_speed, 1.0 / abs(frame.ratio), si_unit("velocity", frame.axis))
+    return found

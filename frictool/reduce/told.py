@@ -1,0 +1,45 @@
+"""What a step of a reduction tells of itself: what it did, what it neglects, the error that follows and the one that was measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+
+class Figure(NamedTuple):
+    """A number that a step found, in SI."""
+
+    name: str
+    value: float
+    unit: str
+
+
+class Measured(NamedTuple):
+    """Two mechanisms under the same efforts: the worst distance between their positions at the source [SI], and the way that was made.
+
+    where: which of the runs it was. whole: the same distance to the whole mechanism.
+    """
+
+    distance: float
+    way: float
+    where: str
+    whole: float
+
+    @property
+    def share(self) -> float:
+        """Of the way."""
+        return self.distance / self.way if self.way > 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class Told:
+    """One step. predicted: its error in closed form, relative to `of`; 0 where nothing is neglected."""
+
+    step: str
+    did: str
+    neglects: str
+    predicted: float = 0.0
+    of: str = "the way"
+    figures: tuple[Figure, ...] = ()
+    notes: tuple[str, ...] = ()
+    measured: Measured | None = field(default=None)
