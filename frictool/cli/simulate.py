@@ -23,6 +23,7 @@ from frictool.cli.output import (
     say,
 )
 from frictool.cli.progress import tell_of_compiling
+from frictool.cli.simulate_told import bench_summary, bench_table, summary, table
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
@@ -41,10 +42,12 @@ scenario.yaml, key by key (quantities are {value, unit}; docs/formats.md has an 
                  the columns of the model's bench
   variants       nominal: the model; vertices: also those at which the controller was verified; random: also `plants` drawn plants
   plants         how many plants are drawn from the bench's ranges
-  disturbances   efforts on the axis {kind: step | pulse | sine, effort, at_s, duration_s, frequency_hz, phase_deg}
+  disturbances   efforts on the axis {kind: step | pulse | sine, effort, at_s, duration_s, frequency_hz, phase_deg}; on: a mechanism's block
   drifts         wear, warmth: {friction, viscous, constant: [{at_s, factor}, ..]}, straight lines between the points
   sensor_faults  {kind: lost_counts, counts, at_s}, {kind: encoder_stuck, at_s, until_s}, {kind: drive_offset, offset, at_s, until_s},
                  {kind: drive_gain, gain_error, at_s, until_s}
+  sources        of a mechanism, by name, what each is asked for: {motor: [{kind: step | pulse | ramp | sine, level, at_s, ..}, ..]}
+  duration_s     how long, in place of steps: a test without a controller
   drive          current or voltage, which the quantities of the drive are in
   drive_noise    standard deviation of the measured drive, A or V
   seed           of the noise and of the drawn plants
@@ -74,8 +77,6 @@ With --number the controller runs in float or in fixed point as on the target; w
 With --excitation a test that `frictool excite` wrote as MCAP is played as the bench would play it: ramps by their rule, a reference under
 the bench's own position loop,  {LAW},  on the encoder's counts. The log holds what the bench would have logged.
 """
-
-MOST_LINES = 40  # of streams that are told to people
 
 
 @click.command("simulate", help=HELP)
@@ -236,59 +237,3 @@ def _progress(done: int, total: int) -> None:
     """`simulated 3 of 17` on a terminal, one line that is written over."""
     if done > 0 and total > 1 and sys.stderr.isatty():
         click.echo(f"\rsimulated {done} of {total}" + ("\n" if done == total else ""), err=True, nl=False)
-
-
-def summary(log: Log) -> dict[str, Any]:
-    """The machine's view of a step test: what each stream holds and how it ends. The verdict is `frictool report`'s."""
-    streams = []
-    plants = log.metadata.get("plants", {})
-    for stream in log.streams:
-        position, command = stream.signals["position"], stream.signals["command"]
-        streams.append(
-            {
-                "topic": stream.topic,
-                "samples": int(stream.time.size),
-                "duration_s": round(float(stream.time[-1] - stream.time[0]) + stream.period, 9),
-                "final_error": float(stream.signals["reference"][-1] - position[-1]),
-                "command_peak": float(abs(command).max()),
-                "at_rest": not stream.signals["velocity"][-max(1, stream.time.size // 10) :].any(),  # a limit cycle stands still in between
-                "units": stream.units,
-                **({"plant": plants[stream.topic]} if stream.topic in plants else {}),
-            }
-        )
-    return {"scenario": log.source, "streams": streams, "warnings": list(log.warnings)}
-
-
-def table(log: Log) -> str:
-    """The same for people."""
-    found = summary(log)["streams"]
-    unit, drive = found[0]["units"]["position"], found[0]["units"]["command"]
-    lines = [f"{log.source}: {len(found)} stream(s), {found[0]['samples']} samples, {found[0]['duration_s']:g} s each"]
-    lines.append(f"{'stream':<14}{'final error ' + unit:>18}{'command peak ' + drive:>18}  end")
-    for row in found[:MOST_LINES]:
-        end = "at rest" if row["at_rest"] else "moving"
-        lines.append(f"{row['topic']:<14}{row['final_error']:>18.4g}{row['command_peak']:>18.4g}  {end}")
-    if len(found) > MOST_LINES:
-        resting = sum(row["at_rest"] for row in found)
-        lines.append(f"... and {len(found) - MOST_LINES} more; {resting} of {len(found)} end at rest; --json has them all")
-    return "\n".join(lines)
-
-
-def bench_summary(log: Log) -> dict[str, Any]:
-    """The machine's view of a bench test that was played."""
-    stream, position = log.main, log.main.signals["position"]
-    return {
-        "test": log.source,
-        "samples": int(stream.time.size),
-        "duration_s": round(float(stream.time[-1] - stream.time[0]) + stream.period, 9),
-        "lowest": float(position.min()),
-        "highest": float(position.max()),
-        "units": stream.units,
-    }
-
-
-def bench_table(log: Log) -> str:
-    """The same for people."""
-    found = bench_summary(log)
-    where = f"position from {found['lowest']:.4g} to {found['highest']:.4g} {found['units']['position']}"
-    return f"{found['test']}: {found['samples']} samples, {found['duration_s']:g} s; {', '.join(found['units'])}; {where}"

@@ -1,4 +1,4 @@
-"""What a scenario does to the rig beside the reference: loads from outside, parameters that drift, sensors that fail."""
+"""What a scenario does to the rig beside the reference: loads from outside, parameters that drift, sensors that fail; what sources give."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ from typing import Annotated, Literal
 import msgspec
 
 from frictool.documents.bench import PositiveNumber
-from frictool.documents.quantity import Effort, Quantity
+from frictool.documents.quantity import Quantity, _of
 
 Instant = Annotated[float, msgspec.Meta(ge=0)]
 Factor = Annotated[float, msgspec.Meta(gt=0, le=100)]
 GainError = Annotated[float, msgspec.Meta(gt=-1, le=10)]
-DriveOffset = Annotated[Quantity, msgspec.Meta(extra={"dimension": "drive"})]
+DriveOffset = Annotated[Quantity, _of("drive")]
+AnyEffort = Annotated[Quantity, _of("effort of either axis")]  # of a mechanism's block; of an axis its own, which `simulate` checks
+AnyDrive = Annotated[Quantity, _of("any drive")]
 Kind = Literal["lost_counts", "encoder_stuck", "drive_offset", "drive_gain"]
 
 
@@ -21,25 +23,51 @@ class Disturbance(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     """An effort on the axis beside the drive's, from `at_s` on; a positive one drives forward.
 
     step: `effort` to the end. pulse: `effort` for `duration_s`. sine: `effort` sin(2 pi frequency_hz (t - at_s) + phase_deg), for
-    `duration_s` or to the end.
+    `duration_s` or to the end. on: the block of a mechanism; without it the one that the controlled source drives.
     """
 
     kind: Literal["step", "pulse", "sine"]
-    effort: Effort
+    effort: AnyEffort
     at_s: Instant
+    duration_s: PositiveNumber | None = None
+    frequency_hz: PositiveNumber | None = None
+    phase_deg: float = 0.0
+    on: str | None = None
+
+    def __post_init__(self) -> None:
+        _check_course(self)
+
+
+class Signal(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """What a source of a mechanism is asked for from `at_s` on, A, V or an effort; signals of one source add up.
+
+    step: `level` to the end. pulse: `level` for `duration_s`. ramp: from 0 to `level` in `duration_s`, which is then kept.
+    sine: `level` sin(2 pi frequency_hz (t - at_s) + phase_deg), for `duration_s` or to the end.
+    """
+
+    kind: Literal["step", "pulse", "ramp", "sine"]
+    level: AnyDrive
+    at_s: Instant = 0.0
     duration_s: PositiveNumber | None = None
     frequency_hz: PositiveNumber | None = None
     phase_deg: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.kind == "step" and self.duration_s is not None:
-            raise ValueError("a step lasts to the end; one with duration_s is a pulse: write kind: pulse")
-        if self.kind == "pulse" and self.duration_s is None:
-            raise ValueError("a pulse needs duration_s; without an end it is a step: write kind: step")
-        if (self.kind == "sine") != (self.frequency_hz is not None):
-            raise ValueError("frequency_hz belongs to kind sine, which needs it")
-        if self.phase_deg != 0.0 and self.kind != "sine":
-            raise ValueError("phase_deg belongs to kind sine")
+        _check_course(self)
+
+
+def _check_course(one: Disturbance | Signal) -> None:
+    """Raises ValueError where the keys do not belong to the kind of course over time."""
+    if one.kind == "step" and one.duration_s is not None:
+        raise ValueError("a step lasts to the end; one with duration_s is a pulse: write kind: pulse")
+    if one.kind == "pulse" and one.duration_s is None:
+        raise ValueError("a pulse needs duration_s; without an end it is a step: write kind: step")
+    if one.kind == "ramp" and one.duration_s is None:
+        raise ValueError("a ramp needs duration_s, in which it reaches its level")
+    if (one.kind == "sine") != (one.frequency_hz is not None):
+        raise ValueError("frequency_hz belongs to kind sine, which needs it")
+    if one.phase_deg != 0.0 and one.kind != "sine":
+        raise ValueError("phase_deg belongs to kind sine")
 
 
 class DriftPoint(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

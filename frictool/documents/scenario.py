@@ -1,4 +1,4 @@
-"""`scenario.yaml`: what is played to the closed loop."""
+"""`scenario.yaml`: what is played to the closed loop, or to the sources of a mechanism."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from frictool.documents.bench import Name, PositiveNumber
-from frictool.documents.conditions import Disturbance, Drifts, SensorFault
+from frictool.documents.conditions import Disturbance, Drifts, SensorFault, Signal
 from frictool.documents.quantity import Axis, Position, PositiveLength
 
 SHORTEST_HOLD_S = 15.0  # a limit cycle is not called absent before; some need a minute to show (docs/theory/simulate.md)
@@ -78,12 +78,12 @@ class Replay(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """`scenario.yaml`: `steps`, or a `reference` from a log.
+    """`scenario.yaml`: `steps`, or a `reference` from a log; without a controller what the `sources` of a mechanism give for `duration_s`.
 
     start: position at rest before it begins; of a replay the reference's first value unless it is given. variants: `nominal` is the model's
     values; `vertices` adds one run at each vertex of the controller's polytope, `random` one for each of `plants` plants drawn from the
     bench's ranges. drive: what drives the rig, where a quantity here is one of it. drive_noise: standard deviation of the measured drive, A
-    or V. seed: of the noise and the plants.
+    or V. seed: of the noise and the plants. sources: by their names; under a controller those that it does not command.
     """
 
     format: Literal["scenario/1"]
@@ -100,18 +100,34 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     disturbances: tuple[Disturbance, ...] = ()
     drifts: Drifts | None = None
     sensor_faults: tuple[SensorFault, ...] = ()
+    sources: dict[str, tuple[Signal, ...]] = {}
+    duration_s: PositiveNumber | None = None
 
     def __post_init__(self) -> None:
         if self.reference is not None and self.steps:
             raise ValueError("found steps and reference; allowed: one of them")
-        if self.reference is None and not self.steps:
-            raise ValueError("steps is empty; write at least one {reference: .., duration_s: ..}")
-        if self.reference is None and self.start is None:
+        if self.is_open:
+            if self.reference is not None or self.steps:
+                raise ValueError(
+                    "duration_s, without a controller, goes without steps and reference; they say themselves how long they last"
+                )
+        elif self.reference is None and not self.steps:
+            raise ValueError(
+                "steps is empty; write at least one {reference: .., duration_s: ..}, or duration_s for a test without controller"
+            )
+        elif self.reference is None and self.start is None:
             raise ValueError("start is missing; write the position at rest before the first step")
         if (self.variants == "random") != (self.plants is not None):
             raise ValueError("plants, how many, belongs to variants: random, which needs it")
 
     @property
+    def is_open(self) -> bool:
+        """Whether it is played without a controller: it says what the sources give, and no reference."""
+        return self.duration_s is not None
+
+    @property
     def seconds(self) -> float:
-        """How long the steps last; nan for a replay."""
+        """How long the steps last, or the test without a controller; nan for a replay."""
+        if self.duration_s is not None:
+            return self.duration_s
         return math.nan if self.reference is not None else sum(step.seconds for step in self.steps)

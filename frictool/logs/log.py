@@ -15,6 +15,7 @@ from frictool.errors import LogError
 
 Vector = NDArray[np.float64]
 MAIN_TOPIC = "/axis"
+MECHANISM_TOPIC = "/mechanism"  # beside it, of a simulated mechanism: all blocks
 EXCITATION = "excitation"  # metadata record of a test of `frictool excite`: kind, rule, figures
 
 
@@ -49,6 +50,11 @@ class Log:
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     source: str = "log"
     warnings: tuple[str, ...] = ()
+
+    @property
+    def axes(self) -> tuple[Stream, ...]:
+        """The streams of axes: all but those of a mechanism's blocks."""
+        return tuple(one for one in self.streams if one.topic.split("/")[1] != MECHANISM_TOPIC[1:])
 
     @property
     def main(self) -> Stream:

@@ -99,15 +99,15 @@ class Evidence:
 
 
 def gather(spec: Spec, logs: list[Log], rig: Rig = UNKNOWN) -> list[Evidence]:
-    """Every stream of every log, in their order; `rig` tells the sensor's step where a log's positions show none, and what no log tells.
+    """Every axis of every log, in their order; `rig` tells the sensor's step where a log's positions show none, and what no log tells.
 
     Raises LogError where a log has no stream, an empty one, or one whose position is not in the unit of the specification's kind of axis.
     """
     found: list[Evidence] = []
     for log, label in zip(logs, labels(logs), strict=True):
-        if not log.streams:
-            raise LogError(log.source, "has no stream; nothing to report on")
-        found += [_evidence(spec, log, label, stream, rig) for stream in log.streams]
+        if not log.axes:
+            raise LogError(log.source, "has no stream of an axis; nothing to report on")
+        found += [_evidence(spec, log, label, stream, rig) for stream in log.axes]
     return found
 
 
@@ -135,7 +135,7 @@ def _evidence(spec: Spec, log: Log, label: str, stream: Stream, rig: Rig) -> Evi
     if position is not None and reference is not None:
         holds = find_holds(reference, position, resolution)
         gaps |= _without_steps(holds)
-    nominal = stream.topic == MAIN_TOPIC or len(log.streams) == 1
+    nominal = stream.topic == MAIN_TOPIC or len(log.axes) == 1
     simulated = log.metadata.get("log", {}).get("kind") == "simulated"
     load = _load(stream, position, rig, resolution, gaps)
     if rig.drive_limit is None:

@@ -1,4 +1,4 @@
-"""Whether a model, a controller and a scenario can run together: one rig, one timing."""
+"""Whether a plant, a controller and a scenario can run together: one rig, one timing."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from typing import NamedTuple, NoReturn
 
 from frictool.documents.controller import Controller
 from frictool.documents.lines import line_of
-from frictool.documents.model import Model
+from frictool.documents.quantity import si_unit
 from frictool.documents.scenario import Scenario
 from frictool.errors import DocumentError
+from frictool.simulate.rig import Rig
 
 
 class Names(NamedTuple):
@@ -26,26 +27,41 @@ def refuse(name: str, key: str, message: str) -> NoReturn:
     raise DocumentError(name, message, line=line_of(Path(name), key) if Path(name).is_file() else None, key=key)
 
 
-def check_agreement(model: Model, controller: Controller, scenario: Scenario, names: Names) -> None:
+def check_agreement(rig: Rig, controller: Controller, scenario: Scenario, names: Names) -> None:
     """Raises DocumentError naming the first thing on which the three do not agree, both values and what to do."""
-    bench = model.bench
+    owner = rig.owner.format(names.model)
     for key, ours, theirs in (
-        ("axis", controller.axis, model.axis),
-        ("drive", controller.drive, bench.actuator.drive),
-        ("sample_period_s", controller.sample_period_s, bench.sample_period_s),
-        ("delay_samples", controller.delay_samples, bench.delay_samples),
+        ("axis", controller.axis, rig.axis),
+        ("drive", controller.drive, rig.drive),
+        ("sample_period_s", controller.sample_period_s, rig.sample_period_s),
+        ("delay_samples", controller.delay_samples, rig.delay_samples),
     ):
         if ours != theirs:
-            message = f"found {ours}, but the bench of {names.model} has {theirs}; synthesise again for this bench"
-            refuse(names.controller, key, message)
-    if scenario.axis != model.axis:
-        refuse(names.scenario, "axis", f"found {scenario.axis}, but {names.model} has {model.axis}")
+            refuse(names.controller, key, f"found {ours}, but {owner} has {theirs}; synthesise again for {_this(rig)}")
+    if scenario.axis != rig.axis:
+        refuse(names.scenario, "axis", f"found {scenario.axis}, but {names.model} has {rig.axis}")
     in_drive = any(fault.offset is not None for fault in scenario.sensor_faults)
-    if scenario.drive != bench.actuator.drive and (in_drive or scenario.drive != "current"):
-        allowed = f"drive: {bench.actuator.drive}, which {names.model} has"
+    if scenario.drive != rig.drive and (in_drive or scenario.drive != "current"):
+        allowed = f"drive: {rig.drive}, which {names.model} has"
         refuse(names.scenario, "drive", f"found {scenario.drive}; allowed: {allowed}, for quantities of the drive")
+    check_efforts(scenario, rig, names)
     if scenario.variants == "vertices":
         _check_vertices(controller, names)
+
+
+def check_efforts(scenario: Scenario, rig: Rig, names: Names) -> None:
+    """Raises DocumentError where a disturbance of the driven axis is in the unit of another kind of axis."""
+    wanted = si_unit("effort", rig.effort_axis)
+    for index, disturbance in enumerate(scenario.disturbances):
+        if disturbance.on is None and disturbance.effort.unit != wanted:
+            message = (
+                f"unit {disturbance.effort.unit!r} does not measure effort of a {rig.effort_axis} axis; allowed: {wanted} and its multiples"
+            )
+            refuse(names.scenario, f"disturbances[{index}].effort.unit", message)
+
+
+def _this(rig: Rig) -> str:
+    return "this bench" if rig.owner != "{}" else "this mechanism"
 
 
 def _check_vertices(controller: Controller, names: Names) -> None:

@@ -1,6 +1,6 @@
-"""Plays a scenario to a model under its controller, once for each variant, and returns what a bench would have logged.
+"""Plays a scenario to a plant under its controller, once for each variant, and returns what a bench would have logged.
 
-    scenario --> reference, conditions --> engine.closed_loop.run(axis of the variant, controller) --> record --> sensors --> stream
+    scenario --> reference, conditions --> the loop of each variant (simulate/plant.py) --> record --> sensors --> stream
 
 Position is what the encoder reports; the drive is measured with noise of standard deviation `drive_noise`, independent from sample
 to sample and drawn for each variant from PCG64 seeded with (seed, the variant's index). What only a simulation knows is there too.
@@ -8,7 +8,7 @@ to sample and drawn for each variant from PCG64 seeded with (seed, the variant's
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,32 +21,29 @@ from frictool.control.program import Program
 from frictool.documents.controller import Controller, Number
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
-from frictool.documents.quantity import si_unit
 from frictool.documents.scenario import Scenario
-from frictool.engine import closed_loop
 from frictool.engine.conditions import SENSOR_GAIN, SENSOR_OFFSET
 from frictool.errors import NoSolutionError
 from frictool.logs.log import Log
 from frictool.logs.provenance import with_provenance
-from frictool.plant.axis_model import load_of
 from frictool.simulate.agreement import Names, check_agreement
 from frictool.simulate.limits import check_instants, check_length, check_path, check_steps
-from frictool.simulate.playing import play
-from frictool.simulate.playing_target import play_target
+from frictool.simulate.one_axis import OneAxis
+from frictool.simulate.plant import Loop, Plant, V
 from frictool.simulate.reference import parts_of
 from frictool.simulate.replay import gaps_of, replayed
+from frictool.simulate.rig import Rig
 from frictool.simulate.streams import Sensors
 from frictool.simulate.target import Target
 from frictool.simulate.timeline import conditions_of
 from frictool.simulate.used_speed import used_speed
-from frictool.simulate.variants import Variant, count, known, variants_of
 
 Vector = NDArray[np.float64]
 DOCUMENTS = Names()
 
 
 def step_test(
-    model: Model,
+    plant: Model | Plant[V],
     controller: Controller,
     scenario: Scenario,
     provenance: Provenance,
@@ -56,35 +53,59 @@ def step_test(
     number: Number = "double",
     target: Target | None = None,
 ) -> Log:
-    """The log of the scenario, one stream a variant, with warnings for people.
+    """The log of the scenario, one stream a variant and what else is known of the plant, with warnings for people.
 
     `progress(done, total)` is told before the first variants and after each batch of them; `names` are what messages call the documents;
     `recorded` is the log of a scenario that replays one; `number` is the format in which the controller runs; `target` runs in its place.
     Raises InputFileError where the documents do not fit together, LogError where the log cannot be replayed, NoSolutionError where a
     variant cannot be simulated.
     """
-    check_agreement(model, controller, scenario, names)
-    reference, start = _reference(model, controller, scenario, names, recorded)
-    period = controller.sample_period_s
-    check_instants(scenario, reference.size * period, period, names.scenario)
-    variants, conditions = variants_of(model, controller, scenario, names.model), conditions_of(scenario, reference.size, period)
-    sensors = Sensors(model, controller, scenario, reference, conditions)
-    acting, streams, warnings = _acting(conditions, controller), [], _of_log(scenario, recorded)
+    if isinstance(plant, Model):
+        return _step_test(OneAxis(plant), controller, scenario, provenance, names, progress, recorded, number, target)
+    return _step_test(plant, controller, scenario, provenance, names, progress, recorded, number, target)
+
+
+def _step_test(
+    plant: Plant[V],
+    controller: Controller,
+    scenario: Scenario,
+    provenance: Provenance,
+    names: Names,
+    progress: Callable[[int, int], None],
+    recorded: Log | None,
+    number: Number,
+    target: Target | None,
+) -> Log:
+    rig = plant.rig
+    plant.check(controller, scenario, names)
+    check_agreement(rig, controller, scenario, names)
+    reference, start = _reference(plant, controller, scenario, names, recorded)
+    check_instants(scenario, reference.size * rig.sample_period_s, rig.sample_period_s, names.scenario)
+    variants, conditions = plant.variants(controller, scenario, names.model), conditions_of(scenario, reference.size, rig.sample_period_s)
+    sensors = Sensors(rig, scenario, reference.size, reference, conditions, controller.velocity.source == "measured")
+    streams, warnings, metadata = [], _of_log(scenario, recorded), dict[str, dict[str, str]]()
     program = controller_program(controller)
-    places = scheduled(controller, program)
-    told = [{place: known(model, variant)[name] for name, place in places.items()} for variant in variants] if places else []
-    given = controller, start, reference, load_of(model), acting, progress, told
+    told = _told(plant, variants, scheduled(controller, program))
     running = _machine(controller, program, number if target is None else target.number)
-    played = play(variants, running, *given) if target is None else play_target(variants, target, *given)
-    for index, (variant, record) in enumerate(played):
-        used = _used(controller, program, running, reference, record, variant, told[index] if told else {})
-        streams.append(sensors.stream(variant.topic, index, record, used))
-        warnings += _against_stops(model, variant, record)
-    about = {"kind": "simulated", "scenario": scenario.name, "model": model.name, "controller": controller.name}
+    loop = Loop(controller, scenario, running, target, start, reference, _acting(conditions, rig), told, progress)
+    for index, (variant, run) in enumerate(plant.play(variants, loop)):
+        used = _used(controller, program, running, reference, run.record, rig.resolution, told[index] if told else {})
+        streams += [sensors.stream(variant.topic, index, run.record, used), *run.streams]
+        warnings += run.warnings
+        metadata |= run.metadata
+    about = {"kind": "simulated", "scenario": scenario.name, "model": plant.name, "controller": controller.name}
     if controller.velocity.observer is not None:
         about["speed_from"] = f"{controller.velocity.observer.kind} observer"
-    metadata = {"log": about, **_plants(model, variants)}
+    plants = {variant.topic: plant.described(variant) for variant in variants if variant.values}
+    metadata = {"log": about, **({"plants": plants} if plants else {}), **metadata}
     return with_provenance(Log(tuple(streams), metadata, scenario.name, tuple(warnings)), provenance)
+
+
+def _told(plant: Plant[V], variants: Sequence[V], places: Mapping[str, int]) -> list[dict[int, float]]:
+    """What a scheduled controller is told of each variant, by the machine's places; nothing where nothing is known of any."""
+    known = [plant.known(variant) for variant in variants] if places else []
+    told = [{place: of[name] for name, place in places.items() if name in of} for of in known]
+    return told if any(told) else []
 
 
 def scheduled(controller: Controller, program: Program) -> dict[str, int]:
@@ -99,13 +120,13 @@ def _used(
     running: Machine,
     reference: Vector,
     record: Vector,
-    variant: Variant,
+    resolution: float,
     told: Mapping[int, float],
 ) -> Vector | None:
     """What the controller took for the speed; None where it asks for none, or a sensor of its own tells it."""
     if program.speed is None or controller.velocity.source == "measured" or not uses_speed(controller):
         return None
-    return used_speed(running, program.speed.index, reference, record, variant.axis.encoder_step, told)
+    return used_speed(running, program.speed.index, reference, record, resolution, told)
 
 
 def _machine(controller: Controller, program: Program, number: Number) -> Machine:
@@ -118,13 +139,14 @@ def _machine(controller: Controller, program: Program, number: Number) -> Machin
         ) from None
 
 
-def _reference(model: Model, controller: Controller, scenario: Scenario, names: Names, recorded: Log | None) -> tuple[Vector, float]:
+def _reference(plant: Plant[V], controller: Controller, scenario: Scenario, names: Names, recorded: Log | None) -> tuple[Vector, float]:
     """The reference (n,) within the travel, and where the axis rests at first [rad | m]."""
-    period, travel, runs = controller.sample_period_s, model.bench.mechanics.travel, count(controller, scenario)
+    rig, runs = plant.rig, plant.count(controller, scenario)
+    period = rig.sample_period_s
     if scenario.reference is not None:
         if recorded is None:
             raise ValueError("a scenario that replays a log needs it: `recorded`")
-        reference = replayed(scenario.reference, recorded, model.axis, period)
+        reference = replayed(scenario.reference, recorded, rig.axis, period)
         check_length(reference.size, runs, "reference", names.scenario)
         places = {"reference": reference}
     else:
@@ -133,7 +155,7 @@ def _reference(model: Model, controller: Controller, scenario: Scenario, names: 
         reference = np.concatenate(parts)
         places = {f"steps[{index}].{step.kind}": part for index, (step, part) in enumerate(zip(scenario.steps, parts, strict=True))}
     start = float(reference[0]) if scenario.start is None else scenario.start.value
-    check_path({"start": np.array([start]), **places}, travel, names.scenario)
+    check_path({"start": np.array([start]), **places}, rig.travel, names.scenario)
     return reference, start
 
 
@@ -142,38 +164,10 @@ def _of_log(scenario: Scenario, recorded: Log | None) -> list[str]:
     return [] if scenario.reference is None or recorded is None else gaps_of(scenario.reference, recorded)
 
 
-def _acting(conditions: Vector, controller: Controller) -> Vector:
+def _acting(conditions: Vector, rig: Rig) -> Vector:
     """The conditions as the loop feels them: a voltage is not fed back, so that a wrong sensor of it only shows in the log."""
-    if controller.drive == "current" or not conditions.size:
+    if rig.drive == "current" or not conditions.size:
         return conditions
     felt = conditions.copy()
     felt[:, SENSOR_OFFSET], felt[:, SENSOR_GAIN] = 0.0, 1.0
     return felt
-
-
-def _plants(model: Model, variants: list[Variant]) -> dict[str, dict[str, str]]:
-    """The metadata record of what each variant's plant is, by its topic."""
-    of_constant = "effort per ampere" if model.bench.actuator.drive == "current" else "effort per volt"
-    dimensions = {"inertia": "inertia", "viscous": "viscous", "coulomb": "effort", "constant": of_constant}
-    units = {name: si_unit(dimension, model.axis) for name, dimension in dimensions.items()}
-    found = {
-        variant.topic: ", ".join(f"{name} {value:.6g} {units[name]}" for name, value in variant.values.items())
-        for variant in variants
-        if variant.values
-    }
-    return {"plants": found} if found else {}
-
-
-def _against_stops(model: Model, variant: Variant, record: Vector) -> list[str]:
-    """A warning where the axis runs against an end stop of its travel: no rig should."""
-    travel = model.bench.mechanics.travel
-    if travel is None:
-        return []
-    position = record[:, closed_loop.TRUE_POSITION]
-    found = []
-    for wall, against in ((travel.low, position <= travel.low), (travel.high, position >= travel.high)):
-        arrivals = np.flatnonzero(against[1:] & ~against[:-1])
-        if arrivals.size:
-            first = (arrivals[0] + 1) * model.bench.sample_period_s
-            found.append(f"{variant.topic} runs against its end stop at {wall:g} {travel.unit}, first at {first:.3f} s")
-    return found

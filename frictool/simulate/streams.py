@@ -23,13 +23,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.documents.controller import Controller
-from frictool.documents.model import Model
 from frictool.documents.quantity import CHANNEL_DIMENSIONS, drive_dimension, si_unit
 from frictool.documents.scenario import Scenario
 from frictool.engine import closed_loop
 from frictool.engine.conditions import CONSTANT_FACTOR, DISTURBANCE, FRICTION, SENSOR_GAIN, SENSOR_OFFSET, VISCOUS_FACTOR
 from frictool.logs.log import Stream
+from frictool.simulate.rig import Rig
 
 Vector = NDArray[np.float64]
 NO_UNIT = "1"
@@ -38,16 +37,15 @@ NO_UNIT = "1"
 class Sensors:
     """Makes the streams of all variants of one scenario; what they share is made once.
 
-    reference (n,); conditions (n, 8) or (0, 8): engine/conditions.py.
+    reference (n,), None without a controller; conditions (n, 8) or (0, 8): engine/conditions.py. senses_velocity: there is a sensor of it.
     """
 
-    def __init__(self, model: Model, controller: Controller, scenario: Scenario, reference: Vector, conditions: Vector) -> None:
-        self.axis, self.drive = model.axis, controller.drive
-        self.constant = model.bench.actuator.constant.value
+    def __init__(
+        self, rig: Rig, scenario: Scenario, samples: int, reference: Vector | None, conditions: Vector, senses_velocity: bool = False
+    ) -> None:
+        self.rig, self.reference, self.senses_velocity = rig, reference, senses_velocity
         self.noise, self.seed = scenario.drive_noise, scenario.seed
-        self.senses_velocity = controller.velocity.source == "measured"
-        self.time: Vector = np.arange(reference.size, dtype=np.float64) * controller.sample_period_s
-        self.reference = reference
+        self.time: Vector = np.arange(samples, dtype=np.float64) * rig.sample_period_s
         self.gain: Vector | float = conditions[:, SENSOR_GAIN] if conditions.size else 1.0
         self.offset: Vector | float = conditions[:, SENSOR_OFFSET] if conditions.size else 0.0
         self.happening = _happening(scenario, conditions)
@@ -57,20 +55,20 @@ class Sensors:
 
         used_speed (n,): what the controller took for the speed, where it asks for one.
         """
-        noise = np.random.Generator(np.random.PCG64([self.seed, index])).normal(0.0, self.noise, self.reference.size)
+        drive, noise = self.rig.drive, np.random.Generator(np.random.PCG64([self.seed, index])).normal(0.0, self.noise, self.time.size)
         true_drive, velocity = record[:, closed_loop.TRUE_DRIVE], record[:, closed_loop.TRUE_VELOCITY]
         shown: Vector = self.gain * true_drive + self.offset + noise
-        of_drive = drive_dimension(self.drive, constant=False)
+        of_drive = "effort" if drive == "effort" else drive_dimension(drive, constant=False)
         columns: dict[str, tuple[Vector, str]] = {
             "position": (record[:, closed_loop.MEASURED], "position"),
-            "reference": (self.reference, "position"),
-            self.drive: (shown, CHANNEL_DIMENSIONS[self.drive]),
-            "effort": (self.constant * shown, "effort"),
+            **({} if self.reference is None else {"reference": (self.reference, "position")}),
+            drive: (shown, CHANNEL_DIMENSIONS[drive]),
+            "effort": (self.rig.constant * shown, "effort"),
             "command": (record[:, closed_loop.COMMAND], of_drive),
             "velocity": (velocity, "velocity"),
             "position_true": (record[:, closed_loop.TRUE_POSITION], "position"),
             "load_position": (record[:, closed_loop.LOAD], "position"),
-            f"{self.drive}_true": (true_drive, of_drive),
+            f"{drive}_true": (true_drive, of_drive),
         }
         if self.senses_velocity:
             columns["velocity_measured"] = (velocity, "velocity")
@@ -78,8 +76,13 @@ class Sensors:
             columns["velocity_estimated"] = (used_speed, "velocity")
         columns |= self.happening
         signals = {name: np.ascontiguousarray(values, dtype=np.float64) for name, (values, _) in columns.items()}
-        units = {name: dimension if dimension == NO_UNIT else si_unit(dimension, self.axis) for name, (_, dimension) in columns.items()}
+        units = {name: self._unit(dimension) for name, (_, dimension) in columns.items()}
         return Stream(topic, self.time, signals, units)
+
+    def _unit(self, dimension: str) -> str:
+        if dimension == NO_UNIT:
+            return dimension
+        return si_unit(dimension, self.rig.effort_axis if dimension == "effort" else self.rig.axis)
 
 
 def _happening(scenario: Scenario, conditions: Vector) -> dict[str, tuple[Vector, str]]:

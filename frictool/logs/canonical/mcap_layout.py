@@ -1,7 +1,7 @@
 """The canonical log's layout inside MCAP, shared by its writer and its reader.
 
     Header                 profile `ros2`
-    Schema, Channel        one channel per stream: topic `/axis` or `/axis/NAME`, encoding `cdr`; schema `ros2msg`, flat `float64` fields
+    Schema, Channel        one channel per stream: topic `/axis`, `/axis/NAME` or `/mechanism`, encoding `cdr`; schema `ros2msg`, flat `float64`
     Metadata               `units` (`/axis.position` -> `rad`), `time` (where times were shifted), `provenance`, ...
     Chunk, MessageIndex    at most four seconds of one stream, zstd; nothing in it but its messages, so that it is one NumPy array
     DataEnd                with the CRC of everything before it
@@ -39,7 +39,7 @@ LATEST = 9_000_000_000.0  # s; a time in ns has to fit 63 bits
 
 # what ROS 2 accepts as the name of a field and of a topic
 FIELD_NAME = re.compile(r"(?!.*__)(?!.*_$)[a-z][a-z0-9_]*")
-TOPIC = re.compile(r"/axis(/[A-Za-z_][A-Za-z0-9_]*)*")
+TOPIC = re.compile(r"/(axis|mechanism)(/[A-Za-z_][A-Za-z0-9_]*)*")
 _FIELD_LINE = re.compile(r"float64[ \t]+([A-Za-z][A-Za-z0-9_]*)")
 
 Records = NDArray[np.void]
@@ -55,7 +55,7 @@ class Head:
 
     def __post_init__(self) -> None:
         if not TOPIC.fullmatch(self.topic):
-            raise ValueError(f"topic {self.topic!r}; allowed: /axis or /axis/NAME, NAME of letters, digits and _")
+            raise ValueError(f"topic {self.topic!r}; allowed: /axis, /axis/NAME or /mechanism, NAME of letters, digits and _")
         for name in self.fields:
             if not FIELD_NAME.fullmatch(name):
                 raise ValueError(f"signal {name!r}; allowed: lower-case letters, digits and single _")
