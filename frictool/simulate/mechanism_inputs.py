@@ -1,0 +1,84 @@
+"""What a scenario puts into a mechanism beside its controller: signals of sources and efforts on blocks, held over parts of time.
+
+    |- sample k ------------|- sample k+1 ---
+    |-- part --|-- part ----|-- part --------         a sample is cut wherever a signal jumps or bends: steps come at their very instants
+
+Over a part a signal is held at its mean: exact in its impulse, and for a step in everything; what it does to the motion of a sine or a
+ramp is of second order in a part.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.conditions import Disturbance, Signal
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+SAME_INSTANT = 1e-9  # of a sample: instants that are equal but for rounding
+
+
+class Inputs(NamedTuple):
+    """first (n + 1,): the part that each sample begins with, then their number m. durations (m,): s.
+
+    drives (m, u): what each source is asked for, A, V or effort; (0, u) where none is asked for anything. efforts (m, d): on the blocks
+    (d,), N m | N; (0, d) where there are none.
+    """
+
+    first: Places
+    durations: Vector
+    drives: Vector
+    blocks: Places
+    efforts: Vector
+
+
+def inputs_of(
+    signals: Mapping[int, Sequence[Signal]], disturbances: Sequence[tuple[int, Disturbance]], sources: int, samples: int, period: float
+) -> Inputs:
+    """The inputs of a scenario of so many samples of a `period` [s]; signals: by the source's place, disturbances: with the block's."""
+    courses = [course for of in signals.values() for course in of] + [one for _, one in disturbances]
+    edges, first = _cut(courses, samples, period)
+    blocks = sorted({block for block, _ in disturbances})
+    drives = np.zeros((edges.size - 1 if signals else 0, sources))
+    for place, of in signals.items():
+        for signal in of:
+            drives[:, place] += mean_over(signal, signal.level.value, edges * period)
+    efforts = np.zeros((edges.size - 1 if blocks else 0, len(blocks)))
+    for block, disturbance in disturbances:
+        efforts[:, blocks.index(block)] += mean_over(disturbance, disturbance.effort.value, edges * period)
+    return Inputs(first, np.diff(edges) * period, drives, np.array(blocks, dtype=np.int64), efforts)
+
+
+def _cut(courses: Iterable[Signal | Disturbance], samples: int, period: float) -> tuple[Vector, Places]:
+    """The edges (m + 1,) of the parts, in samples, and `Inputs.first`."""
+    instants = {instant / period for course in courses for instant in (course.at_s, _end(course)) if instant / period < samples}
+    inside = np.array([one for one in sorted(instants) if abs(one - round(one)) > SAME_INSTANT])
+    edges = np.sort(np.concatenate([np.arange(samples + 1, dtype=np.float64), inside]))
+    return edges, np.searchsorted(edges, np.arange(samples + 1, dtype=np.float64)).astype(np.int64)
+
+
+def _end(course: Signal | Disturbance) -> float:
+    return math.inf if course.duration_s is None else course.at_s + course.duration_s
+
+
+def mean_over(course: Signal | Disturbance, level: float, edges: Vector) -> Vector:
+    """The mean of a course over each part (m,) between the edges (m + 1,) [s], none of which it jumps inside of."""
+    begin, end = edges[:-1], edges[1:]
+    middle, slack = 0.5 * (begin + end), SAME_INSTANT * float(np.max(end - begin, initial=0.0))
+    since = middle - course.at_s
+    active = (since > -slack) & (middle < _end(course))
+    found: Vector
+    if course.kind == "ramp":
+        assert course.duration_s is not None
+        found = level * np.clip(since / course.duration_s, 0.0, 1.0)
+        return found
+    if course.frequency_hz is None:
+        return np.where(active, level, 0.0)
+    angle = 2.0 * math.pi * course.frequency_hz * since + math.radians(course.phase_deg)
+    found = np.where(active, level * np.sin(angle) * np.sinc(course.frequency_hz * (end - begin)), 0.0)
+    return found

@@ -1,0 +1,129 @@
+"""What a controller is told of a mechanism, and what lies behind the sensor: the chain of links from its block to every other.
+
+Along the chain a block's position is that of the sensor's times the ratios between them, as far as no play and no compliance lies between:
+
+    q_block - start_block = ratio (q_sensor - start_sensor)
+
+The load is the block that `control.load` names, or else the one that the most links lie between and the sensor, the last such in the file.
+Its position is brought back to the sensor's coordinate, so that it compares with the reference.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.mechanism import Mechanism, Sensor, Spring
+from frictool.documents.quantity import si_unit
+from frictool.plant.mechanism.assembly import Assembled
+from frictool.plant.mechanism.packed import FRAME
+from frictool.plant.mechanism.wrong import WrongElement
+from frictool.simulate.rig import Rig
+
+Vector = NDArray[np.float64]
+FULL_TURN = 2.0 * np.pi
+SAME_PLACE = 1e-12  # of where a stop stands
+
+
+class Controlled(NamedTuple):
+    """Places of the controlled source, of its block and the sensor's; of the load, whose speed is `load_ratio` times the sensor's."""
+
+    source: int
+    source_block: int
+    sensor_block: int
+    load: int
+    load_ratio: float
+
+
+def resolution_of(sensor: Sensor) -> float:
+    """The step of an encoder [rad | m]; 0 of a perfect one."""
+    if sensor.step is not None:
+        return sensor.step.value
+    return FULL_TURN / sensor.counts_per_revolution if sensor.counts_per_revolution is not None else 0.0
+
+
+def rig_of_mechanism(document: Mechanism, assembled: Assembled) -> tuple[Rig, Controlled]:
+    """The rig that a controller sees. Raises WrongElement where source or sensor are not determined, or the sensor shows no position."""
+    source, sensor = assembled.controlled(document)
+    drives, senses = document.sources[assembled.sources[source]], document.sensors[assembled.sensors[sensor]]
+    if senses.measures != "position":
+        name = assembled.sensors[sensor]
+        raise WrongElement(f"sensors.{name}.measures", f"found {senses.measures}; allowed: position, for what a controller follows")
+    driven, sensed = int(assembled.packed.sources.block[source]), assembled.sensor_blocks[sensor]
+    rig = Rig(
+        owner="{}",
+        axis=assembled.kinds[sensed],
+        drive=drives.drive,
+        sample_period_s=document.sample_period_s,
+        delay_samples=document.delay_samples,
+        constant=1.0 if drives.constant is None else drives.constant.value,
+        resolution=resolution_of(senses),
+        travel=document.travel,
+        effort_axis=assembled.kinds[driven],
+    )
+    load, ratio = _load(document, assembled, sensed)
+    return rig, Controlled(source, driven, sensed, load, ratio)
+
+
+class Tied(NamedTuple):
+    """How a block hangs on the chain's root: its motion over the root's, and the number of links between."""
+
+    ratio: float
+    links: int
+
+
+def chain_from(document: Mechanism, assembled: Assembled, root: int) -> dict[int, Tied]:
+    """Every block that links tie to the block `root`, itself among them, the nearest first. Springs tie nothing."""
+    joints, couplings = assembled.packed.joints, assembled.packed.couplings
+    ties = list(zip(joints.a.tolist(), joints.b.tolist(), joints.ratio.tolist(), strict=True))
+    for name, a, b, ratio in zip(assembled.couplings, couplings.a.tolist(), couplings.b.tolist(), couplings.ratio.tolist(), strict=True):
+        if a != FRAME and not isinstance(document.links.get(name), Spring):
+            ties.append((a, b, ratio))
+    neighbours: dict[int, list[tuple[int, float]]] = {block: [] for block in range(len(assembled.blocks))}
+    for a, b, ratio in ties:
+        neighbours[a].append((b, ratio))
+        neighbours[b].append((a, 1.0 / ratio))
+    found, waiting = {root: Tied(1.0, 0)}, deque([root])
+    while waiting:
+        here = waiting.popleft()
+        for there, ratio in neighbours[here]:
+            if there not in found:
+                found[there] = Tied(ratio * found[here].ratio, found[here].links + 1)
+                waiting.append(there)
+    return found
+
+
+def placed_at(document: Mechanism, assembled: Assembled, root: int, position: float) -> Vector:
+    """Positions (n,) [rad | m] of all blocks with the block `root` at `position`: what is tied to it comes along, the rest stays.
+
+    Raises ValueError naming the block that then lies beyond its end stop.
+    """
+    placed = assembled.start.copy()
+    for block, tied in chain_from(document, assembled, root).items():
+        placed[block] += tied.ratio * (position - assembled.start[root])
+    stops = assembled.packed.stops
+    for name, block, low, high in zip(assembled.stops, stops.block.tolist(), stops.low.tolist(), stops.high.tolist(), strict=True):
+        slack = SAME_PLACE * max(abs(one) for one in (low, high, 0.0) if np.isfinite(one))
+        if not low - slack <= placed[block] <= high + slack:
+            unit = si_unit("position", assembled.kinds[block])
+            found = f"puts {assembled.blocks[block]} at {placed[block]:.9g} {unit}"
+            raise ValueError(f"{found}; allowed: {low:.9g} to {high:.9g} {unit}, the stops of {name}")
+    return placed
+
+
+def _load(document: Mechanism, assembled: Assembled, root: int) -> tuple[int, float]:
+    chain = chain_from(document, assembled, root)
+    name = None if document.control is None else document.control.load
+    if name is None:
+        load = max(chain, key=lambda block: (chain[block].links, block))
+        return load, chain[load].ratio
+    if name not in assembled.blocks:
+        raise WrongElement("control.load", f"found {name!r}; allowed: {', '.join(assembled.blocks)}")
+    load = assembled.blocks.index(name)
+    if load not in chain:
+        tied = ", ".join(assembled.blocks[block] for block in sorted(chain))
+        raise WrongElement("control.load", f"found {name}, which no link ties to the sensor's block; allowed: {tied}")
+    return load, chain[load].ratio

@@ -1,0 +1,115 @@
+"""Mechanisms drawn at random: every quantity of the document that has `low` and `high` is drawn between them, uniformly and on its own.
+
+Mechanism number i of a seed is the same however many there are. A breakaway that is drawn below its Coulomb friction counts as equal to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from frictool.documents.mechanism import FrictionOf, Mechanism
+from frictool.documents.quantity import Quantity
+from frictool.documents.scenario import Scenario
+from frictool.errors import FrictoolError
+from frictool.friction.table import LAWS
+from frictool.logs.log import MAIN_TOPIC, MECHANISM_TOPIC
+from frictool.plant.mechanism.assembly import Assembled, assemble
+from frictool.plant.mechanism.wrong import WrongElement
+from frictool.simulate.variants import PLANTS_STREAM
+
+
+@dataclass(frozen=True)
+class MechanismVariant:
+    """One mechanism, `name` empty for the nominal one; values: what was drawn, by its key, in SI, and the unit of each."""
+
+    name: str
+    document: Mechanism
+    assembled: Assembled
+    values: dict[str, float] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def topic(self) -> str:
+        """Of the controlled axis: `/axis`, or `/axis/NAME`."""
+        return f"{MAIN_TOPIC}/{self.name}" if self.name else MAIN_TOPIC
+
+    @property
+    def whole_topic(self) -> str:
+        """Of all blocks: `/mechanism`, or `/mechanism/NAME`."""
+        return f"{MECHANISM_TOPIC}/{self.name}" if self.name else MECHANISM_TOPIC
+
+
+def mechanism_variants(document: Mechanism, assembled: Assembled, scenario: Scenario, owner: str) -> list[MechanismVariant]:
+    """The nominal mechanism, and `plants` drawn ones where the scenario asks for them; `owner` is what messages call the document.
+
+    Raises FrictoolError where the document has no range to draw from, or a drawn mechanism cannot be put together.
+    """
+    found = [MechanismVariant("", document, assembled)]
+    if scenario.variants != "random":
+        return found
+    assert scenario.plants is not None
+    ranged = {key: quantity for key, quantity in _quantities(document, "") if quantity.interval[0] < quantity.interval[1]}
+    if not ranged:
+        raise FrictoolError(f"{owner}: variants: random draws from ranges, and no quantity has one; give low and high beside a value")
+    lows, highs = (np.array([quantity.interval[side] for quantity in ranged.values()]) for side in (0, 1))
+    parts = np.random.Generator(np.random.PCG64([scenario.seed, PLANTS_STREAM])).random((scenario.plants, len(ranged)))
+    width, units = len(str(scenario.plants)), {key: quantity.unit for key, quantity in ranged.items()}
+    for index, row in enumerate(lows + parts * (highs - lows), start=1):
+        name, values = f"p{index:0{width}d}", dict(zip(ranged, map(float, row), strict=True))
+        drawn = changed(document, values)
+        try:
+            found.append(MechanismVariant(name, drawn, assemble(drawn), values, units))
+        except WrongElement as wrong:
+            raise FrictoolError(f"{owner}, plant {name}: {wrong.key}: {wrong}; narrow the ranges that it is drawn from") from None
+    return found
+
+
+def changed(document: Mechanism, values: Mapping[str, float]) -> Mechanism:
+    """The document with other values, by their keys (`blocks.rotor.inertia`), in the units that it has."""
+    made: Mechanism = _changed(document, values, "")
+    return made
+
+
+def _quantities(one: Any, key: str) -> Iterator[tuple[str, Quantity]]:
+    """Every quantity below `one`, with its key, in the document's order."""
+    if isinstance(one, Quantity):
+        yield key, one
+        return
+    for name, below in _parts(one):
+        yield from _quantities(below, f"{key}.{name}" if key else name)
+
+
+def _parts(one: Any) -> list[tuple[str, Any]]:
+    if isinstance(one, msgspec.Struct):
+        return [(name, getattr(one, name)) for name in one.__struct_fields__]
+    return list(one.items()) if isinstance(one, dict) else []
+
+
+def _changed(one: Any, values: Mapping[str, float], key: str) -> Any:
+    if isinstance(one, Quantity):
+        return Quantity(value=values[key], unit=one.unit) if key in values else one
+    below = {name: _changed(part, values, f"{key}.{name}" if key else name) for name, part in _parts(one)}
+    if isinstance(one, dict):
+        return below
+    if not isinstance(one, msgspec.Struct):
+        return one
+    made = msgspec.structs.replace(one, **below)
+    return _ordered(made) if isinstance(made, FrictionOf) else made
+
+
+def _ordered(friction: FrictionOf) -> FrictionOf:
+    """With each parameter at least what its law says it may not fall below."""
+    law = LAWS.get(friction.law)
+    if law is None:
+        return friction
+    parameters = dict(friction.parameters)
+    for parameter in law.parameters:
+        own, least = parameters.get(parameter.name), parameters.get(parameter.at_least or "")
+        if own is not None and least is not None and own.unit == least.unit and own.value < least.value:
+            parameters[parameter.name] = Quantity(value=least.value, unit=own.unit)
+    return msgspec.structs.replace(friction, parameters=parameters)

@@ -1,0 +1,77 @@
+"""A model as what a scenario is played to: one axis, its variants the controller's vertices or plants drawn from the bench's ranges."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.controller import Controller
+from frictool.documents.model import Model
+from frictool.documents.quantity import si_unit
+from frictool.documents.scenario import Scenario
+from frictool.engine import closed_loop
+from frictool.plant.axis_model import load_of
+from frictool.simulate.agreement import Names, refuse
+from frictool.simulate.plant import Loop, Run
+from frictool.simulate.playing import play
+from frictool.simulate.playing_target import play_target
+from frictool.simulate.rig import rig_of
+from frictool.simulate.variants import Variant, count, known, variants_of
+
+Vector = NDArray[np.float64]
+
+
+class OneAxis:
+    """simulate/plant.py `Plant` of a model."""
+
+    def __init__(self, model: Model) -> None:
+        self.model, self.name, self.rig = model, model.name, rig_of(model.bench)
+
+    def check(self, controller: Controller | None, scenario: Scenario, names: Names) -> None:
+        """See Plant."""
+        for key in ("sources", "duration_s"):
+            if getattr(scenario, key):
+                refuse(names.scenario, key, f"belongs to a mechanism; {names.model} is one axis, which a controller drives: leave it out")
+        for index, disturbance in enumerate(scenario.disturbances):
+            key = f"disturbances[{index}]"
+            if disturbance.on is not None:
+                refuse(names.scenario, f"{key}.on", f"names a block of a mechanism; {names.model} is one axis: leave it out")
+
+    def count(self, controller: Controller, scenario: Scenario) -> int:
+        """See Plant."""
+        return count(controller, scenario)
+
+    def variants(self, controller: Controller, scenario: Scenario, owner: str) -> list[Variant]:
+        """See Plant."""
+        return variants_of(self.model, controller, scenario, owner)
+
+    def known(self, variant: Variant) -> dict[str, float]:
+        """See Plant."""
+        return known(self.model, variant)
+
+    def play(self, variants: Sequence[Variant], loop: Loop) -> Iterator[tuple[Variant, Run]]:
+        """See Plant."""
+        given = (loop.controller, loop.start, loop.reference, load_of(self.model), loop.conditions, loop.progress, loop.told)
+        played = play(variants, loop.running, *given) if loop.target is None else play_target(variants, loop.target, *given)
+        for variant, record in played:
+            yield variant, Run(record, warnings=tuple(self._against_stops(variant, record)))
+
+    def described(self, variant: Variant) -> str:
+        """See Plant."""
+        of_constant = "effort per ampere" if self.rig.drive == "current" else "effort per volt"
+        dimensions = {"inertia": "inertia", "viscous": "viscous", "coulomb": "effort", "constant": of_constant}
+        return ", ".join(f"{name} {value:.6g} {si_unit(dimensions[name], self.rig.axis)}" for name, value in variant.values.items())
+
+    def _against_stops(self, variant: Variant, record: Vector) -> Iterator[str]:
+        """A warning where the axis runs against an end stop of its travel: no rig should."""
+        travel = self.rig.travel
+        if travel is None:
+            return
+        position = record[:, closed_loop.TRUE_POSITION]
+        for wall, against in ((travel.low, position <= travel.low), (travel.high, position >= travel.high)):
+            arrivals = np.flatnonzero(against[1:] & ~against[:-1])
+            if arrivals.size:
+                first = (arrivals[0] + 1) * self.rig.sample_period_s
+                yield f"{variant.topic} runs against its end stop at {wall:g} {travel.unit}, first at {first:.3f} s"

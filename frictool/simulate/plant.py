@@ -1,0 +1,96 @@
+"""What a scenario is played to: one axis (simulate/one_axis.py) or a mechanism (simulate/mechanism_plant.py), behind one face.
+
+scenario ──▶ variants ──▶ play: the loop of each ──▶ Run: record of the axis, further streams, warnings ──▶ log
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import NamedTuple, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.control.machine import Machine
+from frictool.documents.controller import Controller
+from frictool.documents.scenario import Scenario
+from frictool.logs.log import Stream
+from frictool.simulate.agreement import Names
+from frictool.simulate.rig import Rig
+from frictool.simulate.target import Target
+
+Vector = NDArray[np.float64]
+
+
+class Played(Protocol):
+    """One plant of a scenario. name: empty for the nominal one. values: what makes it differ from that one. topic: of its stream."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def values(self) -> Mapping[str, float]: ...
+
+    @property
+    def topic(self) -> str: ...
+
+
+V = TypeVar("V", bound=Played)
+
+
+class Run(NamedTuple):
+    """record (n, 7): engine/closed_loop.py, of the controlled axis. streams: what else is known of the plant. metadata: further records."""
+
+    record: Vector
+    streams: tuple[Stream, ...] = ()
+    warnings: tuple[str, ...] = ()
+    metadata: Mapping[str, dict[str, str]] = {}
+
+
+class Loop(NamedTuple):
+    """What is played to every plant: the controller, in the simulation's number format or as compiled code, and what happens to it.
+
+    start [rad | m]; reference (n,); conditions (n, 8) as the loop feels them: engine/conditions.py. told: what a scheduled controller is
+    told of each variant, by the machine's places. progress(done, total) is told before the first variants and after each batch of them.
+    """
+
+    controller: Controller
+    scenario: Scenario
+    running: Machine
+    target: Target | None
+    start: float
+    reference: Vector
+    conditions: Vector
+    told: Sequence[Mapping[int, float]]
+    progress: Callable[[int, int], None]
+
+
+class Plant(Protocol[V]):
+    """One axis or a mechanism, with what a log says of it."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def rig(self) -> Rig: ...
+
+    def check(self, controller: Controller | None, scenario: Scenario, names: Names) -> None:
+        """Raises DocumentError where the scenario asks for what this kind of plant does not have."""
+
+    def count(self, controller: Controller, scenario: Scenario) -> int:
+        """How many variants there are, the nominal one among them."""
+
+    def variants(self, controller: Controller, scenario: Scenario, owner: str) -> list[V]:
+        """The nominal plant, then those that the scenario asks for; `owner` is what messages call the document.
+
+        Raises FrictoolError where a plant's parameters are out of range, or there is no range to draw from.
+        """
+
+    def known(self, variant: V) -> Mapping[str, float]:
+        """What a scheduled controller can be told of it, by the parameters' names [SI]."""
+
+    def play(self, variants: Sequence[V], loop: Loop) -> Iterator[tuple[V, Run]]:
+        """Each variant and its run. Raises NoSolutionError where one cannot be simulated."""
+
+    def described(self, variant: V) -> str:
+        """Its values with their units, for the log."""

@@ -1,0 +1,43 @@
+"""What a controller and a log are told of a plant: its axis, drive, timing and travel, as a bench or a mechanism says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from frictool.documents.bench import Bench
+from frictool.documents.quantity import Axis, Span
+
+
+@dataclass(frozen=True)
+class Rig:
+    """SI. Of the controlled axis where there are several.
+
+    owner: how messages call the document that says so ({} is its name). constant: effort per unit of the drive; resolution: the encoder's
+    step, 0 of a perfect one [rad | m]; effort_axis: the kind of axis on which the drive acts.
+    """
+
+    owner: str
+    axis: Axis
+    drive: Literal["current", "voltage", "effort"]
+    sample_period_s: float
+    delay_samples: int
+    constant: float
+    resolution: float
+    travel: Span | None
+    effort_axis: Axis
+
+
+def rig_of(bench: Bench) -> Rig:
+    """The rig that a bench describes."""
+    return Rig(
+        owner="the bench of {}",
+        axis=bench.axis,
+        drive=bench.actuator.drive,
+        sample_period_s=bench.sample_period_s,
+        delay_samples=bench.delay_samples,
+        constant=bench.actuator.constant.value,
+        resolution=bench.encoder.resolution,
+        travel=bench.mechanics.travel,
+        effort_axis=bench.axis,
+    )
