@@ -111,6 +111,8 @@ def fitted(value: Callable[[Vector], Vector], slope: Callable[[Vector], Vector],
 
 def cam_push(force: Cubics, angle: Cubics) -> Cubics:
     """force tan(angle), what a cam's spring pushes the block with (2.23)."""
+    if not np.any(angle.cubic):  # a level profile pushes nothing
+        return Cubics(angle.breaks[[0, -1]], np.zeros((1, 4)))
     breaks = np.unique(np.concatenate([force.breaks, angle.breaks]))
 
     def value(x: Vector) -> Vector:
