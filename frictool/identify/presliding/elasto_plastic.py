@@ -35,7 +35,10 @@ def elasto_plastic_path(position: Vector, starts: NDArray[np.bool_], stiffness: 
         step = moved / steps
         for _ in range(steps):
             middle = z + 0.5 * step * slope(z, step, limit, share)
+            before = z
             z += step * slope(middle, step, limit, share)
+            if z == before:  # it slips: the steps that are left are the same
+                break
         out[k] = stiffness * z
 
 
