@@ -63,7 +63,11 @@ def segments(numbers: list[int], rise: int, rate: float) -> tuple[Vector, Vector
 
 
 def next_change(values: Vector) -> NDArray[np.int64]:
-    return np.array([next((j for j in range(k, values.size) if values[j] != values[k]), values.size) for k in range(values.size)])
+    """At each row the first later one with another value, from the end backwards."""
+    out = np.full(values.size, values.size)
+    for k in range(values.size - 2, -1, -1):
+        out[k] = out[k + 1] if values[k + 1] == values[k] else k + 1
+    return out
 
 
 def plain_ramps(axis: AxisParameters, rows: Vector, segment: Vector, advance_on: float, low: float, high: float, start: float) -> Vector:
