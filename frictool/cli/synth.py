@@ -42,12 +42,11 @@ def command(model: Path, spec: Path, design: Path, vertices_only: bool, plot: Pa
     same_axis({model: model_document, spec: spec_document, design: design_document})
     if plot is not None and design_document.relax == "no":
         raise click.UsageError(f"--plot shows the trade of relax: auto, which {design.name} does not ask for")
-    if plot is not None:
-        refuse_inputs(plot, [model, spec, design])  # before the minutes that a design may take, and before the controller is written
-        if output is not None and plot.resolve() == output.resolve():
-            raise click.UsageError(
-                f"--plot and --output are the same file, {plot.name}; give the picture a name of its own, such as trade.svg"
-            )
+    for target in (output, plot):
+        if target is not None:  # before the minutes that a design may take, and before the controller is written
+            refuse_inputs(target, [model, spec, design])
+    if plot is not None and output is not None and plot.resolve() == output.resolve():
+        raise click.UsageError(f"--plot and --output are the same file, {plot.name}; give the picture a name of its own, such as trade.svg")
     from frictool.synth.design import designed
     from frictool.synth.disturbance import disturbance
     from frictool.synth.machine import machine
