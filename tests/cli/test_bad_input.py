@@ -29,7 +29,7 @@ def chain(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for line in (
         "ingest log.csv --bench bench.yaml -o log.mcap",
         "identify log.mcap --bench bench.yaml -o model.yaml",
-        "synth model.yaml --spec spec.yaml --design design.yaml -o controller.yaml",
+        "synth model.yaml --spec spec.yaml --design design.yaml --vertices-only -o controller.yaml",
         "simulate model.yaml --controller controller.yaml --scenario scenario.yaml -o run.mcap",
     ):
         result = run(*(folder / word if "." in word else word for word in line.split()))
