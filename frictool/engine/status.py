@@ -9,6 +9,8 @@ code  name            meaning
 3     EVENTS_FULL     the array for the events is full: the state is that at the event that found no room
 4     STEP_TOO_SMALL  the tolerance asks for a step that is lost in the rounding of the time
 5     LAW_FAILED      a kernel of the friction law returned a status of friction/status.py
+6     JAMMED          a link that its load cannot drive wedges: no acceleration satisfies its equations
+7     UNRESOLVED      contacts and sticking parts change without end at one instant
 ====  ==============  ===================================================================================================
 """
 
@@ -20,6 +22,8 @@ NOT_FINITE = 2
 EVENTS_FULL = 3
 STEP_TOO_SMALL = 4
 LAW_FAILED = 5
+JAMMED = 6
+UNRESOLVED = 7
 
 MESSAGES = {
     TOO_MANY_EVENTS: "the axis stops and starts more often within one sample than the engine resolves",
@@ -27,4 +31,6 @@ MESSAGES = {
     EVENTS_FULL: "more events happened than there was room for",
     STEP_TOO_SMALL: "the tolerance cannot be kept: the steps would be lost in rounding",
     LAW_FAILED: "the friction law left the range of floating-point numbers, or its memory is full",
+    JAMMED: "a link that its load cannot drive wedges: its friction grows faster than what drives it; lower its friction or the load's inertia",
+    UNRESOLVED: "contacts and sticking parts change without end at one instant",
 }

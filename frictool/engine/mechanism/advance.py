@@ -1,0 +1,242 @@
+"""Moves a mechanism through a time in which its commands are held, from event to event.
+
+    machine = prepare(packed)                   engine/mechanism/image.py, once
+    state = rest(packed, machine, start)        engine/mechanism/state.py
+    status = advance(*machine, *state, command, external, duration, TOLERANCE, events, happened)
+
+Between events all modes are held and the rates are smooth: steps of order 8 with error control. A step within which a guard is passed is
+taken again to the instant at which it is, found to rounding; then the modes are found anew. At rest, where no rate is left and nothing
+flows in or out, the rest of the duration costs nothing.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.mechanism.events import STRIKES, TOUCHES, write, write_changes
+from frictool.engine.mechanism.field import ACCELERATION, field, joint_gap
+from frictool.engine.mechanism.image import (
+    BLOCKS,
+    CONSTANT,
+    COUPLINGS,
+    DRY,
+    INNER,
+    JOINTS,
+    LAG,
+    LIMIT,
+    ORDER,
+    RESISTANCE,
+    SOURCE,
+    SOURCE_BLOCKS,
+    SOURCE_WIDTH,
+    SOURCES,
+    STOP_BLOCKS,
+    STOPS,
+    SUPPLY,
+)
+from frictool.engine.mechanism.impacts import impacts
+from frictool.engine.mechanism.laws import LawKernels
+from frictool.engine.mechanism.locate import locate
+from frictool.engine.mechanism.order_eight import STAGES
+from frictool.engine.mechanism.resolve import ROWS
+from frictool.engine.mechanism.settle import align, halt, settle
+from frictool.engine.mechanism.state import OPEN, STUCK
+from frictool.engine.mechanism.step import first_dip, forces_hold, is_broken, try_step
+from frictool.engine.status import LAW_FAILED, NOT_FINITE, OK, STEP_TOO_SMALL, TOO_MANY_EVENTS
+from frictool.kernels import bare_kernel, kernel
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+TOLERANCE = 1e-9  # of the speed of each block that counts
+MAX_EVENTS = 200_000  # in one call
+FIRST_STEP = 1e-5  # s
+GROWTH, SHRINKAGE, SAFETY = 4.0, 0.2, 0.9
+SHORTEST = 1e-15  # of the time reached, or in s
+
+
+@bare_kernel
+def _commanded(k: Places, p: Vector, command: Vector, external: Vector, y: Vector, drive: Vector, inputs: Vector) -> None:
+    """inputs: commands within the drives' limits and the windings' at the speeds of the beginning, what flows, efforts held on blocks."""
+    n, u = k[BLOCKS], k[SOURCES]
+    for s in range(u):
+        row, speed = k[SOURCE] + s * SOURCE_WIDTH, y[n + k[k[SOURCE_BLOCKS] + s]]
+        low, high = -p[row + LIMIT], p[row + LIMIT]
+        if p[row + RESISTANCE] > 0.0:
+            back = p[row + CONSTANT] * speed
+            low = max(low, (-p[row + SUPPLY] - back) / p[row + RESISTANCE])
+            high = min(high, (p[row + SUPPLY] - back) / p[row + RESISTANCE])
+        inputs[s] = min(max(command[s], low), high)
+        inputs[u + s] = min(max(drive[s], low), high) if p[row + LAG] > 0.0 else inputs[s]
+    for i in range(n):
+        inputs[2 * u + i] = external[i]
+
+
+@bare_kernel
+def _flows(k: Places, p: Vector, inputs: Vector, t: float, drive: Vector) -> None:
+    """What flows in each source t after its command."""
+    u = k[SOURCES]
+    for s in range(u):
+        lag = p[k[SOURCE] + s * SOURCE_WIDTH + LAG]
+        drive[s] = inputs[s] if lag == 0.0 else inputs[s] + (inputs[u + s] - inputs[s]) * math.exp(-t / lag)
+
+
+@bare_kernel
+def _is_settled(k: Places, y: Vector, out: Vector, inputs: Vector) -> bool:
+    """Whether nothing moves and nothing will until the command changes."""
+    n, u = k[BLOCKS], k[SOURCES]
+    for s in range(u):
+        if inputs[s] != inputs[u + s]:
+            return False
+    for i in range(n, 2 * n):
+        if y[i] != 0.0 or out[i] != 0.0:
+            return False
+    return k[INNER] == 0
+
+
+@bare_kernel
+def _happen(k: Places, p: Vector, now: float, y: Vector, modes: Places, guard: Vector, events: Vector, happened: Places) -> bool:
+    """Roots whose speed has come to 0 stop with all that moves along; says whether flanks or stops meet."""
+    n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
+    meet = False
+    for joint in range(j):
+        if modes[n + joint] == OPEN and guard[n + joint] <= 0.0:
+            _, rate, _ = joint_gap(k, p, joint, y)
+            write(events, happened, now, TOUCHES, joint, rate)
+            meet = True
+    for s in range(k[STOPS]):
+        if modes[n + 2 * j + c + s] == OPEN and guard[n + 2 * j + c + s] <= 0.0:
+            write(events, happened, now, STRIKES, s, y[n + k[k[STOP_BLOCKS] + s]])
+            meet = True
+    for place in range(n):
+        i = k[k[ORDER] + place]
+        if guard[i] <= 0.0 and modes[i] != STUCK and y[n + i] != 0.0:
+            halt(k, place, p, y, modes)
+    return meet
+
+
+@kernel
+def advance(
+    k: Places,
+    p: Vector,
+    laws: LawKernels,
+    y: Vector,
+    drive: Vector,
+    modes: Places,
+    work: Vector,
+    pace: Vector,
+    command: Vector,
+    external: Vector,
+    duration: float,
+    tolerance: float,
+    events: Vector,
+    happened: Places,
+) -> int:
+    """Advances the state, in place, by `duration` [s] under held commands (u,) and efforts on blocks (n,) [N | N m].
+
+    k, p, laws: a Machine. y, drive, modes, work, pace: a State. events (m, 4): rows of engine/mechanism/events.py, counted by happened[0];
+    those without room are counted only. pace[1] is the time of all calls. The winding's bound is that of the speed at the beginning.
+    Returns engine/status.py; where that is not OK, the state is that of the last event or step.
+    """
+    n, size = k[BLOCKS], y.shape[0]
+    total = duration
+    for i in range(size):
+        total += y[i]
+    for s in range(k[SOURCES]):
+        total += command[s]
+    for i in range(n):
+        total += external[i]
+    if not math.isfinite(total) or duration < 0.0:
+        return NOT_FINITE
+    wide = max(n, k[JOINTS])
+    w, slopes, found = np.zeros((ROWS, wide)), np.zeros((STAGES, size)), np.zeros(n + 1, np.int64)
+    after, end, inputs = np.zeros(size), np.zeros(size), np.zeros(2 * k[SOURCES] + n)
+    guard, trial = np.zeros(modes.shape[0]), np.zeros(modes.shape[0])
+    power, first_power, spent = np.zeros(work.shape[0]), np.zeros(work.shape[0]), np.zeros(work.shape[0])
+    before, speeds = modes.copy(), np.zeros(n)
+    _commanded(k, p, command, external, y, drive, inputs)
+    start, t = pace[1], 0.0
+    if field(k, p, laws, t, y, modes, inputs, slopes[0], w, guard, first_power) != 0:
+        return LAW_FAILED
+    status = OK
+    if pace[0] == 0.0 or not forces_hold(k, modes, guard) or not math.isfinite(slopes[0].sum()):
+        status = impacts(k, p, y, modes, work) if pace[0] == 0.0 else OK
+        if status == OK:
+            status = settle(
+                k, p, laws, t, y, modes, inputs, slopes[0], w, guard, first_power, found, work, start, events, happened
+            )
+        if pace[0] != 0.0:
+            speeds[:] = y[n : 2 * n]
+            write_changes(k, start, speeds, before, modes, events, happened)
+        pace[0] = max(pace[0], FIRST_STEP)
+    counted, looked = 0, False
+    h = min(pace[0], duration)
+    while t < duration and status == OK:
+        if _is_settled(k, y, slopes[0], inputs):
+            t = duration
+            break
+        h = min(h, duration - t)
+        error, seen = try_step(
+            k, p, laws, t, h, tolerance, y, modes, inputs, slopes, end, after, w, trial, power, first_power, spent
+        )
+        if error > 1.0:
+            if h <= SHORTEST * max(t, 1.0):
+                status = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
+                break
+            h *= max(SHRINKAGE, SAFETY * error**-0.125) if math.isfinite(error) else SHRINKAGE
+            looked = False
+            continue
+        broken = False
+        for index in range(k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS] + k[STOPS]):
+            broken = broken or is_broken(k, p, index, end, modes, trial)
+        if not broken and not looked:
+            sooner = min(seen * h, first_dip(k, p, h, y, slopes[0], end, after, modes, guard))
+            if sooner < h:
+                looked, h = True, sooner
+                continue
+        taken, longer = h, h * (GROWTH if error == 0.0 else min(GROWTH, max(SHRINKAGE, SAFETY * error**-0.125)))
+        if broken:
+            taken, failed = locate(
+                k, p, laws, t, h, tolerance, y, modes, inputs, slopes, end, after, w, guard, trial, power, first_power, spent
+            )
+            if failed:
+                status = NOT_FINITE
+                break
+        last = taken == duration - t
+        t = duration if last and not broken else t + taken
+        for i in range(size):
+            y[i] = end[i]
+            slopes[0, i] = after[i]
+        for e in range(work.shape[0]):
+            work[e] += spent[e]
+            first_power[e] = power[e]
+        for i in range(guard.shape[0]):
+            guard[i] = trial[i]
+        if not broken:
+            pace[0], h = (max(pace[0], longer) if looked or last else longer), longer
+            looked = False
+            continue
+        looked = False
+        counted += 1
+        if counted > MAX_EVENTS:
+            status = TOO_MANY_EVENTS
+            break
+        for i in range(modes.shape[0]):
+            before[i] = modes[i]
+        for i in range(n):
+            speeds[i] = y[n + i]
+        if _happen(k, p, start + t, y, modes, guard, events, happened):
+            status = impacts(k, p, y, modes, work)
+        align(k, p, y, modes)
+        if status == OK:
+            status = settle(
+                k, p, laws, t, y, modes, inputs, slopes[0], w, guard, first_power, found, work, start + t, events, happened
+            )
+        write_changes(k, start + t, speeds, before, modes, events, happened)
+        h = pace[0]
+    _flows(k, p, inputs, t, drive)
+    pace[1] = start + t
+    return status

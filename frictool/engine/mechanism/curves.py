@@ -1,0 +1,49 @@
+"""Values of `Packed`'s curves: piecewise cubics, constant beyond their ends."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.mechanism.image import BREAKS, CUBIC, CURVE_START
+from frictool.kernels import bare_kernel
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+
+@bare_kernel
+def _piece(k: Places, p: Vector, curve: int, x: float) -> tuple[int, float]:
+    """The piece of a curve on which x lies, and x kept within the curve's ends."""
+    first, last = k[k[CURVE_START] + curve], k[k[CURVE_START] + curve + 1]
+    breaks = k[BREAKS] + curve
+    x = min(max(x, p[breaks + first]), p[breaks + last])
+    low, high = first, last - 1
+    while low < high:
+        middle = (low + high + 1) // 2
+        if p[breaks + middle] <= x:
+            low = middle
+        else:
+            high = middle - 1
+    return low, x
+
+
+@bare_kernel
+def curve_value(k: Places, p: Vector, curve: int, x: float) -> float:
+    """The curve at x."""
+    piece, at = _piece(k, p, curve, x)
+    s, c = at - p[k[BREAKS] + curve + piece], k[CUBIC] + 4 * piece
+    return p[c] + s * (p[c + 1] + s * (p[c + 2] + s * p[c + 3]))
+
+
+@bare_kernel
+def curve_integral(k: Places, p: Vector, curve: int, x: float) -> float:
+    """Its integral from its first break to x."""
+    first, breaks = k[k[CURVE_START] + curve], k[BREAKS] + curve
+    piece, at = _piece(k, p, curve, x)
+    total = 0.0
+    for i in range(first, piece + 1):
+        s = (at if i == piece else p[breaks + i + 1]) - p[breaks + i]
+        c = k[CUBIC] + 4 * i
+        total += s * (p[c] + s * (p[c + 1] / 2.0 + s * (p[c + 2] / 3.0 + s * p[c + 3] / 4.0)))
+    return total + (x - at) * curve_value(k, p, curve, x)

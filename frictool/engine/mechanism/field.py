@@ -1,0 +1,282 @@
+"""The rates of a mechanism whose modes are given: O(n), by one sweep from the leaves of the joints' trees to their roots and one back.
+
+A block that moves needs from its parent's joint the force  INERTIA x + NEED  to have the acceleration x; at the root that is 0. A block
+at rest needs one in [NEED, NEED_HIGH]; the tree stays at rest as long as the root's interval holds 0, and a contact at rest as long as its
+interval holds a pressing force.
+
+`guard`, in the sections of the modes (motion, contact, branch, flank, stop), tells how far each mode is from its end, in units of what
+counts as nothing: above -1 it goes on. Positions: how far an open flank or a stop is; speeds: of a root, in its direction.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.mechanism.efforts import DRIVEN, FORCE, GROSS, HOLD_HIGH, HOLD_LOW, all_efforts
+from frictool.engine.mechanism.image import (
+    BLOCKS,
+    COUPLINGS,
+    GAP,
+    HIGH,
+    INNER,
+    JOINT_ENDS,
+    JOINTS,
+    LOW,
+    MASS,
+    OFFSET,
+    ORDER,
+    OUTWARD,
+    PARENT,
+    PARENT_JOINT,
+    RATIO,
+    SOURCES,
+    SPEED,
+    STOP,
+    STOP_BLOCKS,
+    STOP_WIDTH,
+    STOPS,
+)
+from frictool.engine.mechanism.laws import LawKernels
+from frictool.engine.mechanism.state import FREE, OPEN, RIGID, STUCK
+from frictool.engine.mechanism.transmission import (
+    is_lossy,
+    joint_row,
+    kink_of,
+    range_at_driver,
+    range_at_load,
+    received,
+    slope_of,
+    transmitted,
+)
+from frictool.kernels import bare_kernel, kernel
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+INERTIA, NEED, NEED_HIGH, ACCELERATION, LAMBDA = 5, 6, 7, 8, 9
+SLACK = 1e-11  # of the efforts that meet in a place: less is nothing
+LEAST_RATE = 1e-9  # 1/s: nor is an acceleration of this times the speed that counts
+SPEED_SLACK = 1e-11  # of the speed that counts
+PLACE_SLACK = 1e-10  # of a gap
+ROUNDING = 1e-15
+
+
+@bare_kernel
+def slack_at(k: Places, p: Vector, w: Vector, block: int) -> float:
+    """Forces at a block below this are nothing."""
+    return SLACK * w[GROSS, block] + LEAST_RATE * p[k[MASS] + block] * p[k[SPEED] + block]
+
+
+@bare_kernel
+def joint_gap(k: Places, p: Vector, joint: int, y: Vector) -> tuple[float, float, float]:
+    """e, e' of a joint, and the size of positions that count as none there."""
+    n, row = k[BLOCKS], joint_row(k, joint)
+    a, b, ratio = k[k[JOINT_ENDS] + 2 * joint], k[k[JOINT_ENDS] + 2 * joint + 1], p[row + RATIO]
+    e = y[b] - ratio * y[a] - p[row + OFFSET]
+    size = abs(y[b]) + abs(ratio * y[a]) + abs(p[row + OFFSET])
+    return e, y[n + b] - ratio * y[n + a], PLACE_SLACK * p[row + GAP] + ROUNDING * size
+
+
+@bare_kernel
+def stop_slack(p: Vector, row: int) -> float:
+    """The way that counts as none at a stop."""
+    low, high = p[row + LOW], p[row + HIGH]
+    span = high - low
+    if span == math.inf:
+        span = abs(low) if low > -math.inf else abs(high)
+    return PLACE_SLACK * 1e-2 * span + 1e-13
+
+
+@bare_kernel
+def _place_guards(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector) -> None:
+    n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
+    for joint in range(j):
+        guard[n + joint], guard[n + j + joint] = math.inf, math.inf
+        if modes[n + joint] == OPEN:
+            e, _, slack = joint_gap(k, p, joint, y)
+            gap = p[joint_row(k, joint) + GAP]
+            guard[n + joint] = min(e + gap, gap - e) / slack
+    for s in range(k[STOPS]):
+        at = n + 2 * j + c + s
+        guard[at] = math.inf
+        if modes[at] == OPEN:
+            block, row = k[k[STOP_BLOCKS] + s], k[STOP] + s * STOP_WIDTH
+            guard[at] = min(y[block] - p[row + LOW], p[row + HIGH] - y[block]) / stop_slack(p, row)
+
+
+@bare_kernel
+def _begin(k: Places, p: Vector, modes: Places, w: Vector) -> None:
+    """What each block alone needs."""
+    n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
+    for i in range(n):
+        w[NEED, i], w[NEED_HIGH, i] = -w[FORCE, i], -w[FORCE, i]
+        w[INERTIA, i] = p[k[MASS] + i]
+        if modes[i] == STUCK:
+            w[NEED, i] += w[HOLD_LOW, i]
+            w[NEED_HIGH, i] += w[HOLD_HIGH, i]
+    for s in range(k[STOPS]):
+        block = k[k[STOP_BLOCKS] + s]
+        if modes[stops + s] < 0:
+            w[NEED, block] = -math.inf
+        elif modes[stops + s] > 0:
+            w[NEED_HIGH, block] = math.inf
+
+
+@bare_kernel
+def _hand_over_rest(k: Places, p: Vector, i: int, contact: int, w: Vector, guard: Vector) -> None:
+    """Adds to the parent what a block at rest needs through their joint."""
+    n, joint, parent = k[BLOCKS], k[k[PARENT_JOINT] + i], k[k[PARENT] + i]
+    row, slack = joint_row(k, joint), slack_at(k, p, w, i)
+    ratio, low, high = p[row + RATIO], w[NEED, i], w[NEED_HIGH, i]
+    if k[k[OUTWARD] + i] == 1:
+        w[GROSS, parent] += abs(ratio) * w[GROSS, i]
+        if contact == -1:
+            guard[n + joint] = high / slack
+            low, high = max(0.0, low), max(0.0, high)
+        elif contact == 1:
+            guard[n + joint] = -low / slack
+            low, high = min(0.0, low), min(0.0, high)
+        kink = kink_of(p, row, w[DRIVEN, parent])
+        low, high = range_at_driver(p, row, kink, low, high)
+    else:
+        w[GROSS, parent] += w[GROSS, i] / abs(ratio)
+        kink = kink_of(p, row, w[DRIVEN, i])
+        low, high = range_at_load(p, row, kink, -high, -low)
+        if contact == -1:
+            guard[n + joint] = high / slack * abs(ratio)
+            low, high = max(0.0, low), max(0.0, high)
+        elif contact == 1:
+            guard[n + joint] = -low / slack * abs(ratio)
+            low, high = min(0.0, low), min(0.0, high)
+        low, high = -high, -low
+    w[NEED, parent] += low
+    w[NEED_HIGH, parent] += high
+
+
+@bare_kernel
+def direction_of(modes: Places, y: Vector, n: int, block: int) -> float:
+    """Where a block moves."""
+    if modes[block] == FREE:
+        return math.copysign(1.0, y[n + block])
+    return float(modes[block])
+
+
+@bare_kernel
+def _hand_over(k: Places, p: Vector, i: int, y: Vector, modes: Places, w: Vector) -> None:
+    """Adds to the parent what a block that moves needs through their joint, linear in the acceleration on the kink's given side."""
+    n, joint, parent = k[BLOCKS], k[k[PARENT_JOINT] + i], k[k[PARENT] + i]
+    row = joint_row(k, joint)
+    ratio = slope = p[row + RATIO]
+    kink = 0.0
+    outward = k[k[OUTWARD] + i] == 1
+    if is_lossy(p, row):
+        a = parent if outward else i
+        slope = slope_of(p, row, direction_of(modes, y, n, a), modes[n + k[JOINTS] + joint] > 0)
+        kink = kink_of(p, row, w[DRIVEN, a])
+    if outward:
+        w[GROSS, parent] += abs(ratio) * w[GROSS, i]
+        w[INERTIA, parent] += slope * ratio * w[INERTIA, i]
+        w[NEED, parent] += ratio * kink + (w[NEED, i] - kink) * slope
+    else:
+        w[GROSS, parent] += w[GROSS, i] / abs(ratio)
+        w[INERTIA, parent] += w[INERTIA, i] / (slope * ratio)
+        w[NEED, parent] += (w[NEED, i] + ratio * kink) / slope - kink
+
+
+@bare_kernel
+def _gather(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard: Vector) -> bool:
+    """From the leaves to the roots; False where a tree has no inertia left to move with."""
+    n, sound = k[BLOCKS], True
+    for place in range(n - 1, -1, -1):
+        i = k[k[ORDER] + place]
+        joint = k[k[PARENT_JOINT] + i]
+        guard[i] = math.inf
+        if joint >= 0 and modes[n + joint] != OPEN:
+            if modes[i] == STUCK:
+                _hand_over_rest(k, p, i, modes[n + joint], w, guard)
+            else:
+                _hand_over(k, p, i, y, modes, w)
+        elif modes[i] == STUCK:
+            guard[i] = min(w[NEED_HIGH, i], -w[NEED, i]) / slack_at(k, p, w, i)
+            w[ACCELERATION, i] = 0.0
+        else:
+            if modes[i] != FREE:
+                guard[i] = modes[i] * y[n + i] / (SPEED_SLACK * p[k[SPEED] + i])
+            if w[INERTIA, i] <= 0.0:
+                sound = False
+            w[ACCELERATION, i] = -w[NEED, i] / w[INERTIA, i]
+    return sound
+
+
+@bare_kernel
+def _hand_out(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard: Vector, power: Vector) -> None:
+    """From the roots to the leaves: accelerations, the joints' forces, what they lose."""
+    n, j = k[BLOCKS], k[JOINTS]
+    losses = k[SOURCES] + n
+    for joint in range(j):
+        power[losses + joint] = 0.0
+        w[LAMBDA, joint] = 0.0
+    for place in range(n):
+        i = k[k[ORDER] + place]
+        joint = k[k[PARENT_JOINT] + i]
+        if joint < 0 or modes[n + joint] == OPEN:
+            continue
+        if modes[i] == STUCK:
+            w[ACCELERATION, i] = 0.0
+            continue
+        parent, row = k[k[PARENT] + i], joint_row(k, joint)
+        outward, ratio = k[k[OUTWARD] + i] == 1, p[row + RATIO]
+        w[ACCELERATION, i] = w[ACCELERATION, parent] * (ratio if outward else 1.0 / ratio)
+        inertial = w[INERTIA, i] * w[ACCELERATION, i]
+        force = inertial + w[NEED, i]
+        slack = slack_at(k, p, w, i) + SLACK * abs(inertial)
+        if is_lossy(p, row):
+            a = parent if outward else i
+            direction, kink = direction_of(modes, y, n, a), kink_of(p, row, w[DRIVEN, a])
+            effort = 0.0
+            if outward:
+                effort = transmitted(p, row, kink, direction, force)
+            else:
+                effort = -force
+                force = received(p, row, kink, direction, effort)
+                slack /= abs(ratio)
+            power[losses + joint] = (effort - ratio * force) * y[n + a]
+            guard[n + j + joint] = modes[n + j + joint] * (force - kink) / slack
+        elif not outward:
+            force = -force / ratio
+            slack /= abs(ratio)
+        w[LAMBDA, joint] = force
+        if modes[n + joint] != RIGID:
+            guard[n + joint] = -modes[n + joint] * force / slack
+
+
+@kernel
+def field(
+    k: Places,
+    p: Vector,
+    laws: LawKernels,
+    t: float,
+    y: Vector,
+    modes: Places,
+    inputs: Vector,
+    out: Vector,
+    w: Vector,
+    guard: Vector,
+    power: Vector,
+) -> int:
+    """Fills out = y', `guard`, and `power` [W] of each element. Returns friction/status.py; a tree that jams has no finite rates."""
+    n = k[BLOCKS]
+    status = all_efforts(k, p, laws, t, y, modes, inputs, out, w, guard, power)
+    _place_guards(k, p, y, modes, guard)
+    _begin(k, p, modes, w)
+    sound = _gather(k, p, y, modes, w, guard)
+    _hand_out(k, p, y, modes, w, guard, power)
+    for i in range(n):
+        out[i] = y[n + i]
+        out[n + i] = w[ACCELERATION, i] if sound else math.nan
+    if k[INNER] == 0:
+        return status
+    return status

@@ -1,0 +1,163 @@
+"""Flanks that meet, and end stops: velocities after an impact.
+
+An impact is between two groups of rigidly joined blocks, or a group and the frame, by Newton's law with the contact's restitution. Where
+groups touch in a row, it passes from contact to contact, the fastest approach first, as through the balls of Newton's cradle, until no
+two approach. Friction is finite and takes no impulse, nor do the losses of joints, which are friction too; what rests is freed.
+Approaches below BOUNCE of the speed that counts are not thrown back: a bouncing that would go on without end rests.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.mechanism.field import joint_gap, stop_slack
+from frictool.engine.mechanism.image import (
+    BLOCKS,
+    COUPLINGS,
+    FRICTIONS,
+    GAP,
+    GROUP,
+    GROUP_MASS,
+    GROUP_RATIO,
+    HIGH,
+    JOINT_ENDS,
+    JOINTS,
+    LOW,
+    PRESSINGS,
+    RATIO,
+    RESTITUTION,
+    SOURCES,
+    SPEED,
+    STOP,
+    STOP_BLOCKS,
+    STOP_WIDTH,
+    STOPS,
+    THROW_BACK,
+)
+from frictool.engine.mechanism.state import OPEN, RIGID
+from frictool.engine.mechanism.transmission import joint_row
+from frictool.engine.status import OK, UNRESOLVED
+from frictool.kernels import bare_kernel, kernel
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+BOUNCE = 1e-6  # of the speed that counts
+TOGETHER = 1e-12
+MAX_ROUNDS = 100_000
+TOUCHING = 4.0  # margins: flanks that are nearer than this many touch
+
+
+@bare_kernel
+def _approach(k: Places, p: Vector, joint: int, side: int, y: Vector) -> float:
+    """Speed at which the flanks of a side approach, at b."""
+    n, row = k[BLOCKS], joint_row(k, joint)
+    a, b = k[k[JOINT_ENDS] + 2 * joint], k[k[JOINT_ENDS] + 2 * joint + 1]
+    return side * (y[n + b] - p[row + RATIO] * y[n + a])
+
+
+@bare_kernel
+def _push_group(k: Places, p: Vector, block: int, impulse: float, y: Vector) -> None:
+    """An impulse on a block moves its group."""
+    n, group = k[BLOCKS], k[k[GROUP] + block]
+    change = impulse * p[k[GROUP_RATIO] + block] / p[k[GROUP_MASS] + group]
+    for i in range(n):
+        if k[k[GROUP] + i] == group:
+            y[n + i] += p[k[GROUP_RATIO] + i] * change
+
+
+@bare_kernel
+def _meet(k: Places, p: Vector, joint: int, side: int, y: Vector, work: Vector) -> None:
+    """One impact of two groups."""
+    n, row = k[BLOCKS], joint_row(k, joint)
+    a, b, ratio = k[k[JOINT_ENDS] + 2 * joint], k[k[JOINT_ENDS] + 2 * joint + 1], p[row + RATIO]
+    speed = _approach(k, p, joint, side, y)
+    thrown = p[row + RESTITUTION] if speed > BOUNCE * p[k[SPEED] + b] else 0.0
+    mobility = p[k[GROUP_RATIO] + b] ** 2 / p[k[GROUP_MASS] + k[k[GROUP] + b]]
+    mobility += (ratio * p[k[GROUP_RATIO] + a]) ** 2 / p[k[GROUP_MASS] + k[k[GROUP] + a]]
+    impulse = -side * (1.0 + thrown) * speed / mobility
+    _push_group(k, p, b, impulse, y)
+    _push_group(k, p, a, -ratio * impulse, y)
+    at = k[SOURCES] + n + k[JOINTS] + k[COUPLINGS] + k[FRICTIONS] + k[PRESSINGS]
+    work[at + joint] += 0.5 * speed * speed * (1.0 - thrown * thrown) / mobility
+
+
+@bare_kernel
+def _strike(k: Places, p: Vector, stop: int, side: int, y: Vector, work: Vector) -> None:
+    """One impact of a group at an end stop."""
+    n, row, block = k[BLOCKS], k[STOP] + stop * STOP_WIDTH, k[k[STOP_BLOCKS] + stop]
+    group, speed = k[k[GROUP] + block], side * y[n + block]
+    thrown = p[row + THROW_BACK] if speed > BOUNCE * p[k[SPEED] + block] else 0.0
+    mass = p[k[GROUP_MASS] + group] / p[k[GROUP_RATIO] + block] ** 2
+    for i in range(n):
+        if k[k[GROUP] + i] == group:
+            y[n + i] = -thrown * y[n + i] if thrown > 0.0 else 0.0
+    at = k[SOURCES] + n + 2 * k[JOINTS] + k[COUPLINGS] + k[FRICTIONS] + k[PRESSINGS]
+    work[at + stop] += 0.5 * mass * speed * speed * (1.0 - thrown * thrown)
+
+
+@bare_kernel
+def _mark(k: Places, p: Vector, y: Vector, modes: Places) -> None:
+    """Marks flanks and stops that touch."""
+    n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
+    for joint in range(k[JOINTS]):
+        if modes[n + joint] == OPEN:
+            e, _, slack = joint_gap(k, p, joint, y)
+            gap = p[joint_row(k, joint) + GAP]
+            if abs(e) >= gap - TOUCHING * slack:
+                modes[n + joint] = -1 if e < 0.0 else 1
+    for s in range(k[STOPS]):
+        block, row = k[k[STOP_BLOCKS] + s], k[STOP] + s * STOP_WIDTH
+        if modes[stops + s] == OPEN:
+            slack = TOUCHING * stop_slack(p, row)
+            if y[block] <= p[row + LOW] + slack:
+                modes[stops + s] = -1
+            elif y[block] >= p[row + HIGH] - slack:
+                modes[stops + s] = 1
+
+
+@bare_kernel
+def _part(k: Places, p: Vector, y: Vector, modes: Places) -> None:
+    """Opens the contacts that separate; the groups of those that stay move together exactly."""
+    n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
+    for joint in range(k[JOINTS]):
+        side = modes[n + joint]
+        if side in (OPEN, RIGID):
+            continue
+        b = k[k[JOINT_ENDS] + 2 * joint + 1]
+        if _approach(k, p, joint, side, y) < -TOGETHER * p[k[SPEED] + b]:
+            modes[n + joint] = OPEN
+    for s in range(k[STOPS]):
+        if modes[stops + s] != OPEN and y[n + k[k[STOP_BLOCKS] + s]] != 0.0:
+            modes[stops + s] = OPEN
+
+
+@kernel
+def impacts(k: Places, p: Vector, y: Vector, modes: Places, work: Vector) -> int:
+    """Marks what touches, resolves all approaches, opens what separates; energy lost goes to `work`. Returns engine/status.py."""
+    n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
+    _mark(k, p, y, modes)
+    for _ in range(MAX_ROUNDS):
+        worst, which = TOGETHER, -1
+        for joint in range(k[JOINTS]):
+            side = modes[n + joint]
+            if side not in (OPEN, RIGID):
+                b = k[k[JOINT_ENDS] + 2 * joint + 1]
+                speed = _approach(k, p, joint, side, y) / p[k[SPEED] + b]
+                if speed > worst:
+                    worst, which = speed, joint
+        for s in range(k[STOPS]):
+            if modes[stops + s] != OPEN:
+                block = k[k[STOP_BLOCKS] + s]
+                speed = modes[stops + s] * y[n + block] / p[k[SPEED] + block]
+                if speed > worst:
+                    worst, which = speed, k[JOINTS] + s
+        if which < 0:
+            _part(k, p, y, modes)
+            return OK
+        if which < k[JOINTS]:
+            _meet(k, p, which, modes[n + which], y, work)
+        else:
+            _strike(k, p, which - k[JOINTS], modes[stops + which - k[JOINTS]], y, work)
+    return UNRESOLVED

@@ -1,0 +1,106 @@
+"""The state of a mechanism: what moves, which contacts are closed and what sticks, and the work done so far.
+
+    y       positions (n,), speeds (n,), inner states of frictions (z,)
+    drive   what flows in each source (u,): A, V, or an effort
+    modes   whole numbers, in the sections below
+    work    J, in the sections below
+    pace    the step [s] that the integrator tries next
+
+=======  ======  ==============================================================================================
+section  length  modes
+=======  ======  ==============================================================================================
+motion   n       STUCK; +1, -1: slips in that direction, also at speed 0; FREE: nothing there sticks
+contact  joints  OPEN; -1: touches at e = -gap, lambda >= 0; +1: at e = gap, lambda <= 0; RIGID
+branch   joints  +1, -1: side of the kink of a lossy joint on which lambda is
+flank    coupl.  OPEN; -1, +1: pressed at that flank
+stop     stops   OPEN; -1, +1: rests at its low, its high end
+law      frict.  mode of a hybrid or banded law
+=======  ======  ==============================================================================================
+
+=========  =========  ==========================================================================================
+section    length     work
+=========  =========  ==========================================================================================
+sources    u          done by each source on its block
+external   n          done by the efforts held on blocks
+joints     joints     lost in each joint by its efficiency
+couplings  couplings  lost by damping and efficiency
+frictions  f          taken by each friction; a dynamic law gives back what its contact stores
+pressings  p          taken
+impacts    joints     lost where flanks meet; a jam's too
+stops      stops      lost at end stops
+=========  =========  ==========================================================================================
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from frictool.engine.mechanism.image import Machine
+from frictool.engine.mechanism.laws import rest_of
+from frictool.friction.table import ROWS
+from frictool.plant.mechanism.packed import Packed
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+STUCK, FREE = 0, 2
+OPEN, RIGID = 0, 2
+
+
+class State(NamedTuple):
+    """All arrays are changed in place."""
+
+    y: Vector
+    drive: Vector
+    modes: Places
+    work: Vector
+    pace: Vector
+
+
+class Work(NamedTuple):
+    """The work done and lost so far [J], by element."""
+
+    sources: Vector
+    external: Vector
+    joints: Vector
+    couplings: Vector
+    frictions: Vector
+    pressings: Vector
+    impacts: Vector
+    stops: Vector
+
+
+def counts(machine: Machine) -> dict[str, int]:
+    """How many of each element."""
+    names = ("blocks", "joints", "couplings", "frictions", "pressings", "pushes", "stops", "sources", "inner")
+    return dict(zip(names, machine.whole[: len(names)].tolist(), strict=True))
+
+
+def rest(packed: Packed, machine: Machine, start: ArrayLike) -> State:
+    """The state at rest at `start` (n,), absolute positions; nothing flows. ValueError where the shape is another."""
+    c, where = counts(machine), np.asarray(start, dtype=np.float64)
+    if where.shape != (c["blocks"],):
+        raise ValueError(f"start has shape {where.shape}; allowed: ({c['blocks']},), a position of each block")
+    n, f = c["blocks"], packed.frictions
+    y = np.zeros(2 * n + c["inner"])
+    y[:n] = where
+    at = 2 * n
+    for i, row in enumerate(f.law.tolist()):
+        z = rest_of(ROWS[row], f.law_values[f.law_start[i] : f.law_start[i + 1]])
+        y[at : at + z.size] = z
+        at += z.size
+    modes = np.zeros(n + 2 * c["joints"] + c["couplings"] + c["stops"] + c["frictions"], dtype=np.int64)
+    modes[n : n + c["joints"]] = np.where(packed.joints.gap == 0.0, RIGID, OPEN)
+    modes[n + c["joints"] : n + 2 * c["joints"]] = 1
+    size = c["sources"] + n + 2 * c["joints"] + c["couplings"] + c["frictions"] + c["pressings"] + c["stops"]
+    return State(y, np.zeros(c["sources"]), modes, np.zeros(size), np.zeros(1))
+
+
+def work_by_element(machine: Machine, state: State) -> Work:
+    """The sections of `work`."""
+    c = counts(machine)
+    lengths = [c[k] for k in ("sources", "blocks", "joints", "couplings", "frictions", "pressings", "joints", "stops")]
+    return Work(*np.split(state.work, np.cumsum(lengths)[:-1]))
