@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import TYPE_CHECKING, Annotated, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 import msgspec
 
@@ -200,6 +200,14 @@ def factor_between(unit: str, target: str) -> float:
     if not math.isfinite(factor) or factor <= 0.0:
         raise ValueError(f"unit {unit!r}; allowed: {target or '1'} and its multiples")
     return factor
+
+
+def dimension_of(unit: str) -> Any:
+    """What a unit measures: powers of the registry's base dimensions. Raises ValueError where it is unknown."""
+    try:
+        return registry().Quantity(1.0, _spelling(unit)).dimensionality
+    except Exception:
+        raise ValueError(f"unknown unit {unit!r}") from None
 
 
 def _spelling(unit: str) -> str:
