@@ -117,6 +117,11 @@ def bare_kernel(function: F) -> F:
     return cast(F, compiler(**_inner_options(function), _nrt=False)(function))
 
 
+def part_kernel(function: F) -> F:
+    """As `bare_kernel`, but compiled once and called: for a long part of a kernel that several call."""
+    return cast(F, compiler(**{**_inner_options(function), "forceinline": False}, _nrt=False)(function))
+
+
 def parallel_kernel(function: F) -> F:
     """As `kernel`, its `prange` loops over all cores. If none writes what another reads, threads change nothing."""
     return cast(F, numba.njit(cache=FOLDER is not None, parallel=True)(function))

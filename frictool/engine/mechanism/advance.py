@@ -38,7 +38,6 @@ from frictool.engine.mechanism.image import (
     SUPPLY,
 )
 from frictool.engine.mechanism.impacts import impacts
-from frictool.engine.mechanism.laws import LawKernels
 from frictool.engine.mechanism.locate import locate
 from frictool.engine.mechanism.order_eight import STAGES
 from frictool.engine.mechanism.resolve import ROWS
@@ -122,7 +121,7 @@ def _happen(k: Places, p: Vector, now: float, y: Vector, modes: Places, guard: V
 def advance(
     k: Places,
     p: Vector,
-    laws: LawKernels,
+    laws: Places,
     y: Vector,
     drive: Vector,
     modes: Places,

@@ -35,7 +35,6 @@ from frictool.engine.mechanism.image import (
     JOINTS,
     KIND,
     LAG,
-    LAW,
     LAW_VALUES,
     LEVEL,
     OFFSET,
@@ -54,10 +53,11 @@ from frictool.engine.mechanism.image import (
     VALUES,
     VALUES_END,
 )
-from frictool.engine.mechanism.laws import DYNAMIC, EXACT, LawKernels
+from frictool.engine.mechanism.laws import DYNAMIC, EXACT, breakaway, rate, slip_force
+from frictool.engine.mechanism.laws import force as force_of
 from frictool.engine.mechanism.state import OPEN, STUCK
 from frictool.friction.status import OK
-from frictool.kernels import bare_kernel
+from frictool.kernels import bare_kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -160,29 +160,29 @@ def _couplings(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard:
 
 
 @bare_kernel
-def _frictions(k: Places, p: Vector, laws: LawKernels, y: Vector, modes: Places, out: Vector, w: Vector, power: Vector) -> int:
+def _frictions(k: Places, p: Vector, laws: Places, y: Vector, modes: Places, out: Vector, w: Vector, power: Vector) -> int:
     n, status = k[BLOCKS], OK
     at = k[SOURCES] + n + k[JOINTS] + k[COUPLINGS]
     for f in range(k[FRICTIONS]):
         row = k[FRICTION_PLACES] + f * FRICTION_WIDTH
-        block, law, kind = k[row + BLOCK], k[row + LAW], k[row + KIND]
+        block, kind = k[row + BLOCK], k[row + KIND]
         values = p[k[LAW_VALUES] + k[row + VALUES] : k[LAW_VALUES] + k[row + VALUES_END]]
         level = 1.0 if k[row + LEVEL] < 0 else curve_value(k, p, k[row + LEVEL], y[block])
         v, motion, force = y[n + block], modes[block], 0.0
         if kind == EXACT:
             if motion == STUCK:
-                held = level * laws.breakaway[law](1.0, values)
+                held = level * breakaway(laws[f, 1], 1.0, values)
                 w[HOLD_HIGH, block] += held
-                w[HOLD_LOW, block] -= level * laws.breakaway[law](-1.0, values)
+                w[HOLD_LOW, block] -= level * breakaway(laws[f, 1], -1.0, values)
                 w[GROSS, block] += held
             else:
-                force = level * laws.slip_force[law](v, float(motion), values)
+                force = level * slip_force(laws[f, 0], v, float(motion), values)
         elif kind == DYNAMIC:
             first, end = 2 * n + k[row + FIRST_INNER], 2 * n + k[row + INNER_END]
-            status += laws.rate[law](y[first:end], v, values, out[first:end])
-            force = level * laws.force[law](y[first:end], out[first:end], v, values)
+            status += rate(laws[f, 0], y[first:end], v, values, out[first:end])
+            force = level * force_of(laws[f, 1], y[first:end], out[first:end], v, values)
         else:
-            force = level * laws.slip_force[law](v, math.copysign(1.0, v), values)
+            force = level * slip_force(laws[f, 0], v, math.copysign(1.0, v), values)
         w[FORCE, block] -= force
         w[GROSS, block] += abs(force)
         power[at + f] = force * v
@@ -202,11 +202,11 @@ def _frictions(k: Places, p: Vector, laws: LawKernels, y: Vector, modes: Places,
     return status
 
 
-@bare_kernel
+@part_kernel
 def all_efforts(
     k: Places,
     p: Vector,
-    laws: LawKernels,
+    laws: Places,
     t: float,
     y: Vector,
     modes: Places,

@@ -39,7 +39,6 @@ from frictool.engine.mechanism.image import (
     STOP_WIDTH,
     STOPS,
 )
-from frictool.engine.mechanism.laws import LawKernels
 from frictool.engine.mechanism.state import FREE, OPEN, RIGID, STUCK
 from frictool.engine.mechanism.transmission import (
     is_lossy,
@@ -257,7 +256,7 @@ def _hand_out(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard: 
 def field(
     k: Places,
     p: Vector,
-    laws: LawKernels,
+    laws: Places,
     t: float,
     y: Vector,
     modes: Places,

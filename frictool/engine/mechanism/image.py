@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.engine.mechanism.laws import LawKernels, kernels_of, kind_of, rest_of
+from frictool.engine.mechanism.laws import addresses_of, kind_of, rest_of, sizes_of
 from frictool.friction.table import ROWS
 from frictool.plant.mechanism.packed import Packed
 
@@ -47,7 +47,7 @@ class Machine(NamedTuple):
 
     whole: Places
     numbers: Vector
-    laws: LawKernels
+    laws: Places
 
 
 class Forest(NamedTuple):
@@ -216,14 +216,11 @@ def prepare(packed: Packed) -> Machine:
     out.put(CUBIC, packed.curves.cubic.ravel())
     out.put(GROUP_RATIO, ratio)
     out.put(GROUP_MASS, mass)
-    laws, sizes_inner = kernels_of(ROWS, f.law.tolist()), _inner_sizes(f.law.tolist(), values)
-    out.put(INNER_SIZE, sizes_inner)
-    return Machine(np.concatenate(out.whole), np.concatenate(out.numbers), laws)
+    out.put(INNER_SIZE, _inner_sizes(f.law.tolist(), values))
+    return Machine(np.concatenate(out.whole), np.concatenate(out.numbers), addresses_of([ROWS[row] for row in f.law.tolist()]))
 
 
 def _inner_sizes(rows: list[int], values: list[Vector]) -> Vector:
     """The size of each inner state of the frictions, which its error is relative to."""
-    from frictool.engine.mechanism.laws import sizes_of
-
     found = [sizes_of(ROWS[row], p) for row, p in zip(rows, values, strict=True)]
     return np.concatenate(found) if found else np.zeros(0)

@@ -10,34 +10,70 @@ kind   name        how the engine takes it
 4      BANDED      static with a band (2.32), (2.35): as HYBRID
 =====  ==========  ==============================================================================================
 
-Laws that no block of a mechanism has are not loaded: another's kernel stands in their place in the tuples.
+A machine holds the addresses of its laws' kernels, so that what calls them is compiled once for all laws.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
+from numba import types
+from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from frictool.friction import ideal_coulomb, lugre
 from frictool.friction import signatures as s
 from frictool.friction.law import DynamicKernels, HybridKernels, Law, StaticKernels
 from frictool.kernels import pointer
 
 Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
 EXACT, SMOOTH, DYNAMIC, HYBRID, BANDED = range(5)
 
 
-class LawKernels(NamedTuple):
-    """Each field: a pointer for each row of the table."""
+def _by_address(kind: Any) -> Callable[..., Any]:
+    """Code that calls the function of this type whose address is the first argument."""
 
-    slip_force: Any
-    breakaway: Any
-    rate: Any
-    force: Any
-    commit: Any
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        called = builder.inttoptr(arguments[0], context.get_value_type(kind.ftype))
+        return builder.call(called, arguments[1:])
+
+    return code
+
+
+def _typed(kind: Any, *arguments: Any) -> Any:
+    return kind.signature.return_type(types.int64, *arguments), _by_address(kind)
+
+
+@intrinsic
+def slip_force(_: Any, address: Any, v: Any, direction: Any, p: Any) -> Any:
+    """slip_force of friction/law.py `StaticKernels`, at an address."""
+    return _typed(s.SLIP_FORCE, *s.SLIP_FORCE.signature.args)
+
+
+@intrinsic
+def breakaway(_: Any, address: Any, direction: Any, p: Any) -> Any:
+    """breakaway of `StaticKernels`."""
+    return _typed(s.BREAKAWAY, *s.BREAKAWAY.signature.args)
+
+
+@intrinsic
+def rate(_: Any, address: Any, z: Any, v: Any, p: Any, out: Any) -> Any:
+    """rate of `DynamicKernels`."""
+    return _typed(s.RATE, *s.RATE.signature.args)
+
+
+@intrinsic
+def force(_: Any, address: Any, z: Any, zdot: Any, v: Any, p: Any) -> Any:
+    """force of `DynamicKernels`."""
+    return _typed(s.FORCE, *s.FORCE.signature.args)
+
+
+@intrinsic
+def commit(_: Any, address: Any, z: Any, v: Any, p: Any) -> Any:
+    """commit of `DynamicKernels`."""
+    return _typed(s.COMMIT, *s.COMMIT.signature.args)
 
 
 def kind_of(law: Law, p: Vector) -> int:
@@ -70,17 +106,18 @@ def sizes_of(law: Law, p: Vector) -> Vector:
     return sizes
 
 
-def kernels_of(rows: Sequence[Law], used: Sequence[int]) -> LawKernels:
-    """The kernels of the laws of the table's rows that are used."""
+# (name in the law's kernels, its type); a place in the addresses of a law
+FUNCTIONS = {
+    StaticKernels: (("slip_force", s.SLIP_FORCE), ("breakaway", s.BREAKAWAY)),
+    DynamicKernels: (("rate", s.RATE), ("force", s.FORCE), ("commit", s.COMMIT)),
+}
+WIDTH = 6
 
-    def column(kinds: type, stand_in: Law, name: str, kind: Any) -> Any:
-        chosen = [law if row in used and isinstance(law.kernels, kinds) else stand_in for row, law in enumerate(rows)]
-        return tuple(pointer(getattr(law.kernels, name), kind) for law in chosen)
 
-    return LawKernels(
-        column(StaticKernels, ideal_coulomb.LAW, "slip_force", s.SLIP_FORCE),
-        column(StaticKernels, ideal_coulomb.LAW, "breakaway", s.BREAKAWAY),
-        column(DynamicKernels, lugre.LAW, "rate", s.RATE),
-        column(DynamicKernels, lugre.LAW, "force", s.FORCE),
-        column(DynamicKernels, lugre.LAW, "commit", s.COMMIT),
-    )
+def addresses_of(laws: Sequence[Law]) -> Places:
+    """Addresses (n, WIDTH) of the kernels of each friction's law, in the order of its kernels in FUNCTIONS."""
+    found = np.zeros((len(laws), WIDTH), dtype=np.int64)
+    for row, law in zip(found, laws, strict=True):
+        for place, (name, kind) in enumerate(FUNCTIONS.get(type(law.kernels), ())):
+            row[place] = pointer(getattr(law.kernels, name), kind).address
+    return found

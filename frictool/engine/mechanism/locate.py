@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.engine.mechanism.image import BLOCKS, COUPLINGS, JOINTS, STOPS
-from frictool.engine.mechanism.laws import LawKernels
 from frictool.engine.mechanism.step import BROKEN, is_broken, is_forced, try_step
 from frictool.kernels import bare_kernel, kernel
 
@@ -45,7 +44,7 @@ def _is_there(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector, ind
 def locate(
     k: Places,
     p: Vector,
-    laws: LawKernels,
+    laws: Places,
     t: float,
     h: float,
     tolerance: float,

@@ -49,7 +49,6 @@ from frictool.engine.mechanism.image import (
     FRICTIONS,
     JOINTS,
     KIND,
-    LAW,
     LAW_VALUES,
     LEVEL,
     MASS,
@@ -68,7 +67,7 @@ from frictool.engine.mechanism.image import (
     VALUES,
     VALUES_END,
 )
-from frictool.engine.mechanism.laws import EXACT, LawKernels
+from frictool.engine.mechanism.laws import EXACT, breakaway, slip_force
 from frictool.engine.mechanism.state import FREE, OPEN, RIGID, STUCK
 from frictool.engine.mechanism.transmission import (
     is_lossy,
@@ -81,7 +80,7 @@ from frictool.engine.mechanism.transmission import (
     transmitted,
 )
 from frictool.engine.status import JAMMED, LAW_FAILED, OK
-from frictool.kernels import bare_kernel, kernel
+from frictool.kernels import bare_kernel, kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -93,20 +92,20 @@ FOUND = 1e-13  # of the efforts
 
 
 @bare_kernel
-def _starting_friction(k: Places, p: Vector, laws: LawKernels, y: Vector, w: Vector) -> None:
+def _starting_friction(k: Places, p: Vector, laws: Places, y: Vector, w: Vector) -> None:
     """Friction of each block with which a slip from rest begins, AHEAD and BEHIND, without what its joints lose."""
     n = k[BLOCKS]
     for i in range(n):
         w[AHEAD, i], w[BEHIND, i] = w[HOLD_HIGH, i], -w[HOLD_LOW, i]
     for f in range(k[FRICTIONS]):
         row = k[FRICTION_PLACES] + f * FRICTION_WIDTH
-        block, law = k[row + BLOCK], k[row + LAW]
+        block = k[row + BLOCK]
         if k[row + KIND] != EXACT or y[n + block] != 0.0:
             continue
         values = p[k[LAW_VALUES] + k[row + VALUES] : k[LAW_VALUES] + k[row + VALUES_END]]
         level = 1.0 if k[row + LEVEL] < 0 else curve_value(k, p, k[row + LEVEL], y[block])
-        w[AHEAD, block] += level * (laws.slip_force[law](0.0, 1.0, values) - laws.breakaway[law](1.0, values))
-        w[BEHIND, block] -= level * (laws.slip_force[law](0.0, -1.0, values) + laws.breakaway[law](-1.0, values))
+        w[AHEAD, block] += level * (slip_force(laws[f, 0], 0.0, 1.0, values) - breakaway(laws[f, 1], 1.0, values))
+        w[BEHIND, block] -= level * (slip_force(laws[f, 0], 0.0, -1.0, values) + breakaway(laws[f, 1], -1.0, values))
     for s in range(k[PRESSINGS]):
         block = k[k[PRESSING_PLACES] + 2 * s]
         row = k[PRESSING] + 2 * s
@@ -177,7 +176,7 @@ def _gather_rest(k: Places, p: Vector, modes: Places, found: Places, count: int,
         w[NEED_HIGH, parent] += high
 
 
-@bare_kernel
+@part_kernel
 def _evaluate(k: Places, p: Vector, modes: Places, found: Places, count: int, x: float, towards: float, y: Vector, w: Vector) -> None:
     """VALUE, SLOPE by x: Lambda(x) of all members; `towards`: the root's direction where it starts from rest, 0 where it moves."""
     n = k[BLOCKS]
@@ -379,7 +378,7 @@ def _ready(k: Places, y: Vector, modes: Places, w: Vector) -> None:
 def resolve(
     k: Places,
     p: Vector,
-    laws: LawKernels,
+    laws: Places,
     t: float,
     y: Vector,
     modes: Places,

@@ -22,7 +22,6 @@ from frictool.engine.mechanism.image import (
     SOURCES,
     SPAN,
 )
-from frictool.engine.mechanism.laws import LawKernels
 from frictool.engine.mechanism.resolve import resolve
 from frictool.engine.mechanism.state import OPEN
 from frictool.engine.mechanism.step import forces_hold
@@ -82,7 +81,7 @@ def _jam(k: Places, p: Vector, t: float, place: int, y: Vector, modes: Places, w
 def settle(
     k: Places,
     p: Vector,
-    laws: LawKernels,
+    laws: Places,
     t: float,
     y: Vector,
     modes: Places,

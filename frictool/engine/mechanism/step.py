@@ -26,7 +26,6 @@ from frictool.engine.mechanism.image import (
     STOP_WIDTH,
     STOPS,
 )
-from frictool.engine.mechanism.laws import LawKernels
 from frictool.engine.mechanism.order_eight import NODES, STAGES, WEIGHTS, stage_point, step_end, step_error
 from frictool.engine.mechanism.state import FREE, OPEN, STUCK
 from frictool.engine.mechanism.transmission import joint_row
@@ -71,7 +70,7 @@ def is_forced(k: Places, modes: Places, index: int) -> bool:
 def try_step(
     k: Places,
     p: Vector,
-    laws: LawKernels,
+    laws: Places,
     t: float,
     h: float,
     tolerance: float,
