@@ -14,7 +14,7 @@ from frictool.reduce.curves import as_resistance
 from frictool.reduce.loss import as_friction
 from frictool.reduce.one_inertia import OneInertia, one_inertia
 from frictool.reduce.rigid import lumped
-from frictool.reduce.seen import at_sensor, from_source
+from frictool.reduce.seen import at_sensor, from_source, sensor_frame
 from frictool.reduce.told import Figure, Told
 
 Progress = Callable[[str], None]
@@ -22,7 +22,7 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Step:
-    """A mechanism, and what the step that led to it tells. ratio: way of the source's block per way of its coordinate; shift: added."""
+    """A mechanism, and what the step that led to it tells."""
 
     mechanism: Mechanism
     told: Told
@@ -77,7 +77,8 @@ def chain(whole: Mechanism, bandwidth: float | None, progress: Progress = lambda
     now = take((lumped(without, root)[0], told))
     progress("curves")
     now = take(as_resistance(now))
-    if whole.sensors[sensor].on != whole.sources[source].on:
+    there = sensor_frame(whole, source, sensor)
+    if (there.ratio, there.offset) != (1.0, 0.0):
         now = take(at_sensor(now, whole, source, sensor))
     root = now.sources[source].on
     one = one_inertia(now, root, now.sensors[sensor].on)

@@ -87,7 +87,15 @@ def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, Told]:
         if held.margin >= 0.0
         else f"not irreversible over {1.0 - held.share:.1%} of the travel (2.27): there the load moves it without a command"
     )
-    return mechanism, Told("resisting curve", did, "the curves between their points", error, "the largest effort", tuple(figures), (note,))
+    return mechanism, Told(
+        "resisting curve",
+        did,
+        "the curves between their points" if replaced else "nothing",
+        error,
+        "the largest effort",
+        tuple(figures),
+        (note,),
+    )
 
 
 def _is_curve(mechanism: Mechanism, block: str) -> bool:

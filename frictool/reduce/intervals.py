@@ -69,13 +69,14 @@ def propagated(mechanism: Mechanism, numbers: Callable[[Mechanism], Numbers], pr
         progress(f"interval of {'.'.join(path)}")
         ends = [numbers(consistent(at(mechanism, path, value))) for value in one.interval]
         for name, value in centre.items():
-            low[name] += min(0.0, *(each[name] - value for each in ends))
-            high[name] += max(0.0, *(each[name] - value for each in ends))
+            low[name] += min(0.0, *(each.get(name, value) - value for each in ends))
+            high[name] += max(0.0, *(each.get(name, value) - value for each in ends))
     if 2 <= len(found) <= MOST_CORNERS:
         for corner in itertools.product(*(one.interval for _, one in found)):
             moved = mechanism
             for (path, _), value in zip(found, corner, strict=True):
                 moved = at(moved, path, value)
             for name, value in numbers(consistent(moved)).items():
-                low[name], high[name] = min(low[name], value), max(high[name], value)
+                if name in centre:
+                    low[name], high[name] = min(low[name], value), max(high[name], value)
     return {name: (low[name], high[name]) for name in centre}

@@ -2,7 +2,8 @@
 
 A loss is proportional to the effort carried, drive_loss per unit where the source drives and back_loss where the load does. At a steady
 speed the effort carried is that of the loads and the friction beyond the link, so that the loss is a part of their curves C_+ and C_-
-(2.15); what it takes of accelerations is neglected. A link with 1 - back_loss < 0 (mu > tan(alpha)) is irreversible: whatever presses on it, it stays.
+(2.15); what it takes of accelerations is neglected. A link with 1 - back_loss < 0 (mu > tan(alpha)) is irreversible: whatever presses on
+it, it stays.
 
 An efficiency alone (2.14) is nowhere left in place of friction: where the load drives back it would make an oscillator without damping of
 the loop, "which is wrong in practice".

@@ -180,7 +180,7 @@ def load_beside(mechanism: Mechanism, x: Vector, found: Resistance) -> tuple[flo
     unit, place = ("N m", "rad") if put_together(mechanism).kinds[0] == "rotary" else ("N", "m")
     raise NoSolutionError(
         f"{mechanism.name}: at {x[worst]:.4g} {place} the load is {mean[worst]:.4g} {unit} and friction holds {half[worst]:.4g} {unit} of "
-        f"it; a constant and a spring leave {remains[worst]:.3g} {unit}, which no law of model.yaml has; use the mechanism itself (--reduced)"
+        f"it; a constant and a spring leave {remains[worst]:.3g} {unit}, which no law of model.yaml has; use the mechanism (--reduced)"
     )
 
 

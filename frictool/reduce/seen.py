@@ -75,7 +75,7 @@ def view(mechanism: Mechanism, root: str) -> View:
 def from_source(mechanism: Mechanism, source: str) -> tuple[Mechanism, Told]:
     """The mechanism in the coordinate of the block that its source drives. Raises NoSolutionError as `view`, and for a spring between two
     blocks that the source sees by different ratios."""
-    here = view(mechanism, _reference(mechanism, mechanism.sources[source].on))
+    here = from_reference(mechanism, source)
     ratio = si_unit("position", here.axis)
     names = here.assembled.blocks
     figures = [
@@ -90,7 +90,7 @@ def from_source(mechanism: Mechanism, source: str) -> tuple[Mechanism, Told]:
 def at_sensor(mechanism: Mechanism, whole: Mechanism, source: str, sensor: str) -> tuple[Mechanism, Told]:
     """A mechanism in one coordinate, in that of the sensor: positions as they are measured, positive where a positive command goes."""
     root = mechanism.sources[source].on
-    there = view(whole, _reference(whole, whole.sources[source].on)).frame(whole.sensors[sensor].on)
+    there = sensor_frame(whole, source, sensor)
     size, side = abs(there.ratio), 1.0 if there.ratio > 0.0 else -1.0
     here = view(mechanism, root)
     ratio, offset = 1.0 / size, -side * there.offset / size
@@ -102,6 +102,16 @@ def at_sensor(mechanism: Mechanism, whole: Mechanism, source: str, sensor: str) 
     return reduced, Told(
         "sensor", did, "nothing", figures=(Figure("way at the sensor per way at the source", there.ratio, unit),), notes=notes
     )
+
+
+def sensor_frame(whole: Mechanism, source: str, sensor: str) -> Frame:
+    """The sensor's block as the block is seen that `from_source` takes."""
+    return from_reference(whole, source).frame(whole.sensors[sensor].on)
+
+
+def from_reference(whole: Mechanism, source: str) -> View:
+    """The whole mechanism as `from_source` sees it."""
+    return view(whole, _reference(whole, whole.sources[source].on))
 
 
 def expressed(here: View) -> Mechanism:

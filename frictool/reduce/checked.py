@@ -1,0 +1,119 @@
+"""A reduction checked by simulation: every step against the one before and against the whole mechanism, under the same commands.
+
+What counts is the way of the sensor's block in each run of runs.py. An error of a step is allowed to be the play at the sensor, which no
+sensor sees, and `tolerance` of the way that the run makes; what a step expects of itself in closed form has to be below `tolerance` too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.mechanism import Mechanism
+from frictool.documents.model import Model
+from frictool.reduce.chain import Chain
+from frictool.reduce.played import mechanism_positions, model_positions
+from frictool.reduce.runs import Run, runs
+from frictool.reduce.seen import from_reference, sensor_frame, view
+from frictool.reduce.told import Measured, Told
+
+Vector = NDArray[np.float64]
+Progress = Callable[[str], None]
+
+TOLERANCE = 0.05  # "response time within 5 %"
+
+
+@dataclass(frozen=True)
+class Checked:
+    """told: of every step, the one inertia last, with what was measured. refused: the first error beyond what is allowed; None: done."""
+
+    told: tuple[Told, ...]
+    tolerance: float
+    play: float
+    runs: int
+    refused: str | None
+
+    @property
+    def verdict(self) -> str:
+        last = self.told[-1].measured
+        assert last is not None
+        if self.refused is not None:
+            return f"not reduced: {self.refused}"
+        return (
+            f"reduced: over {self.runs} runs the one inertia is within {last.whole:.3g} of the whole mechanism, on ways of {last.way:.3g}; "
+            f"allowed: {100.0 * self.tolerance:g} % of the way and the play of {self.play:.3g}"
+        )
+
+
+def checked(chain: Chain, model: Model, final: Told, tolerance: float = TOLERANCE, progress: Progress = lambda _: None) -> Checked:
+    """Plays the whole mechanism, every step and the model. final: what the last step tells.
+
+    Raises NoSolutionError where the engine gives up.
+    """
+    there, actuator = sensor_frame(chain.whole, chain.source, chain.sensor), model.bench.actuator
+    tests = runs(chain.one, actuator.constant.value, actuator.limit.value, model.bench.sample_period_s)
+    size, side = abs(there.ratio), 1.0 if there.ratio > 0.0 else -1.0
+
+    def at_root(place: float) -> float:
+        return (place - side * there.offset) / size
+
+    progress("simulating the whole mechanism")
+    here = from_reference(chain.whole, chain.source)
+    whole = _ways(tests, lambda run: side * mechanism_positions(here, chain.source, chain.sensor, at_root(run.place), run.command))
+    before, last, told, moved = whole, chain.whole, list[Told](), False
+    for step in chain.steps:
+        progress(f"simulating after: {step.told.step}")
+        moved = moved or step.told.step == "sensor"
+        now = (
+            before
+            if step.mechanism == last
+            else _ways(tests, _player(step.mechanism, chain, 1.0 if moved else size, (lambda x: x) if moved else at_root))
+        )
+        told.append(replace(step.told, measured=_measured(tests, before, now, whole)))
+        before, last = now, step.mechanism
+    progress("simulating the one inertia")
+    now = _ways(tests, lambda run: model_positions(model, run.place, run.command))
+    told.append(replace(final, measured=_measured(tests, before, now, whole)))
+    play = chain.one.play.width
+    return Checked(tuple(told), tolerance, play, len(tests), _refused(told, tolerance, play, bool(chain.kept)))
+
+
+def _player(mechanism: Mechanism, chain: Chain, size: float, place: Callable[[float], float]) -> Callable[[Run], Vector]:
+    here = view(mechanism, mechanism.sources[chain.source].on)
+    return lambda run: size * mechanism_positions(here, chain.source, chain.sensor, place(run.place), run.command)
+
+
+def _ways(tests: tuple[Run, ...], player: Callable[[Run], Vector]) -> list[Vector]:
+    """What each run moved since its beginning."""
+    found = [player(run) for run in tests]
+    return [positions - positions[0] for positions in found]
+
+
+def _measured(tests: tuple[Run, ...], before: list[Vector], now: list[Vector], whole: list[Vector]) -> Measured:
+    """Of the run in which a step is the farthest from the one before; the distance to the whole one is the worst of all runs."""
+    distances = [float(np.max(np.abs(a - b))) for a, b in zip(before, now, strict=True)]
+    ways = [float(np.max(np.abs(one))) for one in whole]
+    shares = [distance / way if way > 0.0 else 0.0 for distance, way in zip(distances, ways, strict=True)]
+    worst = int(np.argmax(shares))
+    beyond = max(float(np.max(np.abs(a - b))) for a, b in zip(whole, now, strict=True))
+    return Measured(distances[worst], ways[worst], tests[worst].name, beyond)
+
+
+def _refused(told: list[Told], tolerance: float, play: float, kept: bool) -> str | None:
+    """The first error beyond what is allowed. Where resonances are kept the one inertia alone is told and not judged."""
+    for one in told:
+        if one.predicted > tolerance:
+            error = f"an error of {100 * one.predicted:.3g} % of {one.of}"
+            return f"{one.step}: neglecting {one.neglects} makes {error}; allowed: {100 * tolerance:g} %"
+        found = one.measured
+        if found is None or (kept and one is told[-1]):
+            continue
+        if found.distance > tolerance * found.way + play:
+            return (
+                f"{one.step}: {found.where}, {found.distance:.3g} from the step before on a way of {found.way:.3g}; allowed: "
+                f"{100 * tolerance:g} % of the way and the play of {play:.3g}"
+            )
+    return None

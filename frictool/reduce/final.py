@@ -1,0 +1,54 @@
+"""What the last step, to one inertia, tells of itself."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frictool.documents.quantity import Axis, si_unit
+from frictool.reduce.backlash import steepest
+from frictool.reduce.chain import Chain
+from frictool.reduce.one_inertia import OneInertia, Side
+from frictool.reduce.told import Figure, Told
+
+
+def final(chain: Chain, axis: Axis) -> Told:
+    """The polynomials' fit, the masses behind the play, the place of what lies behind it."""
+    one = chain.one
+    effort, place, inertia = (si_unit(name, axis) for name in ("effort", "position", "inertia"))
+    figures = [Figure("inertia", one.inertia, inertia)]
+    notes, neglects = [], []
+    predicted = 0.0
+    for name, side in (("forward", one.forward), ("backward", one.backward)):
+        degree, error = len(side.coulomb.coefficients) - 1, side.coulomb.error
+        if degree:
+            figures.append(Figure(f"polynomial {name} of degree {degree}: worst error", error, effort))
+            predicted = max(predicted, error / float(np.mean(side.curve)))
+    if not (one.forward.flat and one.backward.flat):
+        neglects.append("what polynomials miss of the curves")
+    if one.play.width > 0.0:
+        figures += _of_play(one, inertia, effort, place)
+        neglects.append("masses behind the play, and half a play of their place")
+        notes.append(
+            f"the place of {', '.join(one.play.behind)} within the play is not observable: no sensor is behind "
+            f"{', '.join(link.name for link in one.play.chain)}"
+        )
+        if len(one.play.chain) > 1:
+            notes.append(f"{len(one.play.chain)} plays in a chain open one after another; the model opens them at once")
+    if chain.kept:
+        notes.append(f"{', '.join(chain.kept)} still yields: its resonances are model.yaml's `resonances`, its mechanism is --reduced")
+        neglects.append("the twist of links that still yield")
+    did = "one inertia, C_r(theta, sign) by polynomials, one backlash (2.24)-(2.29), (4.45)"
+    return Told("one inertia", did, ", ".join(neglects) or "nothing", predicted, "the mean friction", tuple(figures), tuple(notes))
+
+
+def _of_play(one: OneInertia, inertia: str, effort: str, place: str) -> list[Figure]:
+    def misplaced(side: Side) -> float:
+        return 0.5 * one.play.width * steepest(one.positions, side.curve)
+
+    return [
+        Figure("inertia inside the play", one.inner, inertia),
+        Figure("its share of the whole", one.inner / one.inertia, ""),
+        Figure("backlash", one.play.width, place),
+        Figure("friction inside the play", one.inside, effort),
+        Figure("friction misplaced by half the play, at most", max(misplaced(one.forward), misplaced(one.backward)), effort),
+    ]

@@ -1,0 +1,60 @@
+"""The test of runs.py on a mechanism and on a model: where the sensor's block is at every sample."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.model import Model
+from frictool.engine.axis import advance as advance_axis
+from frictool.engine.mechanism.advance import TOLERANCE, advance
+from frictool.engine.mechanism.image import prepare
+from frictool.engine.mechanism.state import rest
+from frictool.engine.status import MESSAGES, OK
+from frictool.errors import NoSolutionError
+from frictool.plant.axis import OFFSET, POSITION, RESISTANCE, VELOCITY
+from frictool.plant.axis import rest as axis_rest
+from frictool.plant.axis_model import axis_of, load_of
+from frictool.plant.load import load_effort
+from frictool.reduce.seen import View
+
+Vector = NDArray[np.float64]
+
+PARTS = 4  # of a period, over which an axis's load is held (engine/closed_loop.py)
+
+
+def mechanism_positions(here: View, source: str, sensor: str, place: float, command: Vector) -> Vector:
+    """Positions (n,) of the sensor's block in its own coordinate; the source's view `here` puts every block where `place` of the root is,
+    plays in their middle. Raises NoSolutionError where the engine gives up."""
+    assembled, names = here.assembled, here.assembled.blocks
+    start = np.array([frame.ratio * place + frame.offset for frame in map(here.frame, names)])
+    machine = prepare(assembled.packed)
+    state = rest(assembled.packed, machine, start)
+    driven, seen = assembled.sources.index(source), assembled.sensor_blocks[assembled.sensors.index(sensor)]
+    inputs, still = np.zeros(len(assembled.sources)), np.zeros(len(names))
+    events, happened = np.zeros((0, 4)), np.zeros(1, np.int64)
+    positions = np.empty(command.shape[0])
+    for k, value in enumerate(command):
+        positions[k] = state.y[seen]
+        inputs[driven] = value
+        status = advance(*machine, *state, inputs, still, here.document.sample_period_s, TOLERANCE, events, happened)  # type: ignore[arg-type]
+        if status != OK:
+            raise NoSolutionError(f"{here.document.name}: not simulated: {MESSAGES[status]} (sample {k})")
+    return positions
+
+
+def model_positions(model: Model, place: float, command: Vector) -> Vector:
+    """Positions (n,) of the axis that the model describes, from rest at `place` in the middle of its backlash."""
+    axis, load = axis_of(model).as_array(), load_of(model).as_array()
+    state, p, period = axis_rest(place), axis.copy(), model.bench.sample_period_s
+    parts = PARTS if load.shape[0] > 0 or axis[RESISTANCE] > 0.0 else 1
+    positions = np.empty(command.shape[0])
+    for k, value in enumerate(command):
+        positions[k] = state[POSITION]
+        for _ in range(parts):
+            if load.shape[0] > 0:
+                p[OFFSET] = axis[OFFSET] + load_effort(load, state[POSITION] + 0.5 * period / parts * state[VELOCITY])
+            status = advance_axis(state, value, p, period / parts)
+            if status != OK:
+                raise NoSolutionError(f"{model.name}: not simulated: {MESSAGES[status]} (sample {k})")
+    return positions

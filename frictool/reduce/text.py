@@ -1,0 +1,67 @@
+"""What `reduce` tells people: a row a step, with what it neglects and both errors; then what was found."""
+
+from __future__ import annotations
+
+from frictool.documents.model import Model
+from frictool.documents.quantity import si_unit
+from frictool.reduce.chain import Chain
+from frictool.reduce.checked import Checked
+from frictool.reduce.told import Figure, Told
+
+HEADING = ("step", "blocks", "neglects", "error expected", "measured", "of the way")
+
+
+def lines(chain: Chain, checked: Checked, model: Model) -> list[str]:
+    """The whole report."""
+    unit = si_unit("position", model.axis)
+    rows = [HEADING, *(_row(told, len(step.mechanism.blocks), unit) for step, told in zip(chain.steps, checked.told, strict=False))]
+    rows.append(_row(checked.told[-1], 1, unit))
+    found = [
+        f"{chain.whole.name}: {len(chain.whole.blocks)} blocks and {len(chain.whole.links)} links to one inertia",
+        "",
+        *_aligned(rows),
+        "",
+    ]
+    for told in checked.told:
+        found += [f"{told.step}: {told.did}", *(f"  {_figure(one)}" for one in told.figures), *(f"  {note}" for note in told.notes)]
+    if chain.play:
+        found += ["backlash:", *(f"  {_figure(one)}" for one in chain.play)]
+    found += [*_model(model), "", checked.verdict]
+    return found
+
+
+def _row(told: Told, blocks: int, unit: str) -> tuple[str, ...]:
+    expected = "0" if told.predicted == 0.0 else f"{told.predicted:.2g} of {told.of}"
+    if told.measured is None:
+        return (told.step, str(blocks), told.neglects, expected, "–", "–")
+    return (
+        told.step,
+        str(blocks),
+        told.neglects,
+        expected,
+        f"{told.measured.distance:.3g} {unit}",
+        f"{100.0 * told.measured.share:.2g} %",
+    )
+
+
+def _aligned(rows: list[tuple[str, ...]]) -> list[str]:
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+
+
+def _figure(one: Figure) -> str:
+    return f"{one.name} {one.value:.5g}{f' {one.unit}' if one.unit else ''}"
+
+
+def _model(model: Model) -> list[str]:
+    found = ["one inertia:"]
+    for name in ("inertia", "viscous", "coulomb", "breakaway", "offset", "stribeck_velocity"):
+        one = getattr(model.parameters, name)
+        if one is None or (one.value == 0.0 and one.low is None):
+            continue
+        interval = "" if one.low is None else f" ({one.interval[0]:.4g} to {one.interval[1]:.4g})"
+        found.append(f"  {name} {one.value:.5g}{interval} {one.unit}")
+    backward = model.laws.backward if model.laws is not None else None
+    if backward is not None and backward.coulomb is not None and backward.breakaway is not None:
+        found.append(f"  backward: coulomb {backward.coulomb.value:.5g}, breakaway {backward.breakaway.value:.5g} {backward.coulomb.unit}")
+    return found
