@@ -1,0 +1,131 @@
+"""`frictool reduce`: a mechanism to a one-inertia model, step by step, each with the error that it makes."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from frictool.cli.output import (
+    FiniteRange,
+    command_line,
+    existing,
+    json_option,
+    note,
+    output_option,
+    print_json,
+    refuse_inputs,
+    save_text,
+    say,
+)
+
+if TYPE_CHECKING:
+    from frictool.documents.bench import Bench
+    from frictool.documents.mechanism import Mechanism
+
+HELP = """\b
+Example:
+  frictool reduce mechanism.yaml -o model.yaml
+  frictool reduce mechanism.yaml --bandwidth 300 --reduced reduced.yaml -o model.yaml
+
+Reduce a mechanism to one inertia with friction: rigid links lumped, losses turned into friction, springs and cams into the friction that
+the motor feels in each direction, backlash brought to the motor and the sensor, resonances above a bandwidth dropped.
+
+Each step tells what it neglects, the error that is expected, and the error that is measured: every step, and the model at the end, are
+played under the same commands as the whole mechanism. Where an error is beyond --tolerance nothing is written and the exit code is 4.
+"""
+
+
+@click.command("reduce", help=HELP)
+@click.argument("mechanism", type=existing)
+@click.option("--bandwidth", type=FiniteRange(min=0.0, min_open=True), metavar="RAD/S", help="Keep resonances below, drop those above.")
+@click.option("--controller", type=existing, help="Without --bandwidth: ten times the highest crossing of this controller's loop.")
+@click.option("--bench", type=existing, help="The bench of the model, in place of the mechanism's own source and sensor.")
+@click.option("--tolerance", type=FiniteRange(0.0, 0.5, min_open=True), default=0.05, show_default=True, help="Error allowed, of the way.")
+@click.option("--reduced", type=click.Path(path_type=Path), help="Where to write the last mechanism, with the blocks of kept resonances.")
+@click.option("--plot", type=click.Path(path_type=Path), help="The curves that the motor feels, as a picture (SVG).")
+@output_option(required=False)
+@json_option
+def command(
+    mechanism: Path,
+    bandwidth: float | None,
+    controller: Path | None,
+    bench: Path | None,
+    tolerance: float,
+    reduced: Path | None,
+    plot: Path | None,
+    output: Path | None,
+    as_json: bool,
+) -> None:
+    from frictool.cli.mechanism_file import load_mechanism, wrong_in_file
+    from frictool.documents.provenance import record
+    from frictool.documents.writing import to_yaml
+    from frictool.errors import NoSolutionError
+    from frictool.plant.mechanism.wrong import WrongElement
+    from frictool.reduce.machine import machine
+    from frictool.reduce.reduction import reduction
+    from frictool.reduce.text import lines
+
+    inputs = [path for path in (mechanism, controller, bench) if path is not None]
+    targets = [path for path in (reduced, plot, output) if path is not None]
+    for target in targets:
+        refuse_inputs(target, inputs)
+    if len({target.resolve() for target in targets}) < len(targets):
+        raise click.UsageError("--output, --reduced and --plot name one file twice; give each its own")
+    document, _ = load_mechanism(mechanism)
+    words = {"mechanism": mechanism, "--bandwidth": bandwidth, "--controller": controller, "--bench": bench}
+    words |= {"--tolerance": tolerance if tolerance != 0.05 else None}
+    try:
+        asked = _bandwidth(document, bandwidth, controller)
+        found = reduction(document, asked, tolerance, _bench(bench), record(command_line("reduce", words), inputs), _progress)
+    except WrongElement as wrong:
+        raise wrong_in_file(mechanism, wrong) from None
+    if as_json:
+        print_json(machine(found.chain, found.checked, found.model), output)
+    else:
+        say("\n".join(lines(found.chain, found.checked, found.model)), output)
+    if found.checked.refused is not None:
+        raise NoSolutionError(f"{document.name}: not reduced: {found.checked.refused}")
+    if output is not None:
+        save_text(output, to_yaml(found.model), inputs)
+    if reduced is not None:
+        save_text(reduced, to_yaml(found.chain.last), inputs)
+    if plot is not None:
+        from frictool.reduce.picture import picture
+
+        save_text(plot, picture(found.chain, found.model) + "\n", inputs)
+
+
+def _bandwidth(document: Mechanism, given: float | None, controller: Path | None) -> float | None:
+    """As given, or of the controller; needed where a link yields."""
+    from frictool.reduce.compliance import yielding
+
+    if given is not None:
+        return given
+    if controller is not None:
+        from frictool.documents.controller import Controller
+        from frictool.documents.registry import load
+        from frictool.reduce.crossing import bandwidth_of
+
+        return bandwidth_of(load(controller, Controller))
+    names = [one.name for one in yielding(document)]
+    if names:
+        raise click.UsageError(
+            f"{', '.join(names)} yield{'s' if len(names) == 1 else ''}: say up to which frequency resonances count, by --bandwidth RAD/S "
+            "or by --controller"
+        )
+    return None
+
+
+def _bench(path: Path | None) -> Bench | None:
+    from frictool.documents.bench import Bench
+    from frictool.documents.registry import load
+
+    return None if path is None else load(path, Bench)
+
+
+def _progress(step: str) -> None:
+    if sys.stderr.isatty():
+        note(f"{step} ...")

@@ -1,0 +1,66 @@
+"""What `reduce` tells machines: the same as the text, in SI."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from frictool.documents.model import Model
+from frictool.documents.quantity import si_unit
+from frictool.reduce.chain import Chain
+from frictool.reduce.checked import Checked
+from frictool.reduce.told import Figure, Told
+
+
+def machine(chain: Chain, checked: Checked, model: Model) -> dict[str, Any]:
+    """One JSON object."""
+    one = chain.one
+    sizes = [len(step.mechanism.blocks) for step in chain.steps] + [1]
+    return {
+        "name": chain.whole.name,
+        "axis": model.axis,
+        "blocks": len(chain.whole.blocks),
+        "source": chain.source,
+        "sensor": chain.sensor,
+        "position_unit": si_unit("position", model.axis),
+        "steps": [_step(told, blocks) for told, blocks in zip(checked.told, sizes, strict=True)],
+        "backlash": [_figure(figure) for figure in chain.play],
+        "curve": {
+            "position": one.positions.tolist(),
+            "forward": one.forward.curve.tolist(),
+            "backward": one.backward.curve.tolist(),
+            "breakaway_forward": one.forward.breakaway.tolist(),
+            "breakaway_backward": one.backward.breakaway.tolist(),
+        },
+        "kept": list(chain.kept),
+        "tolerance": checked.tolerance,
+        "runs": checked.runs,
+        "reduced": checked.refused is None,
+        "verdict": checked.verdict,
+    }
+
+
+def _step(told: Told, blocks: int) -> dict[str, Any]:
+    measured = told.measured
+    return {
+        "step": told.step,
+        "blocks": blocks,
+        "did": told.did,
+        "neglects": told.neglects,
+        "expected_error": told.predicted,
+        "of": told.of,
+        "measured": None
+        if measured is None
+        else {
+            "distance": measured.distance,
+            "way": measured.way,
+            "share": measured.share,
+            "run": measured.where,
+            "to_whole": measured.whole,
+        },
+        "figures": [_figure(figure) for figure in told.figures],
+        "notes": list(told.notes),
+    }
+
+
+def _figure(figure: Figure) -> dict[str, Any]:
+    return {"name": figure.name, "value": figure.value, "unit": figure.unit}
