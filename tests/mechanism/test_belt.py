@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from hypothesis import given
+import pytest
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.plant.mechanism.assembly import assemble
 from frictool.plant.mechanism.linear import linearise
 from tests.mechanism.belt_by_hand import Belt, Complex
+from tests.mechanism.playing import moved
 from tests.mechanism.writing import mechanism
 
 INERTIA = st.floats(1e-5, 1e-1)
@@ -80,6 +82,33 @@ def test_radii_and_stiffness_along_the_belt_come_in_as_the_lever_has_it(a: float
     by_hand = Belt(a * lever**2, b, k * second**2, c * second**2)
     s = 1j * resonance(by_hand) * np.geomspace(0.01, 30.0, 9)
     np.testing.assert_allclose(response(belt(a, b, k, c, first, second), s), lever * by_hand.transfer(s), rtol=1e-6)
+
+
+@given(INERTIA, INERTIA, st.floats(1.0, 1e5), st.floats(0.0, 0.9))
+@settings(max_examples=20)
+def test_the_engine_answers_a_step_as_the_belt_does(a: float, b: float, k: float, damping: float) -> None:
+    """From well within the oscillation's period to some of them."""
+    fast = resonance(Belt(a, b, k, 0.0))
+    by_hand = Belt(a, b, k, 2.0 * damping * k / fast)
+    found = moved(belt(a, b, k, by_hand.damping), [[1.0]] * 60, 0.3 / fast)
+    np.testing.assert_allclose(found.position("b"), by_hand.step(found.time), atol=1e-7 * by_hand.step(found.time).max())
+
+
+@pytest.mark.parametrize("share", [0.2, 0.8, 1.0, 1.3, 4.0])
+def test_a_torque_that_swings_is_answered_with_the_transfers_gain_and_phase(share: float) -> None:
+    """128 samples a period, held: their fundamental. Whatever starts at rest beside the steady swing, the damping takes away."""
+    by_hand = Belt(1e-3, 2e-3, 500.0, 0.2)
+    swing, samples, periods = share * resonance(by_hand), 128, 60
+    period = 2.0 * math.pi / swing / samples
+    found = moved(belt(1e-3, 2e-3, 500.0, 0.2), [[math.sin(2.0 * math.pi * n / samples)] for n in range(samples * periods)], period)
+    # of the two angles' difference, which has no drift: theta_A - theta_B = theta_B/u J_B s^2/(K_v s + K_r)
+    stretch = found.position("a") - found.position("b")
+    last = slice(-10 * samples, None)
+    fundamental = 2.0 * np.mean(stretch[last] * np.exp(-1j * swing * found.time[last]))
+    held = np.sinc(1.0 / samples) * np.exp(-1j * math.pi / samples)  # what holding the samples does to their fundamental
+    s = np.array([1j * swing])
+    expected = (by_hand.transfer(s) * by_hand.inertia_b * s**2 / (by_hand.damping * s + by_hand.stiffness))[0] * held / 1j
+    assert abs(fundamental / expected - 1.0) < 2e-4
 
 
 def test_as_printed_2_7_is_not_what_2_6_says() -> None:
