@@ -17,12 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.engine.mechanism.events import STRIKES, TOUCHES, write, write_changes
-from frictool.engine.mechanism.field import ACCELERATION, field, joint_gap
+from frictool.engine.mechanism.field import field, joint_gap
 from frictool.engine.mechanism.image import (
     BLOCKS,
     CONSTANT,
     COUPLINGS,
-    DRY,
     INNER,
     JOINTS,
     LAG,
@@ -39,10 +38,8 @@ from frictool.engine.mechanism.image import (
 )
 from frictool.engine.mechanism.impacts import impacts
 from frictool.engine.mechanism.locate import locate
-from frictool.engine.mechanism.order_eight import STAGES
-from frictool.engine.mechanism.resolve import ROWS
 from frictool.engine.mechanism.settle import align, halt, settle
-from frictool.engine.mechanism.state import OPEN, STUCK
+from frictool.engine.mechanism.state import OPEN, STUCK, Room
 from frictool.engine.mechanism.step import first_dip, forces_hold, is_broken, try_step
 from frictool.engine.status import LAW_FAILED, NOT_FINITE, OK, STEP_TOO_SMALL, TOO_MANY_EVENTS
 from frictool.kernels import bare_kernel, kernel
@@ -72,6 +69,14 @@ def _commanded(k: Places, p: Vector, command: Vector, external: Vector, y: Vecto
         inputs[u + s] = min(max(drive[s], low), high) if p[row + LAG] > 0.0 else inputs[s]
     for i in range(n):
         inputs[2 * u + i] = external[i]
+
+
+@bare_kernel
+def _are_finite(values: Vector) -> bool:
+    total = 0.0
+    for value in values:
+        total += value
+    return math.isfinite(total)
 
 
 @bare_kernel
@@ -127,6 +132,7 @@ def advance(
     modes: Places,
     work: Vector,
     pace: Vector,
+    room: Room,
     command: Vector,
     external: Vector,
     duration: float,
@@ -150,25 +156,23 @@ def advance(
         total += external[i]
     if not math.isfinite(total) or duration < 0.0:
         return NOT_FINITE
-    wide = max(n, k[JOINTS])
-    w, slopes, found = np.zeros((ROWS, wide)), np.zeros((STAGES, size)), np.zeros(n + 1, np.int64)
-    after, end, inputs = np.zeros(size), np.zeros(size), np.zeros(2 * k[SOURCES] + n)
-    guard, trial = np.zeros(modes.shape[0]), np.zeros(modes.shape[0])
-    power, first_power, spent = np.zeros(work.shape[0]), np.zeros(work.shape[0]), np.zeros(work.shape[0])
-    before, speeds = modes.copy(), np.zeros(n)
+    slopes, after, end, inputs, w = room.slopes, room.after, room.end, room.inputs, room.w
+    guard, trial, power, first_power, spent = room.guard, room.trial, room.power, room.first_power, room.spent
+    before, speeds = room.before, room.speeds
+    for i in range(modes.shape[0]):
+        before[i] = modes[i]
+    for i in range(n):
+        speeds[i] = y[n + i]
     _commanded(k, p, command, external, y, drive, inputs)
     start, t = pace[1], 0.0
     if field(k, p, laws, t, y, modes, inputs, slopes[0], w, guard, first_power) != 0:
         return LAW_FAILED
     status = OK
-    if pace[0] == 0.0 or not forces_hold(k, modes, guard) or not math.isfinite(slopes[0].sum()):
+    if pace[0] == 0.0 or not forces_hold(k, modes, guard) or not _are_finite(slopes[0]):
         status = impacts(k, p, y, modes, work) if pace[0] == 0.0 else OK
         if status == OK:
-            status = settle(
-                k, p, laws, t, y, modes, inputs, slopes[0], w, guard, first_power, found, work, start, events, happened
-            )
+            status = settle(k, p, laws, t, y, modes, room, work, start, events, happened)
         if pace[0] != 0.0:
-            speeds[:] = y[n : 2 * n]
             write_changes(k, start, speeds, before, modes, events, happened)
         pace[0] = max(pace[0], FIRST_STEP)
     counted, looked = 0, False
@@ -178,9 +182,7 @@ def advance(
             t = duration
             break
         h = min(h, duration - t)
-        error, seen = try_step(
-            k, p, laws, t, h, tolerance, y, modes, inputs, slopes, end, after, w, trial, power, first_power, spent
-        )
+        error, seen = try_step(k, p, laws, t, h, tolerance, y, modes, room)
         if error > 1.0:
             if h <= SHORTEST * max(t, 1.0):
                 status = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
@@ -198,9 +200,7 @@ def advance(
                 continue
         taken, longer = h, h * (GROWTH if error == 0.0 else min(GROWTH, max(SHRINKAGE, SAFETY * error**-0.125)))
         if broken:
-            taken, failed = locate(
-                k, p, laws, t, h, tolerance, y, modes, inputs, slopes, end, after, w, guard, trial, power, first_power, spent
-            )
+            taken, failed = locate(k, p, laws, t, h, tolerance, y, modes, room)
             if failed:
                 status = NOT_FINITE
                 break
@@ -231,9 +231,7 @@ def advance(
             status = impacts(k, p, y, modes, work)
         align(k, p, y, modes)
         if status == OK:
-            status = settle(
-                k, p, laws, t, y, modes, inputs, slopes[0], w, guard, first_power, found, work, start + t, events, happened
-            )
+            status = settle(k, p, laws, t, y, modes, room, work, start + t, events, happened)
         write_changes(k, start + t, speeds, before, modes, events, happened)
         h = pace[0]
     _flows(k, p, inputs, t, drive)

@@ -50,7 +50,7 @@ from frictool.engine.mechanism.transmission import (
     slope_of,
     transmitted,
 )
-from frictool.kernels import bare_kernel, kernel
+from frictool.kernels import bare_kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -252,7 +252,7 @@ def _hand_out(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard: 
             guard[n + joint] = -modes[n + joint] * force / slack
 
 
-@kernel
+@part_kernel
 def field(
     k: Places,
     p: Vector,

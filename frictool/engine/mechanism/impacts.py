@@ -38,7 +38,7 @@ from frictool.engine.mechanism.image import (
 from frictool.engine.mechanism.state import OPEN, RIGID
 from frictool.engine.mechanism.transmission import joint_row
 from frictool.engine.status import OK, UNRESOLVED
-from frictool.kernels import bare_kernel, kernel
+from frictool.kernels import bare_kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -133,7 +133,7 @@ def _part(k: Places, p: Vector, y: Vector, modes: Places) -> None:
             modes[stops + s] = OPEN
 
 
-@kernel
+@part_kernel
 def impacts(k: Places, p: Vector, y: Vector, modes: Places, work: Vector) -> int:
     """Marks what touches, resolves all approaches, opens what separates; energy lost goes to `work`. Returns engine/status.py."""
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.engine.mechanism.image import BLOCKS, COUPLINGS, JOINTS, STOPS
+from frictool.engine.mechanism.state import Room
 from frictool.engine.mechanism.step import BROKEN, is_broken, is_forced, try_step
-from frictool.kernels import bare_kernel, kernel
+from frictool.kernels import bare_kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -40,7 +41,7 @@ def _is_there(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector, ind
     return True
 
 
-@kernel
+@part_kernel
 def locate(
     k: Places,
     p: Vector,
@@ -50,25 +51,18 @@ def locate(
     tolerance: float,
     y: Vector,
     modes: Places,
-    inputs: Vector,
-    slopes: Vector,
-    end: Vector,
-    after: Vector,
-    w: Vector,
-    guard: Vector,
-    trial: Vector,
-    power: Vector,
-    first_power: Vector,
-    spent: Vector,
+    room: Room,
 ) -> tuple[float, bool]:
     """Takes the step again, to the first instant at which a guard is passed; returns its length, and whether the field failed there.
 
-    guard: at the beginning; trial: at the end of the step of length h, which has passed one. A bracketed search for the guard that is
+    room.guard: at the beginning; trial: at the end of the step of length h, which has passed one. A bracketed search for the guard that is
     passed first by regula falsi with the weights of Illinois, halved where that is slow.
     """
     count = k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS] + k[STOPS]
     low, high, lead, kept = 0.0, h, -1, 0
-    at_low, at_high = guard.copy(), trial.copy()
+    at_low, at_high, trial, end = room.at_low, room.at_high, room.trial, room.end
+    for index in range(count):
+        at_low[index], at_high[index] = room.guard[index], trial[index]
     nearest = NEAREST * max(t, 1e-6)
     weight_low, weight_high = 1.0, 1.0
     for attempt in range(ROUNDS):
@@ -94,7 +88,7 @@ def locate(
             at = 0.5 * (low + high)
         if high - low <= nearest or not low < at < high:
             at = high
-        error, _ = try_step(k, p, laws, t, at, tolerance, y, modes, inputs, slopes, end, after, w, trial, power, first_power, spent)
+        error, _ = try_step(k, p, laws, t, at, tolerance, y, modes, room)
         if not math.isfinite(error):
             return at, True
         if at == high or _is_there(k, p, end, modes, trial, lead, count):
@@ -104,13 +98,15 @@ def locate(
             passed = passed or is_broken(k, p, index, end, modes, trial)
         if passed:
             high = at
-            at_high[:] = trial
+            for index in range(count):
+                at_high[index] = trial[index]
             weight_high = 1.0
             weight_low = weight_low * 0.5 if kept == 1 else 1.0
             kept = 1
         else:
             low = at
-            at_low[:] = trial
+            for index in range(count):
+                at_low[index] = trial[index]
             weight_low = 1.0
             weight_high = weight_high * 0.5 if kept == -1 else 1.0
             kept = -1

@@ -26,13 +26,11 @@ from frictool.engine.mechanism.efforts import (
     GROSS,
     HOLD_HIGH,
     HOLD_LOW,
-    STIFF_MARGIN,
     all_efforts,
     coupling_stretch,
 )
 from frictool.engine.mechanism.field import (
     ACCELERATION,
-    INERTIA,
     NEED,
     NEED_HIGH,
     SLACK,
@@ -61,14 +59,13 @@ from frictool.engine.mechanism.image import (
     PRESSINGS,
     RATIO,
     SPAN,
-    SPEED,
     STOP_BLOCKS,
     STOPS,
     VALUES,
     VALUES_END,
 )
 from frictool.engine.mechanism.laws import EXACT, breakaway, slip_force
-from frictool.engine.mechanism.state import FREE, OPEN, RIGID, STUCK
+from frictool.engine.mechanism.state import FREE, OPEN, STUCK
 from frictool.engine.mechanism.transmission import (
     is_lossy,
     joint_row,
@@ -80,13 +77,12 @@ from frictool.engine.mechanism.transmission import (
     transmitted,
 )
 from frictool.engine.status import JAMMED, LAW_FAILED, OK
-from frictool.kernels import bare_kernel, kernel, part_kernel
+from frictool.kernels import bare_kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
 ALONG, AHEAD, BEHIND, VALUE, SLOPE, STOPPED_LOW, STOPPED_HIGH = 10, 11, 12, 13, 14, 15, 16
-ROWS = 17
 MAX_PIECES = 200  # of the graph that a search may visit
 FOUND = 1e-13  # of the efforts
 
@@ -314,7 +310,7 @@ def _settle(
             modes[i] = 1 if y[n + i] > 0.0 else -1
 
 
-@kernel
+@part_kernel
 def _tree(k: Places, p: Vector, modes: Places, place: int, found: Places, y: Vector, w: Vector) -> int:
     """Solves the tree whose root is at `place`, up to its open contacts."""
     n = k[BLOCKS]
@@ -374,7 +370,7 @@ def _ready(k: Places, y: Vector, modes: Places, w: Vector) -> None:
             w[STOPPED_LOW if modes[stops + s] < 0 else STOPPED_HIGH, block] = 1.0
 
 
-@kernel
+@part_kernel
 def resolve(
     k: Places,
     p: Vector,

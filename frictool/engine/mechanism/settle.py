@@ -23,11 +23,11 @@ from frictool.engine.mechanism.image import (
     SPAN,
 )
 from frictool.engine.mechanism.resolve import resolve
-from frictool.engine.mechanism.state import OPEN
+from frictool.engine.mechanism.state import OPEN, Room
 from frictool.engine.mechanism.step import forces_hold
 from frictool.engine.mechanism.transmission import joint_row
 from frictool.engine.status import JAMMED, LAW_FAILED, OK, UNRESOLVED
-from frictool.kernels import bare_kernel, kernel
+from frictool.kernels import bare_kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -77,7 +77,7 @@ def _jam(k: Places, p: Vector, t: float, place: int, y: Vector, modes: Places, w
     return True
 
 
-@kernel
+@part_kernel
 def settle(
     k: Places,
     p: Vector,
@@ -85,18 +85,17 @@ def settle(
     t: float,
     y: Vector,
     modes: Places,
-    inputs: Vector,
-    out: Vector,
-    w: Vector,
-    guard: Vector,
-    power: Vector,
-    found: Places,
+    room: Room,
     work: Vector,
     now: float,
     events: Vector,
     happened: Places,
 ) -> int:
-    """Finds the modes, and fills out = y', guard and power by them. t: since the command; now: for events. Returns engine/status.py."""
+    """Finds the modes, and fills room.slopes[0] = y', guard and first_power by them. t: since the command; now: for events.
+
+    Returns engine/status.py.
+    """
+    inputs, out, w, guard, power, found = room.inputs, room.slopes[0], room.w, room.guard, room.first_power, room.found
     for _ in range(ATTEMPTS):
         status = resolve(k, p, laws, t, y, modes, inputs, out, w, guard, power, found)
         if status == JAMMED:

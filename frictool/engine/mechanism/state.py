@@ -4,7 +4,6 @@
     drive   what flows in each source (u,): A, V, or an effort
     modes   whole numbers, in the sections below
     work    J, in the sections below
-    pace    the step [s] that the integrator tries next
 
 =======  ======  ==============================================================================================
 section  length  modes
@@ -40,14 +39,36 @@ from numpy.typing import ArrayLike, NDArray
 
 from frictool.engine.mechanism.image import Machine
 from frictool.engine.mechanism.laws import rest_of
+from frictool.engine.mechanism.order_eight import STAGES
 from frictool.friction.table import ROWS
 from frictool.plant.mechanism.packed import Packed
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
+WORK_ROWS = 17
 STUCK, FREE = 0, 2
 OPEN, RIGID = 0, 2
+
+
+class Room(NamedTuple):
+    """Where kernels work: nothing in it outlives a call."""
+
+    w: Vector  # (rows, blocks or joints): engine/mechanism/efforts.py, field.py, resolve.py
+    inputs: Vector  # (2 u + n,): commands, what flowed at the beginning, efforts held on blocks
+    slopes: Vector  # (stages, y): of a step
+    end: Vector  # (y,)
+    after: Vector
+    guard: Vector  # (modes,): at the beginning of a step
+    trial: Vector  # at its end
+    at_low: Vector
+    at_high: Vector
+    power: Vector  # (work,)
+    first_power: Vector
+    spent: Vector
+    speeds: Vector  # (n,)
+    before: Places  # (modes,)
+    found: Places  # (n + 1,)
 
 
 class State(NamedTuple):
@@ -57,7 +78,8 @@ class State(NamedTuple):
     drive: Vector
     modes: Places
     work: Vector
-    pace: Vector
+    pace: Vector  # the step [s] that comes next, the time of all calls [s]
+    room: Room
 
 
 class Work(NamedTuple):
@@ -96,7 +118,22 @@ def rest(packed: Packed, machine: Machine, start: ArrayLike) -> State:
     modes[n : n + c["joints"]] = np.where(packed.joints.gap == 0.0, RIGID, OPEN)
     modes[n + c["joints"] : n + 2 * c["joints"]] = 1
     size = c["sources"] + n + 2 * c["joints"] + c["couplings"] + c["frictions"] + c["pressings"] + c["stops"]
-    return State(y, np.zeros(c["sources"]), modes, np.zeros(size), np.zeros(1))
+    return State(y, np.zeros(c["sources"]), modes, np.zeros(size), np.zeros(2), _room(c, y.size, modes.size, size))
+
+
+def _room(c: dict[str, int], size: int, modes: int, work: int) -> Room:
+    n = c["blocks"]
+    return Room(
+        np.zeros((WORK_ROWS, max(n, c["joints"]))),
+        np.zeros(2 * c["sources"] + n),
+        np.zeros((STAGES, size)),
+        *(np.zeros(size) for _ in range(2)),
+        *(np.zeros(modes) for _ in range(4)),
+        *(np.zeros(work) for _ in range(3)),
+        np.zeros(n),
+        np.zeros(modes, dtype=np.int64),
+        np.zeros(n + 1, dtype=np.int64),
+    )
 
 
 def work_by_element(machine: Machine, state: State) -> Work:

@@ -27,9 +27,9 @@ from frictool.engine.mechanism.image import (
     STOPS,
 )
 from frictool.engine.mechanism.order_eight import NODES, STAGES, WEIGHTS, stage_point, step_end, step_error
-from frictool.engine.mechanism.state import FREE, OPEN, STUCK
+from frictool.engine.mechanism.state import FREE, OPEN, STUCK, Room
 from frictool.engine.mechanism.transmission import joint_row
-from frictool.kernels import bare_kernel, kernel
+from frictool.kernels import bare_kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -66,7 +66,7 @@ def is_forced(k: Places, modes: Places, index: int) -> bool:
     return index < n + 2 * j + c
 
 
-@kernel
+@part_kernel
 def try_step(
     k: Places,
     p: Vector,
@@ -76,22 +76,18 @@ def try_step(
     tolerance: float,
     y: Vector,
     modes: Places,
-    inputs: Vector,
-    slopes: Vector,
-    end: Vector,
-    after: Vector,
-    w: Vector,
-    guard: Vector,
-    power: Vector,
-    first_power: Vector,
-    spent: Vector,
+    room: Room,
 ) -> tuple[float, float]:
-    """From y at t to `end`, with y' there in `after`; slopes[0] is y' at t, first_power the powers there, spent [J] what is done.
+    """From y at t to room.end, with y' there in `after`, the guards in `trial`, what is done [J] in `spent`.
+
+    Before: y' at t in slopes[0], the powers there in first_power.
 
     Returns the error in tolerances, inf where the law or the mechanism fails, and the part of the step after which a force's guard was
     first seen broken, 1 where none was.
     """
     n, seen, failed = k[BLOCKS], 1.0, 0
+    inputs, slopes, end, after, w = room.inputs, room.slopes, room.end, room.after, room.w
+    guard, power, first_power, spent = room.trial, room.power, room.first_power, room.spent
     for e in range(spent.shape[0]):
         spent[e] = h * WEIGHTS[0] * first_power[e]
     for stage in range(1, STAGES):

@@ -1,0 +1,258 @@
+"""The sampled controller around a mechanism, as engine/closed_loop.py is around one axis; and a mechanism whose sources follow signals.
+
+    sample k:  sensor's block --[encoder]--> y[k] --[controller]--> u[k] --[delay_samples]--> controlled source, held until k + 1
+
+A sample is moved through in the parts in which its inputs are held (`Inputs`); with a winding each is cut into PARTS more, as the winding's
+bound is that of the speed at a call's beginning. Drifts multiply numbers of the mechanism from sample to sample: `Drifting`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.control.machine import Machine as Controller
+from frictool.control.machine import control_step
+from frictool.engine.closed_loop import (
+    COMMAND,
+    LOAD,
+    MEASURED,
+    PARTS,
+    TRUE_DRIVE,
+    TRUE_MODE,
+    TRUE_POSITION,
+    TRUE_VELOCITY,
+    measure,
+)
+from frictool.engine.conditions import faulty, true_command
+from frictool.engine.mechanism.advance import TOLERANCE, advance
+from frictool.engine.mechanism.image import (
+    BLOCKS,
+    CONSTANT,
+    LAG,
+    LIMIT,
+    RESISTANCE,
+    SOURCE,
+    SOURCE_BLOCKS,
+    SOURCE_WIDTH,
+    SOURCES,
+    SUPPLY,
+    Machine,
+)
+from frictool.engine.mechanism.state import State
+from frictool.engine.status import OK
+from frictool.kernels import kernel
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+Modes = NDArray[np.int8]
+
+NOBODY = -1  # in place of the controlled source: no controller
+
+
+class Sight(NamedTuple):
+    """Whom the controller commands and what it sees; source NOBODY without one. Blocks by their places.
+
+    step: the encoder's [rad | m]. The load's position is brought to the sensor's coordinate: sensor_start + (q - load_start)/load_ratio.
+    """
+
+    source: int
+    sensor: int
+    load: int
+    step: float
+    sensor_start: float
+    load_start: float
+    load_ratio: float
+
+
+class Inputs(NamedTuple):
+    """first (n + 1,): the part that each sample begins with, then their number m. durations (m,): s.
+
+    drives (m, u): what each source is asked for, A, V or effort; (0, u) where none is asked for anything. efforts (m, d): on the blocks
+    (d,), N m | N; (0, d) where there are none.
+    """
+
+    first: Places
+    durations: Vector
+    drives: Vector
+    blocks: Places
+    efforts: Vector
+
+
+class Drifting(NamedTuple):
+    """conditions (n, 8) or (0, 8): engine/conditions.py. At sample k number places[i] of the machine is values[i] conditions[k, columns[i]].
+
+    limit: of the controlled drive, which a wrong sensor of it moves.
+    """
+
+    conditions: Vector
+    places: Places
+    columns: Places
+    values: Vector
+    limit: float
+
+
+class Recording(NamedTuple):
+    """What is written at every sample: record (n, 7), engine/closed_loop.py; motion (n, 2 b + u): positions, speeds, drives; modes (n, m).
+
+    events (e, 4), happened (1,): engine/mechanism/events.py.
+    """
+
+    record: Vector
+    motion: Vector
+    modes: Modes
+    events: Vector
+    happened: Places
+
+
+@kernel
+def flowing(machine: Machine, state: State, source: int, command: float) -> float:
+    """What flows in a source from this instant on [A | V | effort]: without a lag the command, within its limits."""
+    k, p = machine.whole, machine.numbers
+    row, speed = k[SOURCE] + source * SOURCE_WIDTH, state.y[k[BLOCKS] + k[k[SOURCE_BLOCKS] + source]]
+    low, high = -p[row + LIMIT], p[row + LIMIT]
+    if p[row + RESISTANCE] > 0.0:
+        back = p[row + CONSTANT] * speed
+        low = max(low, (-p[row + SUPPLY] - back) / p[row + RESISTANCE])
+        high = min(high, (p[row + SUPPLY] - back) / p[row + RESISTANCE])
+    return float(min(max(state.drive[source] if p[row + LAG] > 0.0 else command, low), high))
+
+
+@kernel
+def seen(sight: Sight, state: State, last: float, conditions: Vector, k: int) -> float:
+    """What the encoder shows at sample k [rad | m]; `last`: what it showed at the sample before."""
+    reported = measure(state.y[sight.sensor], sight.step)
+    return faulty(reported, sight.step, last, conditions[k]) if conditions.shape[0] > 0 else reported
+
+
+@kernel
+def _write(machine: Machine, state: State, sight: Sight, k: int, asked: Vector, out: Recording) -> None:
+    """The sample's row of motion and modes; of the record what does not depend on the controller."""
+    n, u = machine.whole[BLOCKS], machine.whole[SOURCES]
+    for i in range(2 * n):
+        out.motion[k, i] = state.y[i]
+    for s in range(u):
+        out.motion[k, 2 * n + s] = flowing(machine, state, s, asked[s])
+    for i in range(state.modes.shape[0]):
+        out.modes[k, i] = state.modes[i]
+    row = out.record[k]
+    row[TRUE_POSITION] = state.y[sight.sensor]
+    row[TRUE_VELOCITY] = state.y[n + sight.sensor]
+    row[LOAD] = sight.sensor_start + (state.y[sight.load] - sight.load_start) / sight.load_ratio
+    row[TRUE_MODE] = state.modes[sight.sensor]
+
+
+@kernel
+def moved(machine: Machine, state: State, sight: Sight, k: int, acting: float, inputs: Inputs, drifting: Drifting, out: Recording) -> int:
+    """Sample k with `acting` on the controlled source, up to the next: writes its rows, moves the state. Returns engine/status.py."""
+    n, u = machine.whole[BLOCKS], machine.whole[SOURCES]
+    asked, external, cuts = np.zeros(u), np.zeros(n), 1
+    for s in range(u):
+        if machine.numbers[machine.whole[SOURCE] + s * SOURCE_WIDTH + RESISTANCE] > 0.0:
+            cuts = PARTS
+    if drifting.conditions.shape[0] > 0:
+        for i in range(drifting.places.shape[0]):
+            machine.numbers[drifting.places[i]] = drifting.values[i] * drifting.conditions[k, drifting.columns[i]]
+        if sight.source != NOBODY:
+            acting = true_command(acting, drifting.limit, drifting.conditions[k])
+    for part in range(inputs.first[k], inputs.first[k + 1]):
+        for s in range(u if inputs.drives.shape[0] > 0 else 0):
+            asked[s] = inputs.drives[part, s]
+        if sight.source != NOBODY:
+            asked[sight.source] = acting
+        for d in range(inputs.blocks.shape[0]):
+            external[inputs.blocks[d]] = inputs.efforts[part, d]
+        if part == inputs.first[k]:
+            _write(machine, state, sight, k, asked, out)
+        for _ in range(cuts):
+            status = advance(
+                machine.whole,
+                machine.numbers,
+                machine.laws,
+                state.y,
+                state.drive,
+                state.modes,
+                state.work,
+                state.pace,
+                asked,
+                external,
+                inputs.durations[part] / cuts,
+                TOLERANCE,
+                out.events,
+                out.happened,
+            )
+            if status != OK:
+                return int(status)
+    return OK
+
+
+@kernel
+def answered(
+    machine: Machine,
+    state: State,
+    sight: Sight,
+    waiting: Vector,
+    k: int,
+    measured: float,
+    command: float,
+    inputs: Inputs,
+    drifting: Drifting,
+    out: Recording,
+) -> int:
+    """Sample k after the controller has given its command. waiting (delay_samples + 1,): commands that have yet to act, in place."""
+    places = waiting.shape[0]
+    waiting[k % places] = command
+    acting = waiting[(k + 1) % places]
+    out.record[k, MEASURED], out.record[k, COMMAND] = measured, command
+    if not math.isfinite(command):
+        out.record[k, COMMAND] = 0.0
+    status = moved(machine, state, sight, k, acting, inputs, drifting, out)
+    out.record[k, TRUE_DRIVE] = out.motion[k, 2 * machine.whole[BLOCKS] + sight.source]
+    return int(status)
+
+
+@kernel
+def run(
+    machine: Machine,
+    state: State,
+    controller: Controller,
+    sight: Sight,
+    reference: Vector,
+    delay_samples: int,
+    inputs: Inputs,
+    drifting: Drifting,
+    out: Recording,
+) -> tuple[int, int]:
+    """Runs the loop over `reference` (n,), one value a sample; fills `out`. Returns engine/status.py, and the samples that were finished.
+
+    machine, state: changed in place. controller: control/machine.py, started at what is measured, in place.
+    """
+    waiting, measured = np.zeros(delay_samples + 1), measure(state.y[sight.sensor], sight.step)
+    for k in range(reference.shape[0]):
+        measured = seen(sight, state, measured, drifting.conditions, k)
+        command = control_step(controller, reference[k], measured, state.y[machine.whole[BLOCKS] + sight.sensor])
+        status = answered(machine, state, sight, waiting, k, measured, command, inputs, drifting, out)
+        if status != OK:
+            return int(status), k
+    return OK, reference.shape[0]
+
+
+@kernel
+def follow(
+    machine: Machine, state: State, sight: Sight, controlled: int, samples: int, inputs: Inputs, drifting: Drifting, out: Recording
+) -> tuple[int, int]:
+    """As `run` without a controller: the sources follow their signals. controlled: the source that the record tells of, or NOBODY."""
+    measured, place = measure(state.y[sight.sensor], sight.step), 2 * machine.whole[BLOCKS] + controlled
+    for k in range(samples):
+        measured = seen(sight, state, measured, drifting.conditions, k)
+        out.record[k, MEASURED] = measured
+        status = moved(machine, state, sight, k, 0.0, inputs, drifting, out)
+        if controlled != NOBODY:
+            asked = inputs.drives[inputs.first[k], controlled] if inputs.drives.shape[0] > 0 else 0.0
+            out.record[k, COMMAND], out.record[k, TRUE_DRIVE] = asked, out.motion[k, place]
+        if status != OK:
+            return int(status), k
+    return OK, samples
