@@ -32,6 +32,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "export": ("frictool.cli.export", "Controller to C99 with golden vectors."),
     "observe": ("frictool.cli.observe", "Velocity, friction and wear from a running actuator's log; observers designed."),
     "compare": ("frictool.cli.compare", "Friction laws in the four tests of thesis 3.7, as numbers and verdicts."),
+    "equations": ("frictool.cli.equations", "The equations of a mechanism, derived from its description."),
     "schema": ("frictool.cli.schema", "JSON Schema of a document, for editors."),
 }
 

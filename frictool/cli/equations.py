@@ -1,0 +1,43 @@
+"""`frictool equations`: what follows from the description of a mechanism, in symbols."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from frictool.cli.output import STDOUT, existing, json_option, output_option, print_json, save_text
+
+HELP = """\b
+Example:
+  frictool equations mechanism.yaml
+
+Print the equations of a mechanism, derived from its description.
+
+What each link constrains and loses, what each element exerts, the free body of every block (2.1)-(2.2), one equation for all that moves as
+one, with the forces of rigid links eliminated, and the conditions under which plays touch and blocks rest. Every term is named after its
+element and has its unit, and the dimension of every term is checked against that of its sum, from the units in the file. Numbers in
+brackets are the thesis's, as its slips are read.
+"""
+
+
+@click.command("equations", help=HELP)
+@click.argument("mechanism", type=existing)
+@click.option("--latex", is_flag=True, help="A LaTeX fragment (amsmath) instead of text.")
+@output_option(required=False)
+@json_option
+def command(mechanism: Path, latex: bool, output: Path | None, as_json: bool) -> None:
+    from frictool.cli.mechanism_file import load_mechanism, wrong_in_file
+    from frictool.plant.mechanism.equations.derivation import derive
+    from frictool.plant.mechanism.equations.layout import as_latex, as_text, machine_view
+    from frictool.plant.mechanism.wrong import WrongElement
+
+    document, assembled = load_mechanism(mechanism)
+    try:
+        derivation = derive(document, assembled)
+    except WrongElement as wrong:
+        raise wrong_in_file(mechanism, wrong) from None
+    if output is not None or not as_json:
+        save_text(output or STDOUT, as_latex(derivation) if latex else as_text(derivation), [mechanism])
+    if as_json:
+        print_json(machine_view(derivation), output)

@@ -1,0 +1,168 @@
+"""Sums of signed products of symbols: all that the equations of a mechanism are made of.
+
+Atom      a symbol, in text and in LaTeX, with its unit and, where it is a parameter, its value
+Term      sign * product of atoms to whole powers; element: the document's key of what it comes from
+Equation  (sum of terms) atom = sum of terms
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+
+
+@dataclass(frozen=True)
+class Atom:
+    """unit: SI, as people write it; made: or the terms of the sum that it stands for. value: in SI, of a parameter."""
+
+    text: str
+    latex: str
+    unit: str = ""
+    value: float | None = None
+    made: tuple[Term, ...] | None = field(default=None, compare=False)
+
+
+@dataclass(frozen=True)
+class Term:
+    """sign * product of atom^power; no factors: 1."""
+
+    factors: tuple[tuple[Atom, int], ...] = ()
+    sign: int = 1
+    element: str = ""
+
+    def times(self, other: Term) -> Term:
+        """The product; what cancels is gone. The element is `other`'s, where it has one."""
+        powers: dict[Atom, int] = {}
+        for atom, power in (*self.factors, *other.factors):
+            powers[atom] = powers.get(atom, 0) + power
+        kept = tuple((atom, power) for atom, power in powers.items() if power)
+        return Term(kept, self.sign * other.sign, other.element or self.element)
+
+    def inverse(self) -> Term:
+        return replace(self, factors=tuple((atom, -power) for atom, power in self.factors))
+
+    def negative(self) -> Term:
+        return replace(self, sign=-self.sign)
+
+    def of(self, element: str) -> Term:
+        """The same, said to come from this element."""
+        return replace(self, element=element)
+
+    @property
+    def number(self) -> float:
+        """The product of the values of all atoms that have one, with the sign."""
+        product = float(self.sign)
+        for atom, power in self.factors:
+            product *= 1.0 if atom.value is None else atom.value**power
+        return product
+
+    @property
+    def rest(self) -> Term:
+        """What has no value."""
+        return Term(tuple((atom, power) for atom, power in self.factors if atom.value is None))
+
+    @property
+    def text(self) -> str:
+        """Without the sign."""
+        above = " ".join(_power(atom.text, power) for atom, power in self.factors if power > 0) or "1"
+        below = [_power(atom.text, -power) for atom, power in self.factors if power < 0]
+        return (
+            above
+            if not below
+            else f"{above}/{below[0]}"
+            if len(below) == 1 and " " not in below[0].partition("(")[0]
+            else f"{above}/({' '.join(below)})"
+        )
+
+    @property
+    def latex(self) -> str:
+        """Without the sign."""
+        above = r"\,".join(_power(atom.latex, power, "^{%d}") for atom, power in self.factors if power > 0) or "1"
+        below = r"\,".join(_power(atom.latex, -power, "^{%d}") for atom, power in self.factors if power < 0)
+        return rf"\frac{{{above}}}{{{below}}}" if below else above
+
+
+@dataclass(frozen=True)
+class Equation:
+    """(sum of `coefficients`) of = sum of `right`. unit: of every term. when: where it holds. source: the thesis's number."""
+
+    coefficients: tuple[Term, ...]
+    of: Atom
+    right: tuple[Term, ...]
+    unit: str
+    key: str = ""
+    when: str = ""
+    source: str = ""
+
+    @property
+    def text(self) -> str:
+        many = len(self.coefficients) > 1
+        factor = f"({summed(self.coefficients)}) " if many else summed(self.coefficients) + " " if self.coefficients[0].factors else ""
+        return f"{factor}{self.of.text} = {summed(self.right)}"
+
+    @property
+    def latex(self) -> str:
+        many = len(self.coefficients) > 1
+        inner = summed_latex(self.coefficients)
+        factor = rf"\left({inner}\right)\," if many else inner + r"\," if self.coefficients[0].factors else ""
+        return f"{factor}{self.of.latex} = {summed_latex(self.right)}"
+
+    @property
+    def numbers(self) -> str:
+        """The same with the parameters' values; terms of the same symbols are added."""
+        factor = _valued(self.coefficients)
+        whole = "" if factor == "1" else f"({factor}) " if " " in factor else f"{factor} "
+        return f"{whole}{self.of.text} = {_valued(self.right)}"
+
+
+def symbol(text: str, latex: str, unit: str = "", value: float | None = None) -> Term:
+    """An atom as a term."""
+    return Term(((Atom(text, latex, unit, value), 1),))
+
+
+def product(terms: Iterable[Term]) -> Term:
+    out = Term()
+    for term in terms:
+        out = out.times(term)
+    return out
+
+
+def summed(terms: Sequence[Term]) -> str:
+    """The text of a sum; 0 of none."""
+    return _joined((term.sign < 0, term.text) for term in terms)
+
+
+def summed_latex(terms: Sequence[Term]) -> str:
+    """The same in LaTeX."""
+    return _joined((term.sign < 0, term.latex) for term in terms)
+
+
+def _valued(terms: Sequence[Term]) -> str:
+    added: dict[Term, float] = {}
+    for term in terms:
+        added[term.rest] = added.get(term.rest, 0.0) + term.number
+    return _joined((value < 0.0, _scaled(abs(value), term)) for term, value in added.items())
+
+
+def _scaled(value: float, term: Term) -> str:
+    if not term.factors:
+        return f"{value:.6g}"
+    above = Term(tuple((atom, power) for atom, power in term.factors if power > 0))
+    below = term.text.partition("/")[2] if not above.factors else ""
+    if below:
+        return f"{value:.6g}/{below}"
+    return term.text if value == 1.0 else f"{value:.6g} {term.text}"
+
+
+def _joined(parts: Iterable[tuple[bool, str]]) -> str:
+    out = ""
+    for negative, text in parts:
+        out += (" - " if negative else " + ") + text if out else ("-" if negative else "") + text
+    return out or "0"
+
+
+def _power(base: str, power: int, form: str = "^%d") -> str:
+    if power == 1:
+        return base
+    single = " " not in base.partition("(")[0] and not base.startswith(("(", "|", r"\left"))  # a name, or a function of something
+    return (base if single else f"({base})") + form % power

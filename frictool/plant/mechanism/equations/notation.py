@@ -1,0 +1,97 @@
+"""Symbols of blocks and parameters, named after the elements that they belong to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from frictool.documents.mechanism import Mechanism
+from frictool.documents.quantity import Axis, Quantity, si_unit
+from frictool.plant.mechanism.ends import kind_of
+from frictool.plant.mechanism.equations.expression import Atom, Term, symbol
+
+RATES: dict[Axis, tuple[str, str, str]] = {"rotary": ("rad", "rad/s", "rad/s^2"), "linear": ("m", "m/s", "m/s^2")}
+HALF = symbol("2", "2", value=2.0).inverse()
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A row of the table: SI; low, high: None without an interval. key: where the document has it."""
+
+    symbol: str
+    latex: str
+    value: float
+    low: float | None
+    high: float | None
+    unit: str
+    key: str
+
+
+class Notation:
+    """Gives symbols and remembers the parameters that were asked for."""
+
+    def __init__(self, document: Mechanism) -> None:
+        self.document = document
+        self.kinds: dict[str, Axis] = {name: kind_of(block) for name, block in document.blocks.items()}
+        self.parameters: dict[str, Parameter] = {}
+
+    def position(self, block: str) -> Term:
+        kind = self.kinds[block]
+        return _named("theta" if kind == "rotary" else "x", r"\theta" if kind == "rotary" else "x", block, RATES[kind][0])
+
+    def speed(self, block: str) -> Term:
+        kind = self.kinds[block]
+        return _named("omega" if kind == "rotary" else "v", r"\omega" if kind == "rotary" else "v", block, RATES[kind][1])
+
+    def acceleration(self, block: str) -> Atom:
+        kind = self.kinds[block]
+        speed = self.speed(block).factors[0][0]
+        return Atom(f"{speed.text}'", rf"\dot{{{speed.latex.partition('_')[0]}}}_{speed.latex.partition('_')[2]}", RATES[kind][2])
+
+    def inertia(self, block: str) -> Term:
+        """Its J or m; a term without value or factor is not made of a block without inertia: it is a parameter of 0."""
+        stated = self.document.blocks[block]
+        if stated.inertia is not None:
+            return self.parameter("J", "J", block, stated.inertia, f"blocks.{block}.inertia")
+        assert stated.mass is not None
+        return self.parameter("m", "m", block, stated.mass, f"blocks.{block}.mass")
+
+    def parameter(self, letter: str, latex: str, name: str, quantity: Quantity, key: str) -> Term:
+        """A quantity of the document, in the unit that it has there (SI)."""
+        term = _named(letter, latex, name, quantity.unit, quantity.value)
+        atom = term.factors[0][0]
+        self.parameters[atom.text] = Parameter(atom.text, atom.latex, quantity.value, quantity.low, quantity.high, quantity.unit, key)
+        return term.of(key)
+
+    def number(self, letter: str, latex: str, name: str, value: float, key: str) -> Term:
+        """A plain number of the document."""
+        return self.parameter(letter, latex, name, Quantity(value, unit=""), key)
+
+    def effort(self, letter: str, name: str, kind: Axis) -> Term:
+        """An unknown effort on a block that turns or slides."""
+        latex = {"lambda": r"\lambda"}.get(letter, letter)
+        return _named(letter, latex, name, si_unit("effort", kind))
+
+    def stretch(self, letter: str, name: str, kind: Axis) -> tuple[Term, Term]:
+        """A position difference and its rate."""
+        place, rate, _ = RATES[kind]
+        still = _named(letter, letter, name, place)
+        return still, symbol(f"{letter}_{name}'", indexed(rf"\dot{{{letter}}}", name), rate)
+
+
+def _named(letter: str, latex: str, name: str, unit: str, value: float | None = None) -> Term:
+    return symbol(f"{letter}_{name}", indexed(latex, name), unit, value)
+
+
+def indexed(letter: str, name: str) -> str:
+    """LaTeX of a letter that belongs to an element, which may have an index of its own: `F_c` of brushes is F_{c,brushes}."""
+    base, _, index = letter.partition("_")
+    return rf"{base}_{{{index + ',' if index else ''}\mathrm{{{_latex(name)}}}}}"
+
+
+def _latex(name: str) -> str:
+    return name.replace("_", r"\_")
+
+
+def function(name: str, latex: str, argument: str, argument_latex: str, unit: str = "", value: float | None = None) -> Term:
+    """`name(argument)` as one symbol."""
+    return symbol(f"{name}({argument})", rf"{latex}\left({argument_latex}\right)", unit, value)
