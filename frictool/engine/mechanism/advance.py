@@ -16,8 +16,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.engine.mechanism.ends import first_dip, forces_hold, is_broken, way_left
 from frictool.engine.mechanism.events import STRIKES, TOUCHES, write, write_changes
-from frictool.engine.mechanism.field import field, joint_gap
+from frictool.engine.mechanism.field import field
 from frictool.engine.mechanism.image import (
     BLOCKS,
     CONSTANT,
@@ -32,7 +33,6 @@ from frictool.engine.mechanism.image import (
     SOURCE_BLOCKS,
     SOURCE_WIDTH,
     SOURCES,
-    STOP_BLOCKS,
     STOPS,
     SUPPLY,
 )
@@ -40,7 +40,7 @@ from frictool.engine.mechanism.impacts import impacts
 from frictool.engine.mechanism.locate import locate
 from frictool.engine.mechanism.settle import align, halt, settle
 from frictool.engine.mechanism.state import OPEN, STUCK, Room
-from frictool.engine.mechanism.step import first_dip, forces_hold, is_broken, try_step
+from frictool.engine.mechanism.step import try_step
 from frictool.engine.status import LAW_FAILED, NOT_FINITE, OK, STEP_TOO_SMALL, TOO_MANY_EVENTS
 from frictool.kernels import bare_kernel, kernel
 
@@ -108,13 +108,16 @@ def _happen(k: Places, p: Vector, now: float, y: Vector, modes: Places, guard: V
     meet = False
     for joint in range(j):
         if modes[n + joint] == OPEN and guard[n + joint] <= 0.0:
-            _, rate, _ = joint_gap(k, p, joint, y)
-            write(events, happened, now, TOUCHES, joint, rate)
-            meet = True
+            _, rate = way_left(k, p, n + joint, y, y, modes)
+            if rate < 0.0:
+                write(events, happened, now, TOUCHES, joint, -rate)
+                meet = True
     for s in range(k[STOPS]):
         if modes[n + 2 * j + c + s] == OPEN and guard[n + 2 * j + c + s] <= 0.0:
-            write(events, happened, now, STRIKES, s, y[n + k[k[STOP_BLOCKS] + s]])
-            meet = True
+            _, rate = way_left(k, p, n + 2 * j + c + s, y, y, modes)
+            if rate < 0.0:
+                write(events, happened, now, STRIKES, s, -rate)
+                meet = True
     for place in range(n):
         i = k[k[ORDER] + place]
         if guard[i] <= 0.0 and modes[i] != STUCK and y[n + i] != 0.0:

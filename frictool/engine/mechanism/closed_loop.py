@@ -8,7 +8,6 @@ bound is that of the speed at a call's beginning. Drifts multiply numbers of the
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -83,7 +82,7 @@ class Inputs(NamedTuple):
 
 
 class Drifting(NamedTuple):
-    """conditions (n, 8) or (0, 8): engine/conditions.py. At sample k number places[i] of the machine is values[i] conditions[k, columns[i]].
+    """conditions (n, 8) or (0, 8): engine/conditions.py. At sample k the machine's number places[i] is values[i] times column columns[i].
 
     limit: of the controlled drive, which a wrong sensor of it moves.
     """
@@ -177,6 +176,7 @@ def moved(machine: Machine, state: State, sight: Sight, k: int, acting: float, i
                 state.modes,
                 state.work,
                 state.pace,
+                state.room,
                 asked,
                 external,
                 inputs.durations[part] / cuts,
@@ -207,8 +207,6 @@ def answered(
     waiting[k % places] = command
     acting = waiting[(k + 1) % places]
     out.record[k, MEASURED], out.record[k, COMMAND] = measured, command
-    if not math.isfinite(command):
-        out.record[k, COMMAND] = 0.0
     status = moved(machine, state, sight, k, acting, inputs, drifting, out)
     out.record[k, TRUE_DRIVE] = out.motion[k, 2 * machine.whole[BLOCKS] + sight.source]
     return int(status)
@@ -221,38 +219,50 @@ def run(
     controller: Controller,
     sight: Sight,
     reference: Vector,
-    delay_samples: int,
+    begin: int,
+    end: int,
+    waiting: Vector,
+    shown: Vector,
     inputs: Inputs,
     drifting: Drifting,
     out: Recording,
 ) -> tuple[int, int]:
-    """Runs the loop over `reference` (n,), one value a sample; fills `out`. Returns engine/status.py, and the samples that were finished.
+    """Runs the loop over samples begin .. end - 1 of `reference` (n,), one value a sample; fills `out`.
 
-    machine, state: changed in place. controller: control/machine.py, started at what is measured, in place.
+    machine, state, controller (control/machine.py, started at what is measured), waiting (delay_samples + 1,) and shown (1,), what the
+    encoder showed last: changed in place. Returns engine/status.py, and the sample that was reached.
     """
-    waiting, measured = np.zeros(delay_samples + 1), measure(state.y[sight.sensor], sight.step)
-    for k in range(reference.shape[0]):
-        measured = seen(sight, state, measured, drifting.conditions, k)
-        command = control_step(controller, reference[k], measured, state.y[machine.whole[BLOCKS] + sight.sensor])
-        status = answered(machine, state, sight, waiting, k, measured, command, inputs, drifting, out)
+    for k in range(begin, end):
+        shown[0] = seen(sight, state, shown[0], drifting.conditions, k)
+        command = control_step(controller, reference[k], shown[0], state.y[machine.whole[BLOCKS] + sight.sensor])
+        status = answered(machine, state, sight, waiting, k, shown[0], command, inputs, drifting, out)
         if status != OK:
             return int(status), k
-    return OK, reference.shape[0]
+    return OK, end
 
 
 @kernel
 def follow(
-    machine: Machine, state: State, sight: Sight, controlled: int, samples: int, inputs: Inputs, drifting: Drifting, out: Recording
+    machine: Machine,
+    state: State,
+    sight: Sight,
+    told: int,
+    begin: int,
+    end: int,
+    shown: Vector,
+    inputs: Inputs,
+    drifting: Drifting,
+    out: Recording,
 ) -> tuple[int, int]:
-    """As `run` without a controller: the sources follow their signals. controlled: the source that the record tells of, or NOBODY."""
-    measured, place = measure(state.y[sight.sensor], sight.step), 2 * machine.whole[BLOCKS] + controlled
-    for k in range(samples):
-        measured = seen(sight, state, measured, drifting.conditions, k)
-        out.record[k, MEASURED] = measured
+    """As `run` without a controller: the sources follow their signals. told: the source that the record tells of, or NOBODY."""
+    place = 2 * machine.whole[BLOCKS] + told
+    for k in range(begin, end):
+        shown[0] = seen(sight, state, shown[0], drifting.conditions, k)
+        out.record[k, MEASURED] = shown[0]
         status = moved(machine, state, sight, k, 0.0, inputs, drifting, out)
-        if controlled != NOBODY:
-            asked = inputs.drives[inputs.first[k], controlled] if inputs.drives.shape[0] > 0 else 0.0
+        if told != NOBODY:
+            asked = inputs.drives[inputs.first[k], told] if inputs.drives.shape[0] > 0 else 0.0
             out.record[k, COMMAND], out.record[k, TRUE_DRIVE] = asked, out.motion[k, place]
         if status != OK:
             return int(status), k
-    return OK, samples
+    return OK, end

@@ -45,6 +45,7 @@ Places = NDArray[np.int64]
 
 BOUNCE = 1e-6  # of the speed that counts
 TOGETHER = 1e-12
+STANDING = 1e-9  # of the speed that counts: slower than that a stop holds
 MAX_ROUNDS = 100_000
 TOUCHING = 4.0  # margins: flanks that are nearer than this many touch
 
@@ -129,7 +130,8 @@ def _part(k: Places, p: Vector, y: Vector, modes: Places) -> None:
         if _approach(k, p, joint, side, y) < -TOGETHER * p[k[SPEED] + b]:
             modes[n + joint] = OPEN
     for s in range(k[STOPS]):
-        if modes[stops + s] != OPEN and y[n + k[k[STOP_BLOCKS] + s]] != 0.0:
+        block = k[k[STOP_BLOCKS] + s]
+        if modes[stops + s] != OPEN and abs(y[n + block]) > STANDING * p[k[SPEED] + block]:
             modes[stops + s] = OPEN
 
 

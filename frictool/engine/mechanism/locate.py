@@ -7,9 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.engine.mechanism.ends import BROKEN, is_broken, is_forced, way_left
 from frictool.engine.mechanism.image import BLOCKS, COUPLINGS, JOINTS, STOPS
 from frictool.engine.mechanism.state import Room
-from frictool.engine.mechanism.step import BROKEN, is_broken, is_forced, try_step
+from frictool.engine.mechanism.step import try_step
 from frictool.kernels import bare_kernel, part_kernel
 
 Vector = NDArray[np.float64]
@@ -23,71 +24,102 @@ NEAREST = 4e-16  # of the time; nearer instants are one
 
 
 @bare_kernel
-def _aim(k: Places, modes: Places, index: int) -> float:
-    return BEYOND if is_forced(k, modes, index) else AT_END
-
-
-@bare_kernel
 def _is_there(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector, index: int, count: int) -> bool:
-    """Whether the leading guard is where it is taken to, and no other is passed by more."""
-    forced = is_forced(k, modes, index)
-    if forced and not FAR <= guard[index] < BROKEN:
-        return False
-    if not forced and not BROKEN <= guard[index] <= 0.0:
-        return False
+    """Whether the leading guard is where it is taken to, on its way out, and no other is passed by more."""
+    if is_forced(k, modes, index):
+        if not FAR <= guard[index] < BROKEN:
+            return False
+    else:
+        if not BROKEN <= guard[index] <= 0.0:
+            return False
+        if index >= k[BLOCKS] and way_left(k, p, index, y, y, modes)[1] >= 0.0:
+            return False
     for other in range(count):
         if guard[other] < (FAR if is_forced(k, modes, other) else BROKEN) and is_broken(k, p, other, y, modes, guard):
             return False
     return True
 
 
+@bare_kernel
+def _crossing(g0: float, r0: float, g1: float, r1: float, h: float) -> float:
+    """Where the cubic through both ends of a time h (values, rates) last falls through 0, found from where it is above."""
+    slope = (g1 - g0) / h
+    a, b = (r0 + r1 - 2.0 * slope) / (h * h), (3.0 * slope - 2.0 * r0 - r1) / h
+    low, high = 0.0, h
+    for step in range(8):
+        s = h * (8 - step) / 8.0
+        if g0 + s * (r0 + s * (b + s * a)) > 0.0:
+            low = s
+            break
+        high = s
+    for _ in range(60):
+        s = 0.5 * (low + high)
+        if g0 + s * (r0 + s * (b + s * a)) > 0.0:
+            low = s
+        else:
+            high = s
+    return 0.5 * (low + high)
+
+
+@bare_kernel
+def _unforced_crossing(k: Places, p: Vector, index: int, modes: Places, room: Room, low: float, high: float) -> float:
+    """Where a speed or a position that is passed at `high` is half way past its end."""
+    g1, r1 = way_left(k, p, index, room.y_high, room.rates_high, modes)
+    g0, r0 = way_left(k, p, index, room.y_low, room.rates_low, modes)
+    past = AT_END * g1 / room.at_high[index]
+    return low + _crossing(g0 - past, r0, g1 - past, r1, high - low)
+
+
+@bare_kernel
+def _keep(count: int, y: Vector, rates: Vector, guard: Vector, y_kept: Vector, rates_kept: Vector, kept: Vector) -> None:
+    for i in range(y.shape[0]):
+        y_kept[i], rates_kept[i] = y[i], rates[i]
+    for index in range(count):
+        kept[index] = guard[index]
+
+
 @part_kernel
 def locate(
-    k: Places,
-    p: Vector,
-    laws: Places,
-    t: float,
-    h: float,
-    tolerance: float,
-    y: Vector,
-    modes: Places,
-    room: Room,
+    k: Places, p: Vector, laws: Places, t: float, h: float, tolerance: float, y: Vector, modes: Places, room: Room
 ) -> tuple[float, bool]:
     """Takes the step again, to the first instant at which a guard is passed; returns its length, and whether the field failed there.
 
     room.guard: at the beginning; trial: at the end of the step of length h, which has passed one. A bracketed search for the guard that is
-    passed first by regula falsi with the weights of Illinois, halved where that is slow.
+    passed first: speeds and positions by the cubic through both ends, efforts by regula falsi with the weights of Illinois; halved where
+    that is slow.
     """
     count = k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS] + k[STOPS]
     low, high, lead, kept = 0.0, h, -1, 0
     at_low, at_high, trial, end = room.at_low, room.at_high, room.trial, room.end
-    for index in range(count):
-        at_low[index], at_high[index] = room.guard[index], trial[index]
+    _keep(count, y, room.slopes[0], room.guard, room.y_low, room.rates_low, at_low)
+    _keep(count, end, room.after, trial, room.y_high, room.rates_high, at_high)
     nearest = NEAREST * max(t, 1e-6)
     weight_low, weight_high = 1.0, 1.0
     for attempt in range(ROUNDS):
         at, leader = high, -1
         for index in range(count):
-            if is_broken(k, p, index, end, modes, at_high) or (at_high[index] < BROKEN and index == lead):
-                aim = _aim(k, modes, index)
-                g0, g1 = at_low[index] - aim, at_high[index] - aim
+            if not is_broken(k, p, index, room.y_high, modes, at_high):
+                continue
+            if not is_forced(k, modes, index):
+                root = _unforced_crossing(k, p, index, modes, room, low, high)
+            else:
+                g0, g1 = at_low[index] - BEYOND, at_high[index] - BEYOND
                 if not math.isfinite(g0):
-                    g0 = -g1
-                if g0 <= 0.0:
-                    root = low
-                else:
-                    if index == lead:
-                        g0, g1 = g0 * weight_low, g1 * weight_high
-                    root = low + (high - low) * g0 / (g0 - g1)
-                if root < at or leader < 0:
-                    at, leader = root, index
+                    g0 = abs(g1)
+                if index == lead:
+                    g0, g1 = g0 * weight_low, g1 * weight_high
+                root = low + (high - low) * max(g0, 0.0) / (max(g0, 0.0) - min(g1, -1e-3))
+            if root < at or leader < 0:
+                at, leader = root, index
         if leader != lead:
             weight_low, weight_high, kept = 1.0, 1.0, 0
         lead = leader
-        if attempt % 4 == 3 or not low < at < high:
-            at = 0.5 * (low + high)
-        if high - low <= nearest or not low < at < high:
+        if lead < 0 or high - low <= nearest:
             at = high
+        elif attempt % 4 == 3 or not low < at < high:
+            at = 0.5 * (low + high)
+            if not low < at < high:
+                at = high
         error, _ = try_step(k, p, laws, t, at, tolerance, y, modes, room)
         if not math.isfinite(error):
             return at, True
@@ -98,15 +130,13 @@ def locate(
             passed = passed or is_broken(k, p, index, end, modes, trial)
         if passed:
             high = at
-            for index in range(count):
-                at_high[index] = trial[index]
+            _keep(count, end, room.after, trial, room.y_high, room.rates_high, at_high)
             weight_high = 1.0
             weight_low = weight_low * 0.5 if kept == 1 else 1.0
             kept = 1
         else:
             low = at
-            for index in range(count):
-                at_low[index] = trial[index]
+            _keep(count, end, room.after, trial, room.y_low, room.rates_low, at_low)
             weight_low = 1.0
             weight_high = weight_high * 0.5 if kept == -1 else 1.0
             kept = -1

@@ -40,11 +40,14 @@ from frictool.engine.mechanism.image import (
     BLOCK,
     BLOCKS,
     COEFFICIENT,
+    COUPLING,
+    COUPLING_WIDTH,
     COUPLINGS,
     DRY,
     FRICTION_PLACES,
     FRICTION_WIDTH,
     FRICTIONS,
+    GAP,
     JOINTS,
     KIND,
     LAW_VALUES,
@@ -58,7 +61,9 @@ from frictool.engine.mechanism.image import (
     PRESSING_PLACES,
     PRESSINGS,
     RATIO,
+    SOURCES,
     SPAN,
+    STIFFNESS,
     STOP_BLOCKS,
     STOPS,
     VALUES,
@@ -344,16 +349,24 @@ def _tree(k: Places, p: Vector, modes: Places, place: int, found: Places, y: Vec
 
 
 @bare_kernel
-def _flanks(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector) -> None:
-    """Compliant flanks that have met or have let go change."""
-    first = k[BLOCKS] + 2 * k[JOINTS]
+def _flanks(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector, work: Vector) -> None:
+    """Compliant flanks that have met or have let go change.
+
+    One that lets go before it is unstrained comes back by itself: its damping takes what its stiffness held, (1/2) k s^2.
+    """
+    first, at = k[BLOCKS] + 2 * k[JOINTS], k[SOURCES] + k[BLOCKS] + k[JOINTS]
     for c in range(k[COUPLINGS]):
         if guard[first + c] < -1.0:
+            e, _ = coupling_stretch(k, p, c, y)
+            row = k[COUPLING] + c * COUPLING_WIDTH
+            beyond = abs(e) - p[row + GAP]
+            held = 0.5 * p[row + STIFFNESS] * beyond * beyond if beyond > 0.0 else 0.0
             if modes[first + c] == OPEN:
-                e, _ = coupling_stretch(k, p, c, y)
                 modes[first + c] = -1 if e < 0.0 else 1
+                work[at + c] -= held
             else:
                 modes[first + c] = OPEN
+                work[at + c] += held
 
 
 @bare_kernel
@@ -384,13 +397,14 @@ def resolve(
     guard: Vector,
     power: Vector,
     found: Places,
+    work: Vector,
 ) -> int:
     """Sets all modes at this instant. Flanks that touch without a relative speed have to be marked as contacts, blocks at stops as held.
 
     Returns engine/status.py; where a tree jams, its root's place in the order is in found[-1].
     """
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
-    _flanks(k, p, y, modes, guard)
+    _flanks(k, p, y, modes, guard, work)
     _ready(k, y, modes, w)
     if all_efforts(k, p, laws, t, y, modes, inputs, out, w, guard, power) != 0:
         return LAW_FAILED

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.engine.mechanism.ends import forces_hold
 from frictool.engine.mechanism.events import JAMS, write
 from frictool.engine.mechanism.field import field
 from frictool.engine.mechanism.image import (
@@ -21,10 +22,11 @@ from frictool.engine.mechanism.image import (
     RATIO,
     SOURCES,
     SPAN,
+    STOP_BLOCKS,
+    STOPS,
 )
 from frictool.engine.mechanism.resolve import resolve
 from frictool.engine.mechanism.state import OPEN, Room
-from frictool.engine.mechanism.step import forces_hold
 from frictool.engine.mechanism.transmission import joint_row
 from frictool.engine.status import JAMMED, LAW_FAILED, OK, UNRESOLVED
 from frictool.kernels import bare_kernel, part_kernel
@@ -53,8 +55,14 @@ def halt(k: Places, place: int, p: Vector, y: Vector, modes: Places) -> float:
 
 @bare_kernel
 def align(k: Places, p: Vector, y: Vector, modes: Places) -> None:
-    """Blocks that move together do so exactly: no rounding grows in the speeds between them."""
-    n = k[BLOCKS]
+    """Blocks that move together do so exactly, and what stops hold stands: no rounding grows in the speeds between them."""
+    n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
+    for s in range(k[STOPS]):
+        if modes[stops + s] != OPEN:
+            i = k[k[STOP_BLOCKS] + s]
+            while k[k[PARENT_JOINT] + i] >= 0 and modes[n + k[k[PARENT_JOINT] + i]] != OPEN:
+                i = k[k[PARENT] + i]
+            y[n + i] = 0.0
     for place in range(n):
         i = k[k[ORDER] + place]
         joint = k[k[PARENT_JOINT] + i]
@@ -97,7 +105,7 @@ def settle(
     """
     inputs, out, w, guard, power, found = room.inputs, room.slopes[0], room.w, room.guard, room.first_power, room.found
     for _ in range(ATTEMPTS):
-        status = resolve(k, p, laws, t, y, modes, inputs, out, w, guard, power, found)
+        status = resolve(k, p, laws, t, y, modes, inputs, out, w, guard, power, found, work)
         if status == JAMMED:
             if not _jam(k, p, now, found[-1], y, modes, work, events, happened):
                 return JAMMED

@@ -59,9 +59,13 @@ class Room(NamedTuple):
     slopes: Vector  # (stages, y): of a step
     end: Vector  # (y,)
     after: Vector
+    y_low: Vector  # states and rates at both ends of a search
+    rates_low: Vector
+    y_high: Vector
+    rates_high: Vector
     guard: Vector  # (modes,): at the beginning of a step
     trial: Vector  # at its end
-    at_low: Vector
+    at_low: Vector  # at both ends of a search
     at_high: Vector
     power: Vector  # (work,)
     first_power: Vector
@@ -127,7 +131,7 @@ def _room(c: dict[str, int], size: int, modes: int, work: int) -> Room:
         np.zeros((WORK_ROWS, max(n, c["joints"]))),
         np.zeros(2 * c["sources"] + n),
         np.zeros((STAGES, size)),
-        *(np.zeros(size) for _ in range(2)),
+        *(np.zeros(size) for _ in range(6)),
         *(np.zeros(modes) for _ in range(4)),
         *(np.zeros(work) for _ in range(3)),
         np.zeros(n),

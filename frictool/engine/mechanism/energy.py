@@ -1,0 +1,83 @@
+"""What a mechanism holds: kinetic energy and what its couplings and pushes store. With `work` it closes the balance:
+
+kinetic + stored - (at the start) = work of sources and held efforts - what joints, couplings, frictions, pressings, impacts and stops took
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.mechanism.curves import curve_integral
+from frictool.engine.mechanism.efforts import coupling_stretch
+from frictool.engine.mechanism.image import (
+    BLOCKS,
+    COUPLING,
+    COUPLING_ENDS,
+    COUPLING_WIDTH,
+    COUPLINGS,
+    GAP,
+    JOINTS,
+    MASS,
+    PUSH,
+    PUSH_PLACES,
+    PUSHES,
+    STIFFNESS,
+    Machine,
+)
+from frictool.engine.mechanism.state import OPEN, State, Work, work_by_element
+from frictool.kernels import kernel
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+
+class Balance(NamedTuple):
+    """J. stored: relative to unstrained couplings and to curves' first points; lost: all that did not come back."""
+
+    kinetic: float
+    stored: float
+    put_in: float
+    lost: float
+
+    @property
+    def total(self) -> float:
+        """Constant over a run."""
+        return self.kinetic + self.stored + self.lost - self.put_in
+
+
+@kernel
+def _held(k: Places, p: Vector, y: Vector, modes: Places) -> tuple[float, float]:
+    """Kinetic and stored energy."""
+    n, kinetic, stored = k[BLOCKS], 0.0, 0.0
+    for i in range(n):
+        kinetic += 0.5 * p[k[MASS] + i] * y[n + i] ** 2
+    for c in range(k[COUPLINGS]):
+        row = k[COUPLING] + c * COUPLING_WIDTH
+        s, _ = coupling_stretch(k, p, c, y)
+        if p[row + GAP] > 0.0:
+            mode = modes[n + 2 * k[JOINTS] + c]
+            if mode == OPEN:
+                continue
+            s = s - mode * p[row + GAP]
+        stored += 0.5 * p[row + STIFFNESS] * s * s
+        curve = k[k[COUPLING_ENDS] + 3 * c + 2]
+        if curve >= 0:
+            stored += curve_integral(k, p, curve, s)
+    for q in range(k[PUSHES]):
+        block, curve = k[k[PUSH_PLACES] + 2 * q], k[k[PUSH_PLACES] + 2 * q + 1]
+        stored -= p[k[PUSH] + q] * y[block]
+        if curve >= 0:
+            stored -= curve_integral(k, p, curve, y[block])
+    return kinetic, stored
+
+
+def balance(machine: Machine, state: State) -> Balance:
+    """The energies now, and the work so far."""
+    kinetic, stored = _held(machine.whole, machine.numbers, state.y, state.modes)
+    work: Work = work_by_element(machine, state)
+    put_in = float(work.sources.sum() + work.external.sum())
+    lost = sum(float(part.sum()) for part in work[2:])
+    return Balance(kinetic, stored, put_in, lost)
