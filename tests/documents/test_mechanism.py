@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any, get_args
 
 import msgspec
 import pytest
 
+from frictool.cli.mechanism_file import load_mechanism
+from frictool.documents import mechanism as documents
 from frictool.documents.mechanism import Link, Mechanism
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import json_schema, load
@@ -96,3 +99,19 @@ def test_a_wrong_line_is_named(old: str, new: str, words: list[str], tmp_path: P
         load(path, Mechanism)
     for word in (str(path), *words):
         assert word in str(caught.value)
+
+
+def test_the_documentation_has_every_key_and_its_example_fits_together(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "formats.md").read_text()
+    section = page[page.index("### mechanism.yaml") : page.index("### What a scenario plays")]
+    named = set(re.findall(r"[a-z_]+", section))
+    structs = [kind for name, kind in vars(documents).items() if isinstance(kind, type) and issubclass(kind, msgspec.Struct)]
+    own = [kind for kind in structs if kind.__module__ == documents.__name__]
+    assert len(own) > 20
+    for kind in own:
+        assert set(kind.__struct_fields__) <= named, kind
+    path = tmp_path / "mechanism.yaml"
+    path.write_text(section.partition("```yaml\n")[2].partition("```")[0])
+    document, mechanism = load_mechanism(path)
+    assert mechanism.controlled(document) == (0, 0)
+    assert mechanism.notes == ()
