@@ -32,10 +32,11 @@ class Rates:
     push: float = 0.0
 
 
-def linear_axis(rates: Rates, lag: float, period: float) -> Block:
+def linear_axis(rates: Rates, lag: float, period: float, resonance: Lti | None = None) -> Block:
     """The axis with the drive's time constant `lag` [s], held at `period` [s] or continuous (0).
 
-    States: [drive,] speed, eta. Ports: INPUTS, OUTPUTS.
+    resonance: a continuous filter of gain 1 at rest between the drive's effort and the axis (plant/resonance.py). States: [drive,] [those
+    of the filter,] speed, eta. Ports: INPUTS, OUTPUTS.
     """
     k, s, f, p = rates.drive, rates.viscous, rates.friction, rates.push
     if lag > 0.0:
@@ -48,4 +49,25 @@ def linear_axis(rates: Rates, lag: float, period: float) -> Block:
         c, d = np.vstack([np.zeros((1, 2)), np.eye(2)]), np.zeros((3, 4))
         d[0, 0] = 1.0
     system = Lti(a, b, c, d, 0.0)
+    if resonance is not None:
+        system = _resonant(system, rates, resonance)
     return Block(held(system, period) if period else system, INPUTS, OUTPUTS)
+
+
+def _resonant(axis: Lti, rates: Rates, resonance: Lti) -> Lti:
+    """The continuous axis whose speed answers to the filtered drive; the filter's states before speed and eta."""
+    head, m = axis.order - 2, resonance.order  # 1 with a lag
+    a, b = np.zeros((head + m + 2, head + m + 2)), np.zeros((head + m + 2, len(INPUTS)))
+    old = [*range(head), head + m, head + m + 1]
+    a[np.ix_(old, old)], b[old] = axis.a, axis.b
+    a[head : head + m, head : head + m] = resonance.a
+    speed = head + m
+    a[speed, head : head + m] = rates.drive * resonance.c[0]
+    into, through = resonance.b[:, 0], rates.drive * float(resonance.d[0, 0])
+    if head:
+        a[head : head + m, 0], a[speed, 0] = into, through
+    else:
+        b[head : head + m, 0], b[speed, 0] = into, through
+    c = np.zeros((len(OUTPUTS), len(a)))
+    c[:, old] = axis.c
+    return Lti(a, b, c, axis.d, 0.0)

@@ -6,6 +6,7 @@ of each direction at its own level; at rest nothing changes, stuck is stuck betw
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import msgspec
@@ -35,22 +36,22 @@ def irreversible(x: Vector, found: Resistance) -> Irreversible:
     return Irreversible(float(margin[worst]), float(x[worst]), float(np.mean(margin >= 0.0)))
 
 
-def in_contact(mechanism: Mechanism, x: Vector) -> Resistance:
-    """Of all blocks together, as they move as one."""
+def in_contact(mechanism: Mechanism, x: Vector, behind: Mapping[str, float] | None = None) -> Resistance:
+    """Of all blocks together, as the source at x (n,) moves them as one.
+
+    behind: the play between the source and a block, half of which the block is behind where it is pushed, whichever way: what resists at
+    its own place is then known, and not half a play beside it. Without it all blocks are where the source is.
+    """
     assembled = put_together(mechanism)
-    parts = [resistance(resisting(assembled, k, x), NO_LOSS) for k in range(len(assembled.blocks))]
-    forward, backward, rest_forward, rest_backward = (
-        np.asarray(np.sum([getattr(one, name) for one in parts], axis=0))
-        for name in ("forward", "backward", "breakaway_forward", "breakaway_backward")
-    )
-    return Resistance(
-        forward,
-        backward,
-        rest_forward,
-        rest_backward,
-        tuple(part for one in parts for part in one.falling),
-        sum(one.damping for one in parts),
-    )
+    behind = behind or {}
+    sums = []
+    for direction, names in ((1.0, ("forward", "breakaway_forward")), (-1.0, ("backward", "breakaway_backward"))):
+        places = [x - 0.5 * direction * behind.get(block, 0.0) for block in assembled.blocks]
+        parts = [resistance(resisting(assembled, k, place), NO_LOSS) for k, place in enumerate(places)]
+        sums += [np.asarray(np.sum([getattr(one, name) for one in parts], axis=0)) for name in names]
+    forward, rest_forward, backward, rest_backward = sums
+    falling = tuple(part for one in parts for part in one.falling)
+    return Resistance(forward, backward, rest_forward, rest_backward, falling, sum(one.damping for one in parts))
 
 
 def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, Told]:

@@ -27,7 +27,7 @@ def final(chain: Chain, axis: Axis) -> Told:
         neglects.append("what polynomials miss of the curves")
     if one.play.width > 0.0:
         figures += _of_play(one, inertia, effort, place)
-        neglects.append("masses behind the play, and half a play of their place")
+        neglects.append("masses behind the play")
         notes.append(
             f"the place of {', '.join(one.play.behind)} within the play is not observable: no sensor is behind "
             f"{', '.join(link.name for link in one.play.chain)}"
@@ -50,5 +50,5 @@ def _of_play(one: OneInertia, inertia: str, effort: str, place: str) -> list[Fig
         Figure("its share of the whole", one.inner / one.inertia, ""),
         Figure("backlash", one.play.width, place),
         Figure("friction inside the play", one.inside, effort),
-        Figure("friction misplaced by half the play, at most", max(misplaced(one.forward), misplaced(one.backward)), effort),
+        Figure("friction half a play beside its place, at most", max(map(misplaced, (one.forward, one.backward))), effort),
     ]

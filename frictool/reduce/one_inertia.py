@@ -2,16 +2,19 @@
 
     J theta'' = u - C_r(theta, sign(theta'))        inside the backlash only what lies before it moves, with its friction
 
-What is neglected: masses behind the play while it is open, and the place of what lies behind it (half a play at most); curves between
-polynomial and points; where several links play, that they open one after another.
+What lies behind a play is half of it behind the source when it is pushed, forward and backward: each direction's curve is that of the place
+where the block then is. What is neglected: masses behind the play while it is open; curves between polynomial and points; where several
+links play, that they open one after another.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from frictool.documents.mechanism import Coupling, Gear, Mechanism, Stop
 from frictool.errors import NoSolutionError
@@ -19,7 +22,7 @@ from frictool.reduce.assembling import put_together
 from frictool.reduce.backlash import Play, play
 from frictool.reduce.curves import in_contact
 from frictool.reduce.efforts import Vector, resisting
-from frictool.reduce.grid import positions
+from frictool.reduce.grid import POINTS, positions
 from frictool.reduce.polynomial import Fitted, fitted, mean_of
 from frictool.reduce.resistance import Resistance
 from frictool.reduce.rigid import lumped
@@ -110,8 +113,10 @@ def one_inertia(mechanism: Mechanism, root: str, sensor_block: str) -> OneInerti
     """
     stiff = lumped(stiffened(mechanism), root)[0]
     assembled = put_together(stiff)
-    x = positions(stiff)
-    found = in_contact(stiff, x)
+    behind = {name: play(mechanism, root, name).before_sensor for name in stiff.blocks}
+    travel = stopped(stiff, behind)
+    x = _positions(stiff, travel, behind)
+    found = in_contact(stiff, x, behind)
     first = resisting(assembled, assembled.blocks.index(root), x)
     offset, stiffness = load_beside(stiff, x, found)
     load = offset + stiffness * x
@@ -122,8 +127,8 @@ def one_inertia(mechanism: Mechanism, root: str, sensor_block: str) -> OneInerti
         inertia=float(np.sum(assembled.packed.inertia)),
         inner=inner,
         viscous=found.damping + sum(one.viscous for one in found.falling),
-        forward=_side(x, found.forward - load, found.breakaway_forward - load + at_rest),
-        backward=_side(x, load - found.backward, load - found.breakaway_backward + at_rest),
+        forward=_side(x, found.forward - load, found.breakaway_forward - load + at_rest, _met(stiff, x, behind, 1.0)),
+        backward=_side(x, load - found.backward, load - found.breakaway_backward + at_rest, _met(stiff, x, behind, -1.0)),
         offset=offset,
         stiffness=stiffness,
         stribeck_velocity=sum(one.drop * one.velocity for one in falls) / drop if drop > 0.0 else 0.0,
@@ -132,15 +137,23 @@ def one_inertia(mechanism: Mechanism, root: str, sensor_block: str) -> OneInerti
         inside=float(np.mean(first.friction)),
         inside_breakaway=float(np.mean(first.breakaway)),
         positions=x,
-        travel=stopped(stiff, root),
+        travel=travel,
     )
 
 
-def stopped(mechanism: Mechanism, root: str) -> tuple[float, float] | None:
+def _positions(mechanism: Mechanism, travel: tuple[float, float] | None, behind: Mapping[str, float]) -> Vector:
+    """Where the source's block is looked at: its travel, with the places at which blocks behind a play meet points of their curves."""
+    x = positions(mechanism)
+    low, high = (float(x[0]), float(x[-1])) if travel is None else travel
+    shifted = [x + side * 0.5 * width for width in {0.0, *behind.values()} for side in (-1.0, 1.0)]
+    inside = np.concatenate(shifted)
+    return np.unique(np.concatenate([np.linspace(low, high, POINTS), inside[(inside > low) & (inside < high)]]))
+
+
+def stopped(mechanism: Mechanism, behind: Mapping[str, float]) -> tuple[float, float] | None:
     """Between which positions the source's block can be: `travel`, or end stops, half a play beyond those that lie behind one."""
     if mechanism.travel is not None:
         return mechanism.travel.low, mechanism.travel.high
-    behind = {name: play(mechanism, root, name).before_sensor for name in mechanism.blocks}
     lows, highs = [], []
     for link in mechanism.links.values():
         if isinstance(link, Stop):
@@ -189,13 +202,22 @@ def _rounded(value: float, scale: float) -> float:
     return 0.0 if abs(value) < 1e-12 * scale else value
 
 
-def _side(x: Vector, coulomb: Vector, breakaway: Vector) -> Side:
+def _met(mechanism: Mechanism, x: Vector, behind: Mapping[str, float], direction: float) -> NDArray[np.bool_]:
+    """Positions (n,) at which the source can push in this direction what lies behind its play: within that one's own travel."""
+    places, shift = positions(mechanism), 0.5 * direction * max(behind.values(), default=0.0)
+    room = 1e-9 * float(places[-1] - places[0])
+    return np.asarray((x - shift >= places[0] - room) & (x - shift <= places[-1] + room))
+
+
+def _side(x: Vector, coulomb: Vector, breakaway: Vector, met: NDArray[np.bool_]) -> Side:
     coulomb = np.maximum(coulomb, 0.0)
     breakaway = np.maximum(breakaway, coulomb)
-    return Side(_fit(x, coulomb), _fit(x, breakaway - coulomb), coulomb, breakaway)
+    over = (float(x[0]), float(x[-1]))
+    met = met if np.count_nonzero(met) > 1 else np.ones_like(met)
+    return Side(_fit(x[met], coulomb[met], over), _fit(x[met], (breakaway - coulomb)[met], over), coulomb, breakaway)
 
 
-def _fit(x: Vector, values: Vector) -> Fitted:
+def _fit(x: Vector, values: Vector, over: tuple[float, float]) -> Fitted:
     if np.ptp(values) <= FLAT * max(float(np.max(np.abs(values))), 1e-300):
         return Fitted((float(np.mean(values)),), 0.5 * float(np.ptp(values)))
-    return fitted(x, values)
+    return fitted(x, values, over)

@@ -24,8 +24,8 @@ class Fitted(NamedTuple):
     error: float
 
 
-def fitted(x: Vector, values: Vector, positive: bool = True) -> Fitted:
-    """The polynomial near the curve through (x, values), both (n,); lifted where it would fall below 0 and `positive` asks.
+def fitted(x: Vector, values: Vector, over: tuple[float, float]) -> Fitted:
+    """The polynomial near the curve through (x, values), both (n,); lifted where it would fall below 0 within `over`, which holds x.
 
     Least squares at Chebyshev's nodes, which keeps the largest error near the least possible; the error is that of the coefficients as they
     are written.
@@ -41,9 +41,8 @@ def fitted(x: Vector, values: Vector, positive: bool = True) -> Fitted:
         reach = max(abs(low), abs(high)) ** np.arange(len(powers))
         powers = np.where(np.abs(powers) * reach < NOTHING * scale, 0.0, powers)
         coefficients = tuple(float(b) for b in np.concatenate([powers, np.zeros(degree + 1 - len(powers))]))
-        if positive:
-            smallest = least(coefficients, low, high)[1]
-            coefficients = (coefficients[0] - min(0.0, smallest) * (1.0 + 1e-9), *coefficients[1:])
+        smallest = least(coefficients, *over)[1]
+        coefficients = (coefficients[0] - min(0.0, smallest) * (1.0 + 1e-9), *coefficients[1:])
         error = float(np.max(np.abs(np.polynomial.Polynomial(coefficients)(x) - values)))
         if best is None or error < best.error:
             best = Fitted(coefficients, error)

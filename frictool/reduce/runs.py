@@ -7,7 +7,6 @@ held over a sample, in the drive's unit.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +22,8 @@ BEYOND = 1.6  # times the breakaway
 RAMP_S, SLIP = 0.3, 1.15  # s to the end of a ramp, times the breakaway there
 REST_S = 0.1
 LONGEST_S = 4.0  # of one move
+LITTLE = 0.02  # of the push: friction below does not stop what moves
+STEPS = 101
 FREE = 0.3  # of the drive's limit, where there is no friction to go beyond
 
 
@@ -48,17 +49,24 @@ def runs(one: OneInertia, constant: float, limit: float, period: float) -> tuple
 
 
 def _command(one: OneInertia, place: float, direction: float, constant: float, limit: float, period: float) -> Vector:
-    most = limit * constant
-    there, back = (_resisting(one, place, side) for side in (direction, -direction))
-    parts = []
-    for side, (slip, rest) in ((direction, there), (-direction, back)):
-        push = min(BEYOND * max(rest, 0.0), most) if rest > 0.02 * most else FREE * min(most, one.inertia * _fast(one))
-        seconds = _push_time(one, push, slip, _span(one) * PART)
+    most, way = limit * constant, PART * _span(one)
+    parts, here = [], place
+    for side in (direction, -direction):
+        along = here + side * np.linspace(0.0, way, STEPS)
+        slip, rest = _resisting(one, along, side)
+        push = (
+            min(BEYOND * max(float(np.max(rest)), 0.0), most)
+            if np.max(rest) > LITTLE * most
+            else min(FREE * most, one.inertia * _fast(one))
+        )
+        seconds, brakes = _push_time(one, push, slip, way)
         moving = _held(side * push, seconds, period)
-        stop = _held(-side * push, seconds, period) if slip <= 0.02 * push else np.empty(0)
-        coast = _held(0.0, min(LONGEST_S, 1.5 * seconds * push / slip if slip > 0.02 * push else 0.0) + REST_S, period)
-        ramp = side * np.linspace(0.0, min(SLIP * max(rest, 0.0), most), max(2, round(RAMP_S / period)))
+        stop = _held(-side * push, seconds, period) if brakes else np.empty(0)
+        coast = _held(0.0, min(LONGEST_S, 0.0 if brakes else 2.0 * seconds * push / float(np.mean(slip))) + REST_S, period)
+        broken = float(_resisting(one, along[-1:], side)[1][0])
+        ramp = side * np.linspace(0.0, min(SLIP * max(broken, 0.0), most), max(2, round(RAMP_S / period)))
         parts += [moving, stop, coast, ramp, _held(0.0, REST_S, period)]
+        here = float(along[-1])
     return np.concatenate(parts) / constant
 
 
@@ -72,19 +80,28 @@ def _fast(one: OneInertia) -> float:
     return 2.0 * PART * _span(one) / 0.2**2
 
 
-def _resisting(one: OneInertia, place: float, direction: float) -> tuple[float, float]:
-    """Friction and breakaway that oppose a motion there, with the load."""
+def _resisting(one: OneInertia, places: Vector, direction: float) -> tuple[Vector, Vector]:
+    """Friction and breakaway that oppose a motion at places (n,), with the load."""
     side = one.forward if direction > 0.0 else one.backward
-    load = direction * (one.offset + one.stiffness * place)
-    slip, rest = (float(np.interp(place, one.positions, curve)) for curve in (side.curve, side.breakaway))
+    load = direction * (one.offset + one.stiffness * places)
+    slip, rest = (np.interp(places, one.positions, curve) for curve in (side.curve, side.breakaway))
     return slip + load, rest + load
 
 
-def _push_time(one: OneInertia, push: float, slip: float, way: float) -> float:
-    """How long to push for the way to be made by the time it has come to rest again: T^2 a (1 + a J/slip)/2, or 2 T^2 a/2 with a brake."""
-    rate = max(push - slip, 1e-3 * push) / one.inertia
-    stretch = 1.0 + rate * one.inertia / slip if slip > 0.02 * push else 2.0
-    return min(LONGEST_S, math.sqrt(2.0 * way / (rate * stretch)))
+def _push_time(one: OneInertia, push: float, slip: Vector, way: float) -> tuple[float, bool]:
+    """How long to push [s] so that it comes to rest after `way`, and whether it needs a brake for that.
+
+    By work: what the push does over its part of the way is what `slip` (n,), evenly over the way, takes of all of it.
+    """
+    taken = float(np.mean(slip)) * way
+    brakes = taken <= LITTLE * push * way
+    part = 0.5 * way if brakes else min(way, taken / push)
+    x = np.linspace(0.0, part, STEPS) ** 2 / max(part, 1e-300)  # dense where it is slow
+    left = push - np.interp(x, np.linspace(0.0, way, len(slip)), slip)
+    energy = np.concatenate([[0.0], np.cumsum(0.5 * (left[1:] + left[:-1]) * np.diff(x))])
+    speed = np.sqrt(2.0 * np.maximum(energy, 0.0) / one.inertia)
+    between = 0.5 * (speed[1:] + speed[:-1])
+    return min(LONGEST_S, float(np.sum(np.diff(x) / np.maximum(between, 1e-12 * max(float(speed[-1]), 1e-300))))), brakes
 
 
 def _held(value: float, seconds: float, period: float) -> Vector:

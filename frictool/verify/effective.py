@@ -151,9 +151,9 @@ def from_position(feedback: Feedback) -> Lti:
     return connect(blocks, {name: seen[name] for name in feedback.sees}, ("position",), ("u",))
 
 
-def open_loop(feedback: Feedback, rates: Rates, lag: float, delay_samples: int) -> Lti:
-    """L(z) around one plant; lag [s]."""
-    blocks, sums = _diagram(feedback, rates, lag, delay_samples)
+def open_loop(feedback: Feedback, rates: Rates, lag: float, delay_samples: int, resonance: Lti | None = None) -> Lti:
+    """L(z) around one plant; lag [s]. resonance: a filter of plant/resonance.py."""
+    blocks, sums = _diagram(feedback, rates, lag, delay_samples, resonance)
     return connect(blocks, {**sums, "returned": {"u": -1.0}}, ("entering",), ("returned",))
 
 
@@ -164,19 +164,21 @@ def friction_to_speed(feedback: Feedback, rates: Rates, lag: float, delay_sample
     return connect(blocks, {**sums, "entering": {"u": 1.0}}, ("friction",), ("speed",))
 
 
-def _diagram(feedback: Feedback, rates: Rates, lag: float, delay_samples: int) -> tuple[dict[str, Block], dict[str, dict[str, float]]]:
+def _diagram(
+    feedback: Feedback, rates: Rates, lag: float, delay_samples: int, resonance: Lti | None = None
+) -> tuple[dict[str, Block], dict[str, dict[str, float]]]:
     period = feedback.system.period
     blocks = {
         "controller": Block(feedback.system, feedback.sees, ("u",)),
         "delay": Block(delay(delay_samples, period), ("entering",), ("command",)),
-        "axis": seen_axis(rates, lag, period, feedback.sees),
+        "axis": seen_axis(rates, lag, period, feedback.sees, resonance),
     }
     return blocks, {"speed_reference": {}, "friction": {}, "uncertain_effort": {}}
 
 
-def seen_axis(rates: Rates, lag: float, period: float, sees: tuple[str, ...]) -> Block:
+def seen_axis(rates: Rates, lag: float, period: float, sees: tuple[str, ...], resonance: Lti | None = None) -> Block:
     """The sampled axis of linear_axis.py; out come its speed and what is seen of its motion. A position that nobody sees is left out."""
-    axis = linear_axis(rates, lag, period).system
+    axis = linear_axis(rates, lag, period, resonance).system
     n, m = axis.order, len(INPUTS)
     a, b = np.zeros((n + 1, n + 1)), np.zeros((n + 1, m))
     a[:n, :n], b[:n] = axis.a, axis.b

@@ -1,0 +1,88 @@
+"""Resonances that are kept, as poles and zeros of the measured position over that of the rigid mechanism.
+
+Loads and friction against the frame are not among them: the one inertia has those. What is left is the free mechanism, 1/(M s^2) far below
+its resonances; H(s) is its transfer times M s^2.
+"""
+
+from __future__ import annotations
+
+import msgspec
+import numpy as np
+from scipy.linalg import eigvals
+
+from frictool.documents.mechanism import GROUND, Cam, FrictionOf, Mechanism, Spring, Stop
+from frictool.documents.resonances import Oscillation, Resonances
+from frictool.plant.lti import Lti
+from frictool.plant.mechanism.linear import linearise
+from frictool.reduce.assembling import put_together
+from frictool.reduce.compliance import yielding
+
+STILL = 1e-5  # of the fastest pole: the two of the motion of the whole lie below
+FAR = 1e4  # times the fastest pole: zeros beyond are those at infinity
+HIDDEN = 1e-6  # relative distance of a pole and a zero that are one
+
+
+def resonances(mechanism: Mechanism, source: str, sensor: str) -> Resonances | None:
+    """Of a mechanism in one coordinate; None where no link yields."""
+    kept = yielding(mechanism)
+    if not kept:
+        return None
+    free = msgspec.structs.replace(mechanism, links={name: link for name, link in mechanism.links.items() if _between(link)})
+    system = linearise(put_together(free)).transfer(source, sensor)
+    poles, zeros = _without_hidden(_poles(system), _zeros(system))
+    return Resonances(
+        poles=_pairs(poles),
+        links=tuple(one.name for one in kept),
+        zeros=_pairs(zeros),
+        real_poles_rad_s=_reals(poles),
+        real_zeros_rad_s=_reals(zeros),
+    )
+
+
+def _between(link: object) -> bool:
+    """Whether it is between two blocks."""
+    if isinstance(link, Spring):
+        return GROUND not in link.between
+    return not isinstance(link, Cam | Stop | FrictionOf)
+
+
+def _poles(system: Lti) -> list[complex]:
+    """All but the two of the motion of the whole."""
+    values = sorted(np.linalg.eigvals(system.a), key=abs)
+    return [complex(value) for value in values[2:]]
+
+
+def _zeros(system: Lti) -> list[complex]:
+    """Finite generalised eigenvalues of the system's pencil, time in units of its fastest pole."""
+    n, fastest = system.order, float(np.max(np.abs(np.linalg.eigvals(system.a))))
+    count = n // 2
+    scale = np.concatenate([np.ones(count), np.full(count, fastest)])  # positions | speeds
+    a = system.a * scale[None, :] / scale[:, None] / fastest
+    b, c = system.b / scale[:, None], system.c * scale[None, :]
+    pencil = np.block([[a, b / max(float(np.max(np.abs(b))), 1e-300)], [c / float(np.max(np.abs(c))), np.zeros((1, 1))]])
+    unit = np.zeros((n + 1, n + 1))
+    unit[:n, :n] = np.eye(n)
+    values = eigvals(pencil, unit)
+    return [complex(value) * fastest for value in values if np.isfinite(value) and abs(value) < FAR]
+
+
+def _without_hidden(poles: list[complex], zeros: list[complex]) -> tuple[list[complex], list[complex]]:
+    """Poles that the source does not move or the sensor does not see are as many zeros: both go."""
+    left = list(zeros)
+    seen = []
+    for pole in poles:
+        same = [k for k, zero in enumerate(left) if abs(zero - pole) < HIDDEN * abs(pole)]
+        if same:
+            del left[same[0]]
+        else:
+            seen.append(pole)
+    return seen, left
+
+
+def _pairs(roots: list[complex]) -> tuple[Oscillation, ...]:
+    upper = sorted((root for root in roots if root.imag > 1e-9 * abs(root)), key=abs)
+    return tuple(Oscillation(abs(root), -root.real / abs(root)) for root in upper)
+
+
+def _reals(roots: list[complex]) -> tuple[float, ...]:
+    return tuple(sorted(-root.real for root in roots if abs(root.imag) <= 1e-9 * abs(root)))

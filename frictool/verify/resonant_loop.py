@@ -1,0 +1,58 @@
+"""The loops around a plant whose links yield: stable and with their margin at every corner, every resonance at its ends and in between."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from frictool.documents.resonances import Resonances
+from frictool.errors import NoSolutionError
+from frictool.plant.polytope import PlantPoint
+from frictool.plant.resonance import resonance_filters
+from frictool.verify.effective import Feedback, open_loop
+from frictool.verify.margins import sensitivity
+from frictool.verify.norms import norm, spectral_radius
+
+
+@dataclass(frozen=True)
+class ResonantCheck:
+    """The worst over loops, corners and ends of the resonances: spectral radius and modulus margin, and where."""
+
+    spectral_radius: float
+    modulus_margin: float
+    where: str
+
+
+def resonant_check(
+    loops: Sequence[Feedback], points: Sequence[PlantPoint], lag: float, delay_samples: int, resonances: Resonances
+) -> ResonantCheck:
+    """Every loop around every plant with every filter; the margin is 0 where a loop is unstable."""
+    worst = ResonantCheck(0.0, float("inf"), "")
+    radius = 0.0
+    for loop in loops:
+        for point in points:
+            for end, resonance in zip(("", ", resonances low", ", resonances high"), resonance_filters(resonances), strict=False):
+                closed = sensitivity(open_loop(loop, point.rates, lag, delay_samples, resonance))
+                radius = max(radius, found := spectral_radius(closed.a))
+                margin = 1.0 / norm(closed)[0] if found < 1.0 else 0.0
+                if margin < worst.modulus_margin:
+                    worst = ResonantCheck(found, margin, f"{loop.name} at vertex {point.name}{end}")
+    return ResonantCheck(radius, worst.modulus_margin, worst.where)
+
+
+def require(found: ResonantCheck, resonances: Resonances, required: float, name: str = "") -> None:
+    """Raises NoSolutionError where a loop is unstable with the resonances, or misses the required margin."""
+    slowest = min((one.rad_s for one in resonances.poles), default=min(resonances.real_poles_rad_s, default=0.0))
+    links = ", ".join(resonances.links)
+    told = f"with the resonance of {links} at {slowest:.4g} rad/s, {found.where}"
+    before = f"{name}: not verified: " if name else "not verified: "
+    if found.spectral_radius >= 1.0:
+        raise NoSolutionError(
+            f"{before}{told}: the loop is unstable (spectral radius {found.spectral_radius:.6g}); lower weights.bandwidth_rad_s, or "
+            f"stiffen {links}"
+        )
+    if found.modulus_margin < required:
+        raise NoSolutionError(
+            f"{before}{told}: the modulus margin is {found.modulus_margin:.4g}, specified {required:g}; lower weights.bandwidth_rad_s, or "
+            f"stiffen {links}"
+        )
