@@ -151,16 +151,16 @@ def _positions(mechanism: Mechanism, travel: tuple[float, float] | None, behind:
 
 
 def stopped(mechanism: Mechanism, behind: Mapping[str, float]) -> tuple[float, float] | None:
-    """Between which positions the source's block can be: `travel`, or end stops, half a play beyond those that lie behind one."""
-    if mechanism.travel is not None:
-        return mechanism.travel.low, mechanism.travel.high
+    """Between which positions the source's block can be: its end stops, half a play beyond those that lie behind one, or else `travel`."""
     lows, highs = [], []
     for link in mechanism.links.values():
         if isinstance(link, Stop):
             room = 0.5 * behind[link.on]
             lows += [] if link.low is None else [link.low.value - room]
             highs += [] if link.high is None else [link.high.value + room]
-    return (max(lows), min(highs)) if lows and highs else None
+    if lows and highs:
+        return max(lows), min(highs)
+    return None if mechanism.travel is None else (mechanism.travel.low, mechanism.travel.high)
 
 
 def stiffened(mechanism: Mechanism) -> Mechanism:
