@@ -49,11 +49,11 @@ Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 Modes = NDArray[np.int8]
 
-NOBODY = -1  # in place of the controlled source: no controller
+NOBODY = -1  # in place of the controlled source
 
 
 class Sight(NamedTuple):
-    """Whom the controller commands and what it sees; source NOBODY without one. Blocks by their places.
+    """Whom the controller commands and what it sees, by their places; source NOBODY where that is not determined.
 
     step: the encoder's [rad | m]. The load's position is brought to the sensor's coordinate: sensor_start + (q - load_start)/load_ratio.
     """
@@ -145,8 +145,21 @@ def _write(machine: Machine, state: State, sight: Sight, k: int, asked: Vector, 
 
 
 @kernel
-def moved(machine: Machine, state: State, sight: Sight, k: int, acting: float, inputs: Inputs, drifting: Drifting, out: Recording) -> int:
-    """Sample k with `acting` on the controlled source, up to the next: writes its rows, moves the state. Returns engine/status.py."""
+def moved(
+    machine: Machine,
+    state: State,
+    sight: Sight,
+    k: int,
+    closed: bool,
+    acting: float,
+    inputs: Inputs,
+    drifting: Drifting,
+    out: Recording,
+) -> int:
+    """Sample k, where `closed` with `acting` on the controlled source, up to the next: writes its rows, moves the state.
+
+    Returns engine/status.py.
+    """
     n, u = machine.whole[BLOCKS], machine.whole[SOURCES]
     asked, external, cuts = np.zeros(u), np.zeros(n), 1
     for s in range(u):
@@ -155,13 +168,13 @@ def moved(machine: Machine, state: State, sight: Sight, k: int, acting: float, i
     if drifting.conditions.shape[0] > 0:
         for i in range(drifting.places.shape[0]):
             machine.numbers[drifting.places[i]] = drifting.values[i] * drifting.conditions[k, drifting.columns[i]]
-        if sight.source != NOBODY:
-            acting = true_command(acting, drifting.limit, drifting.conditions[k])
     for part in range(inputs.first[k], inputs.first[k + 1]):
         for s in range(u if inputs.drives.shape[0] > 0 else 0):
             asked[s] = inputs.drives[part, s]
-        if sight.source != NOBODY:
+        if closed:
             asked[sight.source] = acting
+        if sight.source != NOBODY and drifting.conditions.shape[0] > 0:
+            asked[sight.source] = true_command(asked[sight.source], drifting.limit, drifting.conditions[k])
         for d in range(inputs.blocks.shape[0]):
             external[inputs.blocks[d]] = inputs.efforts[part, d]
         if part == inputs.first[k]:
@@ -207,7 +220,7 @@ def answered(
     waiting[k % places] = command
     acting = waiting[(k + 1) % places]
     out.record[k, MEASURED], out.record[k, COMMAND] = measured, command
-    status = moved(machine, state, sight, k, acting, inputs, drifting, out)
+    status = moved(machine, state, sight, k, True, acting, inputs, drifting, out)
     out.record[k, TRUE_DRIVE] = out.motion[k, 2 * machine.whole[BLOCKS] + sight.source]
     return int(status)
 
@@ -246,7 +259,6 @@ def follow(
     machine: Machine,
     state: State,
     sight: Sight,
-    told: int,
     begin: int,
     end: int,
     shown: Vector,
@@ -254,15 +266,14 @@ def follow(
     drifting: Drifting,
     out: Recording,
 ) -> tuple[int, int]:
-    """As `run` without a controller: the sources follow their signals. told: the source that the record tells of, or NOBODY."""
-    place = 2 * machine.whole[BLOCKS] + told
+    """As `run` without a controller: the sources follow their signals."""
     for k in range(begin, end):
         shown[0] = seen(sight, state, shown[0], drifting.conditions, k)
         out.record[k, MEASURED] = shown[0]
-        status = moved(machine, state, sight, k, 0.0, inputs, drifting, out)
-        if told != NOBODY:
-            asked = inputs.drives[inputs.first[k], told] if inputs.drives.shape[0] > 0 else 0.0
-            out.record[k, COMMAND], out.record[k, TRUE_DRIVE] = asked, out.motion[k, place]
+        status = moved(machine, state, sight, k, False, 0.0, inputs, drifting, out)
+        if sight.source != NOBODY:
+            out.record[k, COMMAND] = inputs.drives[inputs.first[k], sight.source] if inputs.drives.shape[0] > 0 else 0.0
+            out.record[k, TRUE_DRIVE] = out.motion[k, 2 * machine.whole[BLOCKS] + sight.source]
         if status != OK:
             return int(status), k
     return OK, end

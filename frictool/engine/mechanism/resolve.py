@@ -200,7 +200,7 @@ def _evaluate(k: Places, p: Vector, modes: Places, found: Places, count: int, x:
         row, contact = joint_row(k, joint), modes[n + joint]
         outward, ratio = k[k[OUTWARD] + i] == 1, p[row + RATIO]
         a = parent if outward else i
-        direction = towards * w[ALONG, a] if towards != 0.0 else math.copysign(1.0, y[n + a])
+        direction = math.copysign(1.0, towards * w[ALONG, a] if towards != 0.0 else y[n + a])
         force, slope = w[VALUE, i], w[SLOPE, i]
         if is_lossy(p, row):
             kink = kink_of(p, row, w[DRIVEN, a])
@@ -292,7 +292,7 @@ def _settle(
                     modes[n + joint] = OPEN
             else:
                 a = parent if outward else i
-                direction = towards * w[ALONG, a] if towards != 0.0 else math.copysign(1.0, y[n + a])
+                direction = math.copysign(1.0, towards * w[ALONG, a] if towards != 0.0 else y[n + a])
                 kink, force = kink_of(p, row, w[DRIVEN, a]), w[VALUE, i]
                 if not outward:
                     force = received(p, row, kink, direction, -force)
