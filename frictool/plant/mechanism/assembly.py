@@ -19,6 +19,7 @@ from frictool.plant.mechanism.graph import Group, groups_of, loose_parts, withou
 from frictool.plant.mechanism.links import Transmission, Transmitting, transmission
 from frictool.plant.mechanism.packed import FRAME, Joints, Packed, Vector
 from frictool.plant.mechanism.scale import speed_scale
+from frictool.plant.mechanism.sizes import check_sizes
 from frictool.plant.mechanism.wrong import WrongElement
 
 
@@ -56,6 +57,7 @@ class Assembled:
 
 def assemble(document: Mechanism) -> Assembled:
     """The mechanism that the document describes. Raises WrongElement, of the first element that does not fit."""
+    check_sizes(document)
     blocks = Blocks(document)
     start = _starts(document, blocks)
     links = [transmission(name, link, blocks) for name, link in document.links.items() if isinstance(link, get_args(Transmitting))]
@@ -83,7 +85,7 @@ def assemble(document: Mechanism) -> Assembled:
     if document.control is not None:
         commanded(document)
     _refuse_loose(links, collected, blocks, {*sources.block, *sensor_blocks})
-    collected.note_short_curves()
+    collected.note_short_curves(groups)
     packed = Packed(
         inertia=np.array(inertia, dtype=np.float64),
         scale=_scale(document, blocks, inertia, links, collected, sources.constant * sources.limit, sources.block),
@@ -172,4 +174,4 @@ def _scale(
         check_unit("travel", document.travel, "position", kind, f"the sensor's block {block}")
         if document.top_speed is not None:
             known = (blocks.place("top_speed", block), document.top_speed.value)
-    return speed_scale(inertia, blocks.kinds, ratios, list(zip(pushed.tolist(), efforts.tolist(), strict=True)), known)
+    return speed_scale(inertia, blocks.kinds, ratios, list(zip(pushed.tolist(), efforts.tolist(), strict=True)), known, blocks.names)

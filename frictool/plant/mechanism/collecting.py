@@ -7,9 +7,10 @@ import math
 import numpy as np
 
 from frictool.documents.mechanism import GROUND, Cam, Curve, FrictionOf, Level, Mechanism, Spring, Stop
-from frictool.documents.quantity import Axis
+from frictool.documents.quantity import Axis, si_unit
 from frictool.plant.mechanism.curves import Cubics, CurveList, cam_push, monotone_cubic
 from frictool.plant.mechanism.ends import Blocks, check_compliance, check_unit
+from frictool.plant.mechanism.graph import Group
 from frictool.plant.mechanism.links import Transmission
 from frictool.plant.mechanism.packed import FRAME, Couplings, Frictions, Pressings, Pushes, Stops, Vector
 from frictool.plant.mechanism.resisting import law_row, packed_law
@@ -124,6 +125,10 @@ class Collected:
             return
         check_compliance(f"{key}.compliance", stop.compliance, kind, stop.on)
         stiffness, damping = stop.compliance.stiffness.value, stop.compliance.damping.value
+        if not (math.isfinite(low) and math.isfinite(high)):
+            self.notes.append(
+                f"{name} has one side: {stop.on} meets the like of it {FAR[kind]:g} {si_unit('position', kind)} away on the other"
+            )
         low, high = (low if math.isfinite(low) else high - FAR[kind]), (high if math.isfinite(high) else low + FAR[kind])
         self._couple(name, FRAME, block, 0.0, 0.5 * (low + high), 0.5 * (high - low), stiffness, damping, -1, (0.0, 0.0))
 
@@ -143,16 +148,21 @@ class Collected:
         self.push_names.append(name)
         self._pushes.append((block, effort, -1))
 
-    def note_short_curves(self) -> None:
-        """A note of each curve that ends before the stops of its block do."""
+    def note_short_curves(self, groups: tuple[Group, ...]) -> None:
+        """A note of each curve that ends before the stops of its block do, or those of one that moves with it."""
         for element in self.document.links.values():
             if not isinstance(element, Stop):
                 continue
-            block = self.blocks.names.index(element.on)
-            for key, of, curve in self._ranges:
-                low = of == block and element.low is not None and element.low.value < curve.breaks[0]
-                high = of == block and element.high is not None and element.high.value > curve.breaks[-1]
-                if low or high:
+            held = self.blocks.names.index(element.on)
+            group = next(group for group in groups if held in group.blocks)
+            for key, block, curve in self._ranges:
+                if block not in group.blocks:
+                    continue
+                over = group.ratios[group.blocks.index(block)] / group.ratios[group.blocks.index(held)]
+                ways = [side.value - self.start[held] for side in (element.low, element.high) if side is not None]
+                places = [float(self.start[block] + over * way) for way in ways]
+                slack = 1e-6 * (curve.breaks[-1] - curve.breaks[0])  # of rounded points
+                if min(places) < curve.breaks[0] - slack or max(places) > curve.breaks[-1] + slack:
                     self.notes.append(
                         f"{key.partition('.')[2]} ends before the stops of {element.on} do, at {curve.breaks[0]:g} and "
                         f"{curve.breaks[-1]:g}: beyond, it stays as it is there"

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from frictool.plant.mechanism.links import Transmission
+from frictool.plant.mechanism.sizes import check_speeds
 from frictool.plant.mechanism.wrong import WrongElement
 
 CLOSED = 1e-9  # relative deviation from 1 of what the ratios of a loop multiply to
@@ -132,6 +133,7 @@ def groups_of(links: Sequence[Transmission], inertia: Sequence[float], names: Se
             continue
         ratio = forest.reached(root)
         seen |= set(ratio)
+        check_speeds(ratio, root, names)
         blocks = tuple(sorted(ratio))
         total = sum(ratio[block] ** 2 * inertia[block] for block in blocks)
         if total <= 0.0:

@@ -9,6 +9,7 @@ import numpy as np
 
 from frictool.documents.quantity import Axis
 from frictool.plant.mechanism.packed import Vector
+from frictool.plant.mechanism.sizes import check_speeds
 
 RISE_S = 0.01  # a speed that the largest effort of the sources gives in this time counts
 DEFAULT: dict[Axis, float] = {"rotary": 1.0, "linear": 0.1}  # rad/s, m/s: where neither a top speed nor a limit is known
@@ -20,10 +21,12 @@ def speed_scale(
     ratios: Sequence[tuple[int, int, float]],
     pushed: Sequence[tuple[int, float]],
     known: tuple[int, float] | None,
+    names: Sequence[str],
 ) -> Vector:
     """(n,) rad/s | m/s. ratios: (a, b, q_b/q_a) of every link; pushed: (block, largest effort); known: a block's top speed.
 
     One speed is spread over the ratios of the links; the top speed where that is known, else what the largest effort gives within RISE_S.
+    Raises WrongElement where links tie speeds that lie too far apart.
     """
     count = len(inertia)
     neighbours: list[list[tuple[int, float]]] = [[] for _ in range(count)]
@@ -36,6 +39,7 @@ def speed_scale(
         if scale[root] > 0.0:
             continue
         part = _spread(root, neighbours)
+        check_speeds(part, root, names)
         if known is not None and known[0] in part:
             speed = known[1] / part[known[0]]
         else:

@@ -47,6 +47,7 @@ WRONG = [
     (SHAFT, SHAFT.replace("3.0e-4", "-1"), "blocks.shaft.inertia.value", ["allowed: >= 0"]),
     (CART, CART.replace("500", "0"), "blocks.cart", ["cart has no inertia and no rigid link without play"]),
     (STOPS, STOPS.replace("-5", "5"), "links.ends", ["cart starts at 0 m; allowed: 0.005 to 0.04 m"]),
+    (CART, CART.replace("500", "5.0e+40"), "blocks.cart.mass.value", ["found 5e+37 kg; allowed: 0, or 1e-30 to 1e+30"]),
     # units
     (SPRING, SPRING.replace("N/mm", "N m/rad"), "links.spring.stiffness.unit", ["N m/rad; allowed: N/m", "cart slides"]),
     (RACK, RACK.replace("{width: {value: 0.2, unit: mm}}", "{width: {value: 0.2, unit: s}}"), "links.rack.backlash.width.unit", ["'s'"]),
@@ -216,3 +217,27 @@ def test_a_curve_that_ends_before_the_stops_is_told(tmp_path: Path) -> None:
     assert load_mechanism(path)[1].notes == (
         "spring.force ends before the stops of cart do, at 0 and 0.02: beyond, it stays as it is there",
     )
+
+
+def test_a_curve_of_what_moves_with_a_stopped_block_too(tmp_path: Path) -> None:
+    """The slave moves 0.6 of the cart's way: 24 of its 40 mm."""
+    path = tmp_path / "mechanism.yaml"
+    rod = "  rod: {kind: hydraulic, between: [cart, slave], area_a: {value: 3, unit: cm^2}, area_b: {value: 5, unit: cm^2}}\n"
+    for end, notes in ((24.0, 0), (23.0, 1)):
+        curve = f"force: {{position: {{values: [-3, {end}], unit: mm}}, value: {{values: [0, 9], unit: N}}}}"
+        text = TRAIN.replace(SPRING, f"{rod}  spring: {{kind: spring, between: [slave, ground], {curve}}}\n")
+        path.write_text(text.replace(CART, CART + CART.replace("cart", "slave")))
+        assert len(load_mechanism(path)[1].notes) == notes
+
+
+def test_a_compliant_stop_of_one_side_tells_where_its_other_is(tmp_path: Path) -> None:
+    path = tmp_path / "mechanism.yaml"
+    soft = "compliance: {stiffness: {value: 1, unit: N/mm}, damping: {value: 1, unit: N s/m}}"
+    path.write_text(TRAIN.replace(STOPS, f"  ends: {{kind: stop, on: cart, high: {{value: 40, unit: mm}}, {soft}}}\n"))
+    assert load_mechanism(path)[1].notes == ("ends has one side: cart meets the like of it 1000 m away on the other",)
+
+
+def test_speeds_that_lie_too_far_apart(tmp_path: Path) -> None:
+    assert "blocks.shaft: links give it 1e+20 times the speed of motor" in refusal(TRAIN.replace("ratio: 0.25", "ratio: 1.0e+20"), tmp_path)
+    soft = "ratio: 1.0e+20, compliance: {stiffness: {value: 1, unit: N m/rad}, damping: {value: 1, unit: N m s/rad}}"
+    assert "allowed: 1e-12 to 1e+12 times" in refusal(TRAIN.replace("ratio: 0.25, efficiency: 0.9", soft), tmp_path)
