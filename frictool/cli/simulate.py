@@ -23,6 +23,7 @@ from frictool.cli.output import (
     say,
 )
 from frictool.cli.progress import tell_of_compiling
+from frictool.cli.simulate_mechanism import is_mechanism, mechanism_plant, open_log
 from frictool.cli.simulate_told import bench_summary, bench_table, summary, table
 
 if TYPE_CHECKING:
@@ -116,8 +117,8 @@ def command(
             raise click.UsageError(f"--excitation is played by the bench: leave out {names}.")
         log = _bench_test(model, excitation, gains, drive_noise, seed, output)
         views = bench_summary, bench_table
-    elif controller is None or scenario is None:
-        raise click.UsageError("give --controller and --scenario, or --excitation.")
+    elif scenario is None:
+        raise click.UsageError("give --controller and --scenario, or --excitation; of a mechanism, --scenario alone.")
     elif gains.given or drive_noise is not None or seed is not None:
         raise click.UsageError("gains, --drive-noise and --seed belong to --excitation; a scenario has its own.")
     elif target is not None and number is not None:
@@ -126,6 +127,14 @@ def command(
         raise click.UsageError(
             "the sources in --target are of one controller: write it with `frictool observe loop`, and leave out --observer."
         )
+    elif controller is None:
+        if not is_mechanism(model):
+            raise click.UsageError("give --controller, or --excitation: a model is one axis, which a controller drives.")
+        if any(given is not None for given in (observer, target, number)):
+            raise click.UsageError("--observer, --target and --number belong to --controller.")
+        log, inputs = open_log(model, scenario, output, _progress)
+        _save(log, output, inputs)
+        views = summary, table
     else:
         log = _step_test(model, controller, scenario, observer, target, number, output)
         views = summary, table
@@ -167,7 +176,8 @@ def _step_test(
     from frictool.documents.registry import load
     from frictool.documents.scenario import Scenario
 
-    documents = (load(model, Model), _controller(load(controller, Controller), observer), load(scenario, Scenario))
+    plant = mechanism_plant(model) if is_mechanism(model) else load(model, Model)
+    documents = (plant, _controller(load(controller, Controller), observer), load(scenario, Scenario))
     replay = documents[2].reference
     recorded = None if replay is None else scenario.parent / replay.log
     inputs = [model, controller, scenario, *(one for one in (observer, recorded) if one is not None)]
@@ -175,7 +185,7 @@ def _step_test(
     from frictool.simulate.agreement import Names
     from frictool.simulate.step_test import step_test
 
-    log = None if recorded is None else _recorded(recorded, scenario, documents[0].bench)
+    log = None if recorded is None else _recorded(recorded, scenario, plant.bench if isinstance(plant, Model) else documents[1].bench)
     code = None if target is None else _target(target, controller, documents[1])
     inputs += [] if code is None else code.sources
     words = {"model": model, "--controller": controller, "--scenario": scenario, "--observer": observer, "--target": target}

@@ -4,45 +4,75 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from frictool.cli.simulate_blocks import block_lines, blocks_of
+
 if TYPE_CHECKING:
-    from frictool.logs.log import Log
+    from frictool.logs.log import Log, Stream
 
 MOST_LINES = 40  # of streams that are told to people
+MOST_MECHANISMS = 1  # of those that are told to people block by block
 
 
 def summary(log: Log) -> dict[str, Any]:
-    """The machine's view of a step test: what each stream holds and how it ends. The verdict is `frictool report`'s."""
-    streams = []
+    """The machine's view of a scenario's log: what each stream holds and how it ends. The verdict is `frictool report`'s."""
+    from frictool.logs.log import MECHANISM_TOPIC
+
     plants = log.metadata.get("plants", {})
-    for stream in log.streams:
-        position, command = stream.signals["position"], stream.signals["command"]
-        streams.append(
-            {
-                "topic": stream.topic,
-                "samples": int(stream.time.size),
-                "duration_s": round(float(stream.time[-1] - stream.time[0]) + stream.period, 9),
-                "final_error": float(stream.signals["reference"][-1] - position[-1]),
-                "command_peak": float(abs(command).max()),
-                "at_rest": not stream.signals["velocity"][-max(1, stream.time.size // 10) :].any(),  # a limit cycle stands still in between
-                "units": stream.units,
-                **({"plant": plants[stream.topic]} if stream.topic in plants else {}),
-            }
-        )
-    return {"scenario": log.source, "streams": streams, "warnings": list(log.warnings)}
+    streams = [_axis(stream) | ({"plant": plants[stream.topic]} if stream.topic in plants else {}) for stream in log.axes]
+    mechanisms = [blocks_of(log, stream) for stream in log.streams if stream.topic.startswith(MECHANISM_TOPIC)]
+    found = {"scenario": log.source, "streams": streams, "warnings": list(log.warnings)}
+    return found | ({"mechanisms": mechanisms} if mechanisms else {})
+
+
+def _axis(stream: Stream) -> dict[str, Any]:
+    """Of one axis; without a reference where it ends in place of its error."""
+    position, command, reference = (stream.signals.get(name) for name in ("position", "command", "reference"))
+    assert position is not None
+    assert command is not None
+    end = {"final_position": float(position[-1])} if reference is None else {"final_error": float(reference[-1] - position[-1])}
+    return {
+        "topic": stream.topic,
+        "samples": int(stream.time.size),
+        "duration_s": _duration(stream),
+        **end,
+        "command_peak": float(abs(command).max()),
+        "at_rest": not stream.signals["velocity"][-max(1, stream.time.size // 10) :].any(),  # a limit cycle stands still in between
+        "units": stream.units,
+    }
+
+
+def _duration(stream: Stream) -> float:
+    if stream.time.size < 2:
+        return 0.0
+    return round(float(stream.time[-1] - stream.time[0]) + stream.period, 9)
 
 
 def table(log: Log) -> str:
     """The same for people."""
-    found = summary(log)["streams"]
-    unit, drive = found[0]["units"]["position"], found[0]["units"]["command"]
-    lines = [f"{log.source}: {len(found)} stream(s), {found[0]['samples']} samples, {found[0]['duration_s']:g} s each"]
-    lines.append(f"{'stream':<14}{'final error ' + unit:>18}{'command peak ' + drive:>18}  end")
-    for row in found[:MOST_LINES]:
+    found = summary(log)
+    rows, mechanisms = found["streams"], found.get("mechanisms", [])
+    first = (rows or mechanisms)[0]
+    lines = [f"{log.source}: {len(rows) or len(mechanisms)} stream(s), {first['samples']} samples, {first['duration_s']:g} s each"]
+    if rows:
+        unit, drive, key = (
+            first["units"]["position"],
+            first["units"]["command"],
+            "final_error" if "final_error" in first else "final_position",
+        )
+        lines.append(f"{'stream':<14}{key.replace('_', ' ') + ' ' + unit:>20}{'command peak ' + drive:>18}  end")
+    for row in rows[:MOST_LINES]:
         end = "at rest" if row["at_rest"] else "moving"
-        lines.append(f"{row['topic']:<14}{row['final_error']:>18.4g}{row['command_peak']:>18.4g}  {end}")
-    if len(found) > MOST_LINES:
-        resting = sum(row["at_rest"] for row in found)
-        lines.append(f"... and {len(found) - MOST_LINES} more; {resting} of {len(found)} end at rest; --json has them all")
+        lines.append(f"{row['topic']:<14}{row[key]:>20.4g}{row['command_peak']:>18.4g}  {end}")
+    if len(rows) > MOST_LINES:
+        resting = sum(row["at_rest"] for row in rows)
+        lines.append(f"... and {len(rows) - MOST_LINES} more; {resting} of {len(rows)} end at rest; --json has them all")
+    for one in mechanisms[:MOST_MECHANISMS]:
+        lines += block_lines(one)
+    if len(mechanisms) > MOST_MECHANISMS:
+        worst = max(abs(one["energy_J"]["residual"]) for one in mechanisms)
+        lines.append(
+            f"... and {len(mechanisms) - MOST_MECHANISMS} more mechanisms; energy residual at most {worst:.2g} J; --json has them all"
+        )
     return "\n".join(lines)
 
 
@@ -52,7 +82,7 @@ def bench_summary(log: Log) -> dict[str, Any]:
     return {
         "test": log.source,
         "samples": int(stream.time.size),
-        "duration_s": round(float(stream.time[-1] - stream.time[0]) + stream.period, 9),
+        "duration_s": _duration(stream),
         "lowest": float(position.min()),
         "highest": float(position.max()),
         "units": stream.units,

@@ -40,13 +40,18 @@ def check_agreement(rig: Rig, controller: Controller, scenario: Scenario, names:
             refuse(names.controller, key, f"found {ours}, but {owner} has {theirs}; synthesise again for {_this(rig)}")
     if scenario.axis != rig.axis:
         refuse(names.scenario, "axis", f"found {scenario.axis}, but {names.model} has {rig.axis}")
+    check_drive(scenario, rig, names)
+    check_efforts(scenario, rig, names)
+    if scenario.variants == "vertices":
+        _check_vertices(controller, names)
+
+
+def check_drive(scenario: Scenario, rig: Rig, names: Names) -> None:
+    """Raises DocumentError where quantities of the drive are in that of another."""
     in_drive = any(fault.offset is not None for fault in scenario.sensor_faults)
     if scenario.drive != rig.drive and (in_drive or scenario.drive != "current"):
         allowed = f"drive: {rig.drive}, which {names.model} has"
         refuse(names.scenario, "drive", f"found {scenario.drive}; allowed: {allowed}, for quantities of the drive")
-    check_efforts(scenario, rig, names)
-    if scenario.variants == "vertices":
-        _check_vertices(controller, names)
 
 
 def check_efforts(scenario: Scenario, rig: Rig, names: Names) -> None:

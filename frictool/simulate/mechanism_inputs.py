@@ -11,30 +11,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictool.documents.conditions import Disturbance, Signal
+from frictool.engine.mechanism.closed_loop import Inputs
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 SAME_INSTANT = 1e-9  # of a sample: instants that are equal but for rounding
-
-
-class Inputs(NamedTuple):
-    """first (n + 1,): the part that each sample begins with, then their number m. durations (m,): s.
-
-    drives (m, u): what each source is asked for, A, V or effort; (0, u) where none is asked for anything. efforts (m, d): on the blocks
-    (d,), N m | N; (0, d) where there are none.
-    """
-
-    first: Places
-    durations: Vector
-    drives: Vector
-    blocks: Places
-    efforts: Vector
 
 
 def inputs_of(
@@ -82,3 +68,12 @@ def mean_over(course: Signal | Disturbance, level: float, edges: Vector) -> Vect
     angle = 2.0 * math.pi * course.frequency_hz * since + math.radians(course.phase_deg)
     found = np.where(active, level * np.sin(angle) * np.sinc(course.frequency_hz * (end - begin)), 0.0)
     return found
+
+
+def mean_efforts(inputs: Inputs) -> dict[int, Vector]:
+    """The mean effort over each sample (n,) on each block that has one."""
+    period = np.add.reduceat(inputs.durations, inputs.first[:-1])
+    pushed = (
+        np.add.reduceat(inputs.efforts * inputs.durations[:, None], inputs.first[:-1], axis=0) if inputs.blocks.size else inputs.efforts
+    )
+    return {block: pushed[:, place] / period for place, block in enumerate(inputs.blocks.tolist())}

@@ -43,6 +43,10 @@ class MechanismVariant:
         """Of all blocks: `/mechanism`, or `/mechanism/NAME`."""
         return f"{MECHANISM_TOPIC}/{self.name}" if self.name else MECHANISM_TOPIC
 
+    def described(self) -> str:
+        """Its values with their units."""
+        return ", ".join(f"{key} {value:.6g} {self.units[key]}" for key, value in self.values.items())
+
 
 def mechanism_variants(document: Mechanism, assembled: Assembled, scenario: Scenario, owner: str) -> list[MechanismVariant]:
     """The nominal mechanism, and `plants` drawn ones where the scenario asks for them; `owner` is what messages call the document.

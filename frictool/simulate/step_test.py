@@ -22,7 +22,6 @@ from frictool.documents.controller import Controller, Number
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.scenario import Scenario
-from frictool.engine.conditions import SENSOR_GAIN, SENSOR_OFFSET
 from frictool.errors import NoSolutionError
 from frictool.logs.log import Log
 from frictool.logs.provenance import with_provenance
@@ -32,10 +31,9 @@ from frictool.simulate.one_axis import OneAxis
 from frictool.simulate.plant import Loop, Plant, V
 from frictool.simulate.reference import parts_of
 from frictool.simulate.replay import gaps_of, replayed
-from frictool.simulate.rig import Rig
 from frictool.simulate.streams import Sensors
 from frictool.simulate.target import Target
-from frictool.simulate.timeline import conditions_of
+from frictool.simulate.timeline import conditions_of, felt
 from frictool.simulate.used_speed import used_speed
 
 Vector = NDArray[np.float64]
@@ -87,7 +85,7 @@ def _step_test(
     program = controller_program(controller)
     told = _told(plant, variants, scheduled(controller, program))
     running = _machine(controller, program, number if target is None else target.number)
-    loop = Loop(controller, scenario, running, target, start, reference, _acting(conditions, rig), told, progress)
+    loop = Loop(controller, scenario, running, target, start, reference, felt(conditions, rig), told, progress)
     for index, (variant, run) in enumerate(plant.play(variants, loop)):
         used = _used(controller, program, running, reference, run.record, rig.resolution, told[index] if told else {})
         streams += [sensors.stream(variant.topic, index, run.record, used), *run.streams]
@@ -162,12 +160,3 @@ def _reference(plant: Plant[V], controller: Controller, scenario: Scenario, name
 def _of_log(scenario: Scenario, recorded: Log | None) -> list[str]:
     """What there is to be told of the log that is replayed."""
     return [] if scenario.reference is None or recorded is None else gaps_of(scenario.reference, recorded)
-
-
-def _acting(conditions: Vector, rig: Rig) -> Vector:
-    """The conditions as the loop feels them: a voltage is not fed back, so that a wrong sensor of it only shows in the log."""
-    if rig.drive == "current" or not conditions.size:
-        return conditions
-    felt = conditions.copy()
-    felt[:, SENSOR_OFFSET], felt[:, SENSOR_GAIN] = 0.0, 1.0
-    return felt

@@ -29,6 +29,7 @@ from frictool.engine import closed_loop
 from frictool.engine.conditions import CONSTANT_FACTOR, DISTURBANCE, FRICTION, SENSOR_GAIN, SENSOR_OFFSET, VISCOUS_FACTOR
 from frictool.logs.log import Stream
 from frictool.simulate.rig import Rig
+from frictool.simulate.timeline import on_axis
 
 Vector = NDArray[np.float64]
 NO_UNIT = "1"
@@ -88,7 +89,7 @@ class Sensors:
 def _happening(scenario: Scenario, conditions: Vector) -> dict[str, tuple[Vector, str]]:
     """The channels that are the same in every stream: (n,) each, with their dimension."""
     found: dict[str, tuple[Vector, str]] = {}
-    if scenario.disturbances:
+    if on_axis(scenario):
         found["disturbance"] = (np.ascontiguousarray(conditions[:, DISTURBANCE]), "effort")
     for name, column in (("friction", FRICTION), ("viscous", VISCOUS_FACTOR), ("constant", CONSTANT_FACTOR)):
         if scenario.drifts is not None and getattr(scenario.drifts, name):

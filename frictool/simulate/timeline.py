@@ -29,6 +29,7 @@ from frictool.engine.conditions import (
     VISCOUS_FACTOR,
     neutral,
 )
+from frictool.simulate.rig import Rig
 
 Vector = NDArray[np.float64]
 SAME_INSTANT = 9  # decimals of a sample: instants that are equal but for rounding
@@ -39,12 +40,26 @@ def conditions_of(scenario: Scenario, samples: int, period: float) -> Vector:
     if not scenario.disturbances and scenario.drifts is None and not scenario.sensor_faults:
         return NO_CONDITIONS
     rows = neutral(samples)
-    for disturbance in scenario.disturbances:
+    for disturbance in on_axis(scenario):
         rows[:, DISTURBANCE] += _effort(disturbance, samples, period)
     if scenario.drifts is not None:
         _drift(rows, scenario.drifts, period)
     _fail(rows, scenario.sensor_faults, period)
     return rows
+
+
+def felt(conditions: Vector, rig: Rig) -> Vector:
+    """The conditions as the loop feels them: a voltage is not fed back, so that a wrong sensor of it only shows in the log."""
+    if rig.drive == "current" or not conditions.size:
+        return conditions
+    found = conditions.copy()
+    found[:, SENSOR_OFFSET], found[:, SENSOR_GAIN] = 0.0, 1.0
+    return found
+
+
+def on_axis(scenario: Scenario) -> list[Disturbance]:
+    """The disturbances of the driven axis: all that name no block of a mechanism."""
+    return [disturbance for disturbance in scenario.disturbances if disturbance.on is None]
 
 
 def _overlap(begin: float, end: float, samples: int, period: float) -> tuple[Vector, Vector]:

@@ -1,0 +1,136 @@
+"""A mechanism as what a scenario is played to (simulate/plant.py), and the checks of what a scenario asks of one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.controller import Controller
+from frictool.documents.mechanism import Mechanism
+from frictool.documents.quantity import si_unit
+from frictool.documents.scenario import Scenario
+from frictool.engine.mechanism.closed_loop import Inputs, Sight
+from frictool.plant.mechanism.assembly import Assembled
+from frictool.simulate.agreement import Names, refuse
+from frictool.simulate.mechanism_channels import DRIVE_UNITS, Channels
+from frictool.simulate.mechanism_inputs import inputs_of, mean_efforts
+from frictool.simulate.mechanism_playing import Moved, Task, play_all
+from frictool.simulate.mechanism_rig import Controlled, placed_at, rig_of_mechanism
+from frictool.simulate.mechanism_told import metadata_of, warnings_of
+from frictool.simulate.mechanism_variants import MechanismVariant, mechanism_variants
+from frictool.simulate.plant import Loop, Run
+
+Vector = NDArray[np.float64]
+
+
+class MechanismPlant:
+    """simulate/plant.py `Plant` of a mechanism. Raises WrongElement where no source or no sensor can be a controller's."""
+
+    def __init__(self, document: Mechanism, assembled: Assembled) -> None:
+        self.document, self.assembled, self.name = document, assembled, document.name
+        self.rig, self.controlled = rig_of_mechanism(document, assembled)
+
+    def check(self, controller: Controller | None, scenario: Scenario, names: Names) -> None:
+        """See Plant."""
+        if scenario.is_open:
+            refuse(names.scenario, "duration_s", "belongs to a test without a controller; allowed under one: steps, or reference")
+        check_asked(self.document, self.assembled, scenario, names, self.assembled.sources[self.controlled.source])
+        if scenario.start is not None:
+            try:
+                placed_at(self.document, self.assembled, self.controlled.sensor_block, scenario.start.value)
+            except ValueError as error:
+                refuse(names.scenario, "start", str(error))
+
+    def count(self, controller: Controller, scenario: Scenario) -> int:
+        """See Plant."""
+        return 1 + (scenario.plants or 0)
+
+    def variants(self, controller: Controller, scenario: Scenario, owner: str) -> list[MechanismVariant]:
+        """See Plant."""
+        return mechanism_variants(self.document, self.assembled, scenario, owner)
+
+    def known(self, variant: MechanismVariant) -> Mapping[str, float]:
+        """Nothing: a scheduled parameter is one of a single axis."""
+        return {}
+
+    def play(self, variants: Sequence[MechanismVariant], loop: Loop) -> Iterator[tuple[MechanismVariant, Run]]:
+        """See Plant."""
+        inputs = scenario_inputs(self.assembled, loop.scenario, loop.reference.size, self.rig.sample_period_s, self.controlled.source_block)
+        named = {self.assembled.blocks.index(one.on) for one in loop.scenario.disturbances if one.on is not None}
+        disturbances = {block: effort for block, effort in mean_efforts(inputs).items() if block in named}
+        channels = Channels(np.arange(loop.reference.size, dtype=np.float64) * self.rig.sample_period_s, disturbances)
+        tasks = []
+        for variant in variants:
+            start = placed_at(variant.document, variant.assembled, self.controlled.sensor_block, loop.start)
+            own = rig_of_mechanism(variant.document, variant.assembled)[1]
+            sight = sight_of(self.controlled.source, own, self.rig.resolution, start)
+            running = loop.running if loop.target is None else None
+            common = (inputs, loop.conditions, loop.reference, loop.controller.delay_samples, running, loop.target)
+            tasks.append((Task(loop.reference.size, sight, *common), start))
+        for moved in play_all(variants, tasks, loop.progress):
+            yield moved.variant, run_of(moved, channels, [*self._scheduled(loop.controller, moved)])
+
+    def described(self, variant: MechanismVariant) -> str:
+        """See Plant."""
+        return variant.described()
+
+    def _scheduled(self, controller: Controller, moved: Moved) -> Iterator[str]:
+        if controller.schedule is not None and not moved.variant.name:
+            names = ", ".join(controller.schedule.parameters)
+            yield f"the controller is scheduled by {names}, of which a mechanism tells it nothing: it takes the middle of each range"
+
+
+def sight_of(source: int, controlled: Controlled, resolution: float, start: Vector) -> Sight:
+    """Whom a controller commands and what it sees, with all blocks at `start` (n,) at first."""
+    sensor, load = controlled.sensor_block, controlled.load
+    return Sight(source, sensor, load, resolution, float(start[sensor]), float(start[load]), controlled.load_ratio)
+
+
+def run_of(moved: Moved, channels: Channels, warnings: Sequence[str]) -> Run:
+    """The run of one variant, with the stream of all blocks."""
+    stream = channels.stream(moved.variant, moved.out.motion, moved.out.modes)
+    return Run(moved.out.record, (stream,), (*warnings_of(moved), *warnings), metadata_of(moved))
+
+
+def scenario_inputs(assembled: Assembled, scenario: Scenario, samples: int, period: float, driven: int | None) -> Inputs:
+    """What the scenario puts into the mechanism; disturbances without a block act on the one at `driven`."""
+    signals = {assembled.sources.index(name): of for name, of in scenario.sources.items()}
+    blocks = [driven if one.on is None else assembled.blocks.index(one.on) for one in scenario.disturbances]
+    pairs = [(block, one) for block, one in zip(blocks, scenario.disturbances, strict=True) if block is not None]
+    return inputs_of(signals, pairs, len(assembled.sources), samples, period)
+
+
+def check_asked(document: Mechanism, assembled: Assembled, scenario: Scenario, names: Names, commanded: str | None) -> None:
+    """Raises DocumentError where sources, blocks or units are not the mechanism's; `commanded`: the source that a controller has."""
+    if scenario.variants == "vertices":
+        message = "found vertices, which are numbers of one axis; allowed for a mechanism: nominal, random"
+        refuse(names.scenario, "variants", message)
+    for name, signals in scenario.sources.items():
+        key = f"sources.{name}"
+        if name not in document.sources:
+            refuse(names.scenario, key, f"{names.model} has no such source; allowed: {', '.join(document.sources) or 'none'}")
+        if name == commanded:
+            refuse(
+                names.scenario,
+                key,
+                f"is what the controller commands; allowed: signals of other sources, or disturbances on {document.sources[name].on}",
+            )
+        block = assembled.packed.sources.block[assembled.sources.index(name)]
+        drive = document.sources[name].drive
+        unit = DRIVE_UNITS.get(drive) or si_unit("effort", assembled.kinds[int(block)])
+        for index, signal in enumerate(signals):
+            if signal.level.unit != unit:
+                message = f"found a multiple of {signal.level.unit}; allowed: {unit} and its multiples, since drive of {name} is {drive}"
+                refuse(names.scenario, f"{key}[{index}].level.unit", message)
+    for index, disturbance in enumerate(scenario.disturbances):
+        key = f"disturbances[{index}]"
+        if disturbance.on is None:
+            continue
+        if disturbance.on not in assembled.blocks:
+            refuse(names.scenario, f"{key}.on", f"{names.model} has no block {disturbance.on!r}; allowed: {', '.join(assembled.blocks)}")
+        unit = si_unit("effort", assembled.kinds[assembled.blocks.index(disturbance.on)])
+        if disturbance.effort.unit != unit:
+            message = f"found a multiple of {disturbance.effort.unit}; allowed: {unit} and its multiples, on {disturbance.on}"
+            refuse(names.scenario, f"{key}.effort.unit", message)

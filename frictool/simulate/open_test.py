@@ -1,0 +1,147 @@
+"""Plays a scenario to a mechanism without a controller: its sources follow the scenario's signals for `duration_s`.
+
+The log has every block, and where source and sensor of a controller are determined `/axis` too, as a bench would log it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.mechanism import Mechanism
+from frictool.documents.provenance import Provenance
+from frictool.documents.scenario import Scenario
+from frictool.engine.conditions import NO_CONDITIONS
+from frictool.engine.mechanism.closed_loop import NOBODY, Sight
+from frictool.logs.log import Log
+from frictool.logs.provenance import with_provenance
+from frictool.plant.mechanism.assembly import Assembled
+from frictool.plant.mechanism.wrong import WrongElement
+from frictool.simulate.agreement import Names, check_drive, check_efforts, refuse
+from frictool.simulate.limits import check_frequency, check_instants, check_length
+from frictool.simulate.mechanism_channels import Channels
+from frictool.simulate.mechanism_inputs import mean_efforts
+from frictool.simulate.mechanism_plant import check_asked, run_of, scenario_inputs, sight_of
+from frictool.simulate.mechanism_playing import Task, play_all
+from frictool.simulate.mechanism_rig import Controlled, placed_at, rig_of_mechanism
+from frictool.simulate.mechanism_variants import MechanismVariant, mechanism_variants
+from frictool.simulate.reference import samples_of
+from frictool.simulate.rig import Rig
+from frictool.simulate.streams import Sensors
+from frictool.simulate.timeline import conditions_of, felt
+
+Vector = NDArray[np.float64]
+
+
+def open_test(
+    document: Mechanism,
+    assembled: Assembled,
+    scenario: Scenario,
+    provenance: Provenance,
+    names: Names,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> Log:
+    """The log of the scenario, with warnings for people.
+
+    Raises DocumentError where the scenario does not fit the mechanism, NoSolutionError where a mechanism cannot be simulated.
+    """
+    seen = _controlled(document, assembled)
+    _check(document, assembled, scenario, names, seen)
+    period = document.sample_period_s
+    samples = samples_of(scenario.seconds, period)
+    variants = mechanism_variants(document, assembled, scenario, names.model)
+    conditions = conditions_of(scenario, samples, period) if seen is not None or scenario.drifts is not None else NO_CONDITIONS
+    inputs = scenario_inputs(assembled, scenario, samples, period, None if seen is None else seen[1].source_block)
+    named = {assembled.blocks.index(one.on) for one in scenario.disturbances if one.on is not None}
+    channels = Channels(
+        np.arange(samples, dtype=np.float64) * period, {block: mean for block, mean in mean_efforts(inputs).items() if block in named}
+    )
+    sensors = None if seen is None else Sensors(seen[0], scenario, samples, None, conditions)
+    tasks = [
+        _task(variant, scenario, samples, seen, (inputs, conditions if seen is None else felt(conditions, seen[0]))) for variant in variants
+    ]
+    streams, warnings, metadata = [], list[str](), dict[str, dict[str, str]]()
+    for index, moved in enumerate(play_all(variants, tasks, progress)):
+        run = run_of(moved, channels, [])
+        streams += [*([] if sensors is None else [sensors.stream(moved.variant.topic, index, run.record)]), *run.streams]
+        warnings += run.warnings
+        metadata |= run.metadata
+    about = {"kind": "simulated", "scenario": scenario.name, "model": document.name}
+    plants = {variant.topic: variant.described() for variant in variants if variant.values}
+    metadata = {"log": about, **({"plants": plants} if plants else {}), **metadata}
+    return with_provenance(Log(tuple(streams), metadata, scenario.name, tuple(warnings)), provenance)
+
+
+def _controlled(document: Mechanism, assembled: Assembled) -> tuple[Rig, Controlled] | None:
+    """What a bench would log, where that is determined."""
+    try:
+        return rig_of_mechanism(document, assembled)
+    except WrongElement:
+        if document.control is not None:
+            raise
+        return None
+
+
+def _task(
+    variant: MechanismVariant, scenario: Scenario, samples: int, seen: tuple[Rig, Controlled] | None, held: tuple[Any, Vector]
+) -> tuple[Task, Vector]:
+    if seen is None:
+        start = variant.assembled.start
+        sight = Sight(NOBODY, 0, 0, 0.0, 0.0, 0.0, 1.0)
+    else:
+        rig, controlled = rig_of_mechanism(variant.document, variant.assembled)
+        sensor = controlled.sensor_block
+        start = (
+            variant.assembled.start
+            if scenario.start is None
+            else placed_at(variant.document, variant.assembled, sensor, scenario.start.value)
+        )
+        sight = sight_of(controlled.source, controlled, rig.resolution, start)
+    return Task(samples, sight, *held, None, 0, None, None), start
+
+
+def _check(document: Mechanism, assembled: Assembled, scenario: Scenario, names: Names, seen: tuple[Rig, Controlled] | None) -> None:
+    """Raises DocumentError where the scenario is none without a controller, or does not fit."""
+    period = document.sample_period_s
+    if not scenario.is_open:
+        key = "steps" if scenario.steps else "reference"
+        refuse(names.scenario, key, "is a reference, which a controller follows: give --controller; without one: duration_s and sources")
+    samples = samples_of(scenario.seconds, period)
+    if samples < 1:
+        refuse(names.scenario, "duration_s", f"found {scenario.seconds:g}; allowed: one sample, {period:g} s, or more")
+    check_length(samples, 1 + (scenario.plants or 0), "duration_s", names.scenario)
+    check_asked(document, assembled, scenario, names, None)
+    for name, signals in scenario.sources.items():
+        for index, signal in enumerate(signals):
+            if signal.frequency_hz is not None:
+                check_frequency(signal.frequency_hz, period, f"sources.{name}[{index}].frequency_hz", names.scenario)
+    check_instants(scenario, scenario.seconds, period, names.scenario)
+    if seen is None:
+        _check_undetermined(scenario, names)
+        return
+    rig, controlled = seen
+    if scenario.axis != rig.axis:
+        refuse(names.scenario, "axis", f"found {scenario.axis}, but the sensor's block of {names.model} is {rig.axis}")
+    check_drive(scenario, rig, names)
+    check_efforts(scenario, rig, names)
+    if scenario.start is not None:
+        try:
+            placed_at(document, assembled, controlled.sensor_block, scenario.start.value)
+        except ValueError as error:
+            refuse(names.scenario, "start", str(error))
+
+
+def _check_undetermined(scenario: Scenario, names: Names) -> None:
+    """Raises DocumentError where something is asked of the controlled axis and none is determined."""
+    told = f"{names.model} does not say which source and sensor are a controller's (control: {{source: .., sensor: ..}})"
+    for key in ("start", "sensor_faults", "drive_noise"):
+        if getattr(scenario, key):
+            refuse(names.scenario, key, f"belongs to the controlled axis, and {told}")
+    if scenario.drifts is not None and scenario.drifts.constant:
+        refuse(names.scenario, "drifts.constant", f"is of the controlled source, and {told}")
+    for index, disturbance in enumerate(scenario.disturbances):
+        if disturbance.on is None:
+            refuse(names.scenario, f"disturbances[{index}]", f"names no block, and {told}; write on: BLOCK")
