@@ -12,6 +12,7 @@ from frictool.documents.design import Domain, Method, Scheduled, Structure
 from frictool.documents.observer import Observer
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Axis
+from frictool.documents.resonances import Resonances
 
 Row = tuple[float, ...]
 Number = Literal["double", "float", "q31", "q15"]
@@ -277,7 +278,8 @@ class Schedule(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """`controller.yaml`.
 
-    weights: of the generalised plant whose norm was verified, where no certificate holds them.
+    weights: of the generalised plant whose norm was verified, where no certificate holds them. resonances: of the model, with which
+    stability and the modulus margin hold at the vertices too; norms and certificate are of the plant without them.
     """
 
     format: Literal["controller/1"]
@@ -303,6 +305,7 @@ class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     certificate: Certificate | None = None
     weights: CertifiedWeights | None = None
     schedule: Schedule | None = None
+    resonances: Resonances | None = None
 
     @property
     def judged_by(self) -> CertifiedWeights | None:

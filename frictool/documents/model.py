@@ -19,6 +19,7 @@ from frictool.documents.quantity import (
     PositiveVelocityEstimate,
     ViscousEstimate,
 )
+from frictool.documents.resonances import Resonances
 
 
 class Parameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -48,7 +49,7 @@ class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     """`model.yaml`. `not_identified` names each parameter that the logs could not give, with the reason.
 
     `laws`: what friction does beyond the parameters, by direction, speed, position and time at rest. `presliding`: before it breaks away.
-    `measurement`: of the bench itself.
+    `measurement`: of the bench itself. `resonances`: of links that yield, which a controller is verified with and one axis cannot play.
     """
 
     format: Literal["model/1"]
@@ -65,6 +66,7 @@ class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     laws: Laws | None = None
     presliding: Presliding | None = None
     measurement: Measurement | None = None
+    resonances: Resonances | None = None
 
     def __post_init__(self) -> None:
         if (self.law == "stribeck") != (self.parameters.stribeck_velocity is not None):

@@ -81,7 +81,7 @@ def chain(whole: Mechanism, bandwidth: float | None, progress: Progress = lambda
     if (there.ratio, there.offset) != (1.0, 0.0):
         now = take(at_sensor(now, whole, source, sensor))
     root = now.sources[source].on
-    one = one_inertia(now, root, now.sensors[sensor].on)
+    one = one_inertia(now, source, sensor)
     if one.play.before_sensor > 0.0:
         unit = "rad" if now.blocks[root].inertia is not None else "m"
         names = ", ".join(link.name for link in one.play.chain)

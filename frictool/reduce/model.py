@@ -14,6 +14,7 @@ from frictool.documents.mechanism import Sensor, Source
 from frictool.documents.model import Model, Parameters
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Axis, Estimate, Quantity, Span, drive_dimension, si_unit
+from frictool.documents.resonances import Oscillation, Resonances
 from frictool.errors import NoSolutionError
 from frictool.plant.mechanism.ends import kind_of
 from frictool.reduce.chain import Chain
@@ -79,7 +80,22 @@ def model_of(chain: Chain, ends: Ends, provenance: Provenance, bench: Bench | No
         parameters=parameters,
         provenance=provenance,
         laws=None if laws == Laws() else laws,
+        resonances=_resonances(one, ends),
     )
+
+
+def _resonances(one: OneInertia, ends: Ends) -> Resonances | None:
+    """With the intervals of their frequencies."""
+    if one.resonances is None:
+        return None
+
+    def known(kind: str, found: tuple[Oscillation, ...]) -> tuple[Oscillation, ...]:
+        return tuple(
+            msgspec.structs.replace(each, interval_rad_s=ends[f"{kind}.{k}"] if ends[f"{kind}.{k}"][0] < ends[f"{kind}.{k}"][1] else None)
+            for k, each in enumerate(found)
+        )
+
+    return msgspec.structs.replace(one.resonances, poles=known("poles", one.resonances.poles), zeros=known("zeros", one.resonances.zeros))
 
 
 def _breakaway(side: Side, low: float, high: float) -> float:

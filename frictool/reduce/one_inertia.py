@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.documents.mechanism import Coupling, Gear, Mechanism, Stop
+from frictool.documents.resonances import Resonances
 from frictool.errors import NoSolutionError
 from frictool.reduce.assembling import put_together
 from frictool.reduce.backlash import Play, play
@@ -25,6 +26,7 @@ from frictool.reduce.efforts import Vector, resisting
 from frictool.reduce.grid import POINTS, positions
 from frictool.reduce.polynomial import Fitted, fitted, mean_of
 from frictool.reduce.resistance import Resistance
+from frictool.reduce.resonances import resonances
 from frictool.reduce.rigid import lumped
 
 FLAT = 1e-9  # of its mean: a curve that varies less is a number
@@ -74,6 +76,7 @@ class OneInertia:
     inside: float  # Coulomb friction inside the play
     inside_breakaway: float
     positions: Vector
+    resonances: Resonances | None
     travel: tuple[float, float] | None  # between end stops, of the source's block
 
     @property
@@ -103,14 +106,18 @@ class OneInertia:
             "least": min(float(np.min(side.curve)) for side in (self.forward, self.backward)),
             "most": max(float(np.max(side.curve)) for side in (self.forward, self.backward)),
         }
+        if self.resonances is not None:
+            for kind in ("poles", "zeros"):
+                found |= {f"{kind}.{k}": one.rad_s for k, one in enumerate(getattr(self.resonances, kind))}
         return found | ({"stribeck_velocity": self.stribeck_velocity} if self.stribeck_velocity > 0.0 else {})
 
 
-def one_inertia(mechanism: Mechanism, root: str, sensor_block: str) -> OneInertia:
+def one_inertia(mechanism: Mechanism, source: str, sensor: str) -> OneInertia:
     """Of a mechanism in one coordinate whose rigid links lose nothing.
 
     Raises NoSolutionError where the load that friction does not hold is none that a model.yaml has.
     """
+    root, sensor_block = mechanism.sources[source].on, mechanism.sensors[sensor].on
     stiff = lumped(stiffened(mechanism), root)[0]
     assembled = put_together(stiff)
     behind = {name: play(mechanism, root, name).before_sensor for name in stiff.blocks}
@@ -137,6 +144,7 @@ def one_inertia(mechanism: Mechanism, root: str, sensor_block: str) -> OneInerti
         inside=float(np.mean(first.friction)),
         inside_breakaway=float(np.mean(first.breakaway)),
         positions=x,
+        resonances=resonances(mechanism, source, sensor),
         travel=travel,
     )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
+from frictool.documents.resonances import Oscillation
 from frictool.reduce.chain import Chain
 from frictool.reduce.checked import Checked
 from frictool.reduce.told import Figure, Told
@@ -64,4 +65,11 @@ def _model(model: Model) -> list[str]:
     backward = model.laws.backward if model.laws is not None else None
     if backward is not None and backward.coulomb is not None and backward.breakaway is not None:
         found.append(f"  backward: coulomb {backward.coulomb.value:.5g}, breakaway {backward.breakaway.value:.5g} {backward.coulomb.unit}")
+    if model.resonances is not None:
+        for kind, roots in (("pole", model.resonances.poles), ("zero", model.resonances.zeros)):
+            found += [f"  resonance, pair of {kind}s at {one.rad_s:.5g} rad/s, damping {one.damping:.4g}{_between(one)}" for one in roots]
     return found
+
+
+def _between(one: Oscillation) -> str:
+    return "" if one.interval_rad_s is None else f" ({one.interval_rad_s[0]:.5g} to {one.interval_rad_s[1]:.5g} rad/s)"

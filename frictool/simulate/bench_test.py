@@ -51,6 +51,9 @@ def bench_test(model: Model, excitation: Log, servo: Servo, noise: float, seed: 
 
     Raises LogError where the test is not of this model's bench, NoSolutionError where it cannot be simulated.
     """
+    if model.resonances is not None:
+        links = ", ".join(model.resonances.links)
+        raise NoSolutionError(f"{model.name}: one axis cannot play the resonances of {links}; simulate the mechanism itself")
     bench, stream = model.bench, excitation.main
     actuator = bench.actuator
     ramps = is_ramps(excitation)

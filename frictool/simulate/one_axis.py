@@ -31,6 +31,13 @@ class OneAxis:
 
     def check(self, controller: Controller | None, scenario: Scenario, names: Names) -> None:
         """See Plant."""
+        if self.model.resonances is not None:
+            links = ", ".join(self.model.resonances.links)
+            refuse(
+                names.model,
+                "resonances",
+                f"found those of {links}, which one axis cannot play; simulate the mechanism, or what `frictool reduce --reduced` wrote",
+            )
         for key in ("sources", "duration_s"):
             if getattr(scenario, key):
                 refuse(names.scenario, key, f"belongs to a mechanism; {names.model} is one axis, which a controller drives: leave it out")

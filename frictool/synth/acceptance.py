@@ -18,6 +18,7 @@ from frictool.verify.count_current import count_current
 from frictool.verify.effective import Feedback, feedbacks, friction_to_speed, from_position, open_loop, running
 from frictool.verify.margins import loop_margins
 from frictool.verify.norms import norm
+from frictool.verify.resonant_loop import ResonantCheck, require, resonant_check
 from frictool.verify.rounding import Held, held, rounded_linear
 from frictool.verify.speed_loop import performance
 from frictool.verify.stored_forms import limited_radius
@@ -50,6 +51,7 @@ def accept(problem: Problem, candidate: Candidate, linear: stored.LinearControll
             f"with {problem.delay} samples of delay; {problem.hint}"
         )
     _brake(problem, around)
+    resonant(problem, loops)
     worst_norm = max(vertex.sampled_norm for vertex in vertices)
     rounded = [_rounded(problem, linear, around, number) for number in (*HELD, *OFFERED)]
     for one in rounded[: len(HELD)]:
@@ -68,6 +70,22 @@ def accept(problem: Problem, candidate: Candidate, linear: stored.LinearControll
         rounded=tuple(one for one in rounded if _stands(one, worst_norm, required)),
         margins=_margins(problem, loops),
     )
+
+
+def resonant(problem: Problem, loops: tuple[Feedback, ...]) -> ResonantCheck | None:
+    """The loops with the model's resonances, at the bench's delay the worst margin; None where it has none.
+
+    Raises NoSolutionError where one of them is unstable, or misses the specified margin.
+    """
+    resonances = problem.model.resonances
+    if resonances is None:
+        return None
+    required, found = problem.spec.modulus_margin or 0.0, None
+    for samples in _delays(problem):
+        now = resonant_check(loops, problem.box.vertices, problem.lag, samples, resonances)
+        require(now, resonances, required if samples == problem.delay else 0.0)
+        found = now if samples == problem.delay else found
+    return found
 
 
 def _loops(problem: Problem, linear: stored.LinearController, around: Blocks, hold: Held = float) -> tuple[Feedback, ...]:

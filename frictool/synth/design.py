@@ -17,7 +17,7 @@ from frictool.documents.provenance import Provenance
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.polytope import polytope
-from frictool.synth.acceptance import accept
+from frictool.synth.acceptance import accept, resonant
 from frictool.synth.blocks import Blocks, blocks
 from frictool.synth.certificate import around, certified_weights, certify
 from frictool.synth.disturbance import disturbance
@@ -80,6 +80,8 @@ def designed(
     linear = _linear(posed, candidate)
     verified = accept(posed, candidate, linear, composed)
     controller, notes = _document(posed, linear, verified, composed, provenance), (*candidate.notes, *composed.notes)
+    if controller.resonances is not None:
+        notes = (*notes, _with_resonances(posed, controller))
     if design.scheduled:
         progress("verification of the scheduled controller")
         controller = msgspec.structs.replace(controller, schedule=verified_schedule(posed, candidate))
@@ -89,6 +91,17 @@ def designed(
     if controller.certificate is None and posed.weighs:
         controller = msgspec.structs.replace(controller, weights=certified_weights(posed.weights))
     return Designed(controller, (*chosen.derived, *composed.derived), trade, notes)
+
+
+def _with_resonances(posed: Problem, controller: stored.Controller) -> str:
+    """The margin that was verified with what yields."""
+    found = resonant(posed, feedbacks_of(controller))
+    assert found is not None
+    assert controller.resonances is not None
+    return (
+        f"with the resonances of {', '.join(controller.resonances.links)}: stable, modulus margin {found.modulus_margin:.3f} at least "
+        f"({found.where}); norms, bounds and certificate are of the plant without them"
+    )
 
 
 def _linear(posed: Problem, candidate: Candidate) -> stored.LinearController:
@@ -171,6 +184,7 @@ def _document(
         verified=verified,
         bench=bench,
         provenance=provenance,
+        resonances=posed.model.resonances,
     )
 
 

@@ -14,6 +14,7 @@ from frictool.verify.effective import ETA, Feedback, feedbacks_of, open_loop, vi
 from frictool.verify.margins import sensitivity
 from frictool.verify.norms import norm, spectral_radius
 from frictool.verify.observer_loop import check_observer
+from frictool.verify.resonant_loop import require, resonant_check
 from frictool.verify.speed_loop import LoopCheck, check_loop
 from frictool.verify.stored_forms import check_forms
 
@@ -53,6 +54,7 @@ def recheck(controller: Controller) -> None:
         check_observer(controller.velocity.observer)
     try:
         _vertices(controller)
+        _resonant(controller)
         check_forms(controller)
     except (ValueError, np.linalg.LinAlgError, FloatingPointError) as error:  # coefficients near the end of the range of numbers
         raise NoSolutionError(f"{controller.name}: not verified: the loop cannot be evaluated ({error}); synthesise it anew") from None
@@ -100,6 +102,18 @@ def _vertices(controller: Controller) -> None:
                 f"{controller.name}: not verified: at vertex {vertex.name} the modulus margin is {vertex.modulus_margin:.6g}, specified "
                 f"{controller.verified.modulus_margin_specified:g}; synthesise it anew"
             )
+
+
+def _resonant(controller: Controller) -> None:
+    """The loops with the resonances that the document carries: stable with each delay, with the specified margin at the bench's."""
+    resonances = controller.resonances
+    if resonances is None:
+        return
+    lag, loops = controller.bench.actuator.loop_time_constant_s, feedbacks_of(controller)
+    points = [PlantPoint(one.name, one.inertia, one.viscous, one.coulomb, one.constant) for one in controller.verified.vertices]
+    for samples in sorted({check.delay_samples for vertex in controller.verified.vertices for check in vertex.checks}):
+        required = controller.verified.modulus_margin_specified if samples == controller.delay_samples else 0.0
+        require(resonant_check(loops, points, lag, samples, resonances), resonances, required, controller.name)
 
 
 def _compare(where: str, stated: list[float], found: DelayCheck) -> None:
