@@ -39,7 +39,7 @@ def play(name: str | Path, controller: Path, folder: Path) -> tuple[Result, Log]
 
 
 def test_every_ready_scenario_is_played_here() -> None:
-    assert {path.stem for path in READY.glob("*.yaml")} == {"steps", "vertices", "random", "hold", "wear", "faults", "replay"}
+    assert {path.stem for path in READY.glob("*.yaml")} == {"steps", "vertices", "random", "hold", "wear", "faults", "replay", "mechanism"}
 
 
 @pytest.mark.parametrize("name", ["steps", "vertices"])
@@ -263,15 +263,17 @@ def test_every_key_of_a_scenario_is_in_the_help() -> None:
 
 
 def test_the_scenario_of_the_formats_page_is_one(tmp_path: Path) -> None:
-    """Its example has every key; the replay's stands in place of the steps."""
+    """Its examples have every key; a replay and a test without a controller stand in place of the steps."""
     page = (ROOT / "docs/formats.md").read_text().partition("### What a scenario plays")[2].partition("\n### ")[0]
-    whole, replay = (block.partition("\n```")[0] for block in page.split("```yaml\n")[1:])
-    example, other = tmp_path / "example.yaml", tmp_path / "replay.yaml"
+    whole, replay, torques = (block.partition("\n```")[0] for block in page.split("```yaml\n")[1:])
+    example, other, played = tmp_path / "example.yaml", tmp_path / "replay.yaml", tmp_path / "torques.yaml"
     example.write_text(whole)
     other.write_text("format: scenario/1\nname: replay\naxis: rotary\n" + replay)
+    played.write_text("format: scenario/1\nname: torques\naxis: rotary\n" + torques)
     found = load(example, Scenario)
     left = {name for name in Scenario.__struct_fields__ if f"\n{name}:" not in f"\n{whole}"}
-    assert left == {"reference"}
+    assert left == {"reference", "sources", "duration_s"}
+    assert [signal.kind for signal in load(played, Scenario).sources["motor"]] == ["step", "pulse", "ramp", "sine"]
     assert len(found.steps) == 4
     assert {fault.kind for fault in found.sensor_faults} == {"lost_counts", "encoder_stuck", "drive_offset", "drive_gain"}
     assert load(other, Scenario).reference.shift.value == 5.0
