@@ -119,42 +119,63 @@ def _mark(k: Places, p: Vector, y: Vector, modes: Places) -> None:
 
 
 @bare_kernel
+def _let_go(k: Places, p: Vector, y: Vector, modes: Places, speed: float) -> None:
+    """Opens contacts that separate faster than `speed`, of the speed that counts."""
+    n = k[BLOCKS]
+    for joint in range(k[JOINTS]):
+        if modes[n + joint] not in (OPEN, RIGID):
+            b = k[k[JOINT_ENDS] + 2 * joint + 1]
+            if _approach(k, p, joint, modes[n + joint], y) < -speed * p[k[SPEED] + b]:
+                modes[n + joint] = OPEN
+
+
+@bare_kernel
 def _part(k: Places, p: Vector, y: Vector, modes: Places) -> None:
     """Opens the contacts that separate; the groups of those that stay move together exactly."""
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
-    for joint in range(k[JOINTS]):
-        side = modes[n + joint]
-        if side in (OPEN, RIGID):
-            continue
-        b = k[k[JOINT_ENDS] + 2 * joint + 1]
-        if _approach(k, p, joint, side, y) < -TOGETHER * p[k[SPEED] + b]:
-            modes[n + joint] = OPEN
+    _let_go(k, p, y, modes, TOGETHER)
     for s in range(k[STOPS]):
         block = k[k[STOP_BLOCKS] + s]
         if modes[stops + s] != OPEN and abs(y[n + block]) > STANDING * p[k[SPEED] + block]:
             modes[stops + s] = OPEN
 
 
+@bare_kernel
+def _fastest(k: Places, p: Vector, y: Vector, modes: Places, soft: bool) -> tuple[float, int]:
+    """The largest approach, of the speed that counts, and whose: a joint, or after the joints a stop. soft: or separation."""
+    n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
+    worst, which = TOGETHER, -1
+    for joint in range(k[JOINTS]):
+        side = modes[n + joint]
+        if side not in (OPEN, RIGID):
+            speed = _approach(k, p, joint, side, y) / p[k[SPEED] + k[k[JOINT_ENDS] + 2 * joint + 1]]
+            speed = abs(speed) if soft else speed
+            if speed > worst:
+                worst, which = speed, joint
+    for s in range(k[STOPS]):
+        if modes[stops + s] != OPEN:
+            block = k[k[STOP_BLOCKS] + s]
+            speed = modes[stops + s] * y[n + block] / p[k[SPEED] + block]
+            if speed > worst:
+                worst, which = speed, k[JOINTS] + s
+    return worst, which
+
+
 @part_kernel
 def impacts(k: Places, p: Vector, y: Vector, modes: Places, work: Vector) -> int:
-    """Marks what touches, resolves all approaches, opens what separates; energy lost goes to `work`. Returns engine/status.py."""
+    """Marks what touches, resolves all approaches, opens what separates; energy lost goes to `work`. Returns engine/status.py.
+
+    Where all approaches are below BOUNCE, what touches comes to move together, and the forces decide what stays so: two parts that push
+    a third in turn would else knock at it without end.
+    """
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
     _mark(k, p, y, modes)
+    worst, _ = _fastest(k, p, y, modes, False)
+    soft = worst < BOUNCE
+    if soft:
+        _let_go(k, p, y, modes, BOUNCE)
     for _ in range(MAX_ROUNDS):
-        worst, which = TOGETHER, -1
-        for joint in range(k[JOINTS]):
-            side = modes[n + joint]
-            if side not in (OPEN, RIGID):
-                b = k[k[JOINT_ENDS] + 2 * joint + 1]
-                speed = _approach(k, p, joint, side, y) / p[k[SPEED] + b]
-                if speed > worst:
-                    worst, which = speed, joint
-        for s in range(k[STOPS]):
-            if modes[stops + s] != OPEN:
-                block = k[k[STOP_BLOCKS] + s]
-                speed = modes[stops + s] * y[n + block] / p[k[SPEED] + block]
-                if speed > worst:
-                    worst, which = speed, k[JOINTS] + s
+        worst, which = _fastest(k, p, y, modes, soft)
         if which < 0:
             _part(k, p, y, modes)
             return OK

@@ -22,6 +22,7 @@ from frictool.kernels import part_kernel
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
+SLOW = 0.1  # of the speed that counts: slower ones are computed to the tolerance of this
 PLACE_TIME = 1e-2  # s: positions are computed to the tolerance of a speed that counts, times this
 
 
@@ -63,9 +64,9 @@ def try_step(
     worst = 0.0
     for i in range(n):
         if modes[i] != STUCK:
-            size = p[k[SPEED] + i]
+            size = max(SLOW * p[k[SPEED] + i], abs(end[n + i]))
             worst = max(worst, step_error(h, slopes, i) / (size * PLACE_TIME))
-            worst = max(worst, step_error(h, slopes, n + i) / max(size, abs(end[n + i])))
+            worst = max(worst, step_error(h, slopes, n + i) / size)
     for i in range(k[INNER]):
         worst = max(worst, step_error(h, slopes, 2 * n + i) / p[k[INNER_SIZE] + i])
     total = 0.0
