@@ -40,7 +40,8 @@ def spring(name: str, element: Spring, notation: Notation, start: float) -> Acti
         if element.free is not None:
             ends.append(notation.parameter("free", "e_0", name, element.free, f"{key}.free").negative())
         elif start:
-            ends.append(symbol(f"free_{name}", indexed("e_0", name), RATES[kind][0], abs(start)).times(Term(sign=-1 if start > 0 else 1)))
+            stood = notation.parameter("free", "e_0", name, Quantity(abs(start), unit=RATES[kind][0]), f"blocks.{first}.start")
+            ends.append(stood.negative() if start > 0.0 else stood)
     if element.force is not None:
         value, stated = _curve(f"curve_{name}", name, "f", element.force, stretch, f"{key}.force")
         terms, curves = [*terms, value], (stated,)
@@ -131,7 +132,7 @@ def source(name: str, element: Source, notation: Notation) -> Acting:
     kind = notation.kinds[block]
     efforts: list[tuple[str, Term]] = []
     if element.effort is not None:
-        efforts.append((block, notation.parameter("F0", "F_0", name, element.effort, f"{key}.effort")))
+        efforts.append((block, notation.parameter("u0", "u_0", name, element.effort, f"{key}.effort")))
     letter, unit = {"current": ("i", "A"), "voltage": ("U", "V"), "effort": ("u", si_unit("effort", kind))}[element.drive]
     drive = symbol(f"{letter}_{name}", indexed(letter, name), unit)
     driven = drive if element.constant is None else notation.parameter("K", "K", name, element.constant, f"{key}.constant").times(drive)
@@ -165,10 +166,11 @@ def _winding(name: str, element: Source, notation: Notation, drive: Term) -> Sta
     key = f"sources.{name}.winding"
     assert element.winding is not None
     assert element.constant is not None
-    resistance = symbol(f"R_{name}", indexed("R", name), "ohm", element.winding.resistance_ohm).times(drive).of(key)
+    ohms = Quantity(element.winding.resistance_ohm, unit="ohm")
+    resistance = notation.parameter("R", "R", name, ohms, f"{key}.resistance_ohm").times(drive).of(key)
     back = notation.parameter("K", "K", name, element.constant, f"sources.{name}.constant").times(notation.speed(element.on)).of(key)
-    supply = symbol(f"U_{name}", indexed("U", name), "V", element.winding.voltage_v).of(key)
-    text = f"{name} has the supply's voltage: |{resistance.text} + {back.text}| <= {supply.text} = {element.winding.voltage_v:g} V"
+    supply = notation.parameter("U", "U", name, Quantity(element.winding.voltage_v, unit="V"), f"{key}.voltage_v").of(key)
+    text = f"{name} has the supply's voltage: |{resistance.text} + {back.text}| <= {supply.text}"
     return Statement(text, rf"\left|{resistance.latex} + {back.latex}\right| \leq {supply.latex}", "V", (resistance, back, supply), key)
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from frictool.documents.mechanism import Backlash
-from frictool.documents.quantity import si_unit
-from frictool.plant.mechanism.equations.expression import Equation, Term, symbol
+from frictool.documents.quantity import Quantity, si_unit
+from frictool.plant.mechanism.equations.expression import Equation, Term
 from frictool.plant.mechanism.equations.notation import HALF, RATES, Notation, indexed
 from frictool.plant.mechanism.equations.ratios import Passed, passed, ratio_of
 from frictool.plant.mechanism.equations.statement import Statement
@@ -68,7 +68,7 @@ def _relations(name: str, link: Transmitting, notation: Notation, ratio: Term, o
     place, rate, _ = RATES[notation.kinds[b]]
     follows = [ratio.times(notation.position(a)).of(key)]
     if offset:
-        kept = symbol(f"o_{name}", indexed("o", name), place, abs(offset)).of(key)
+        kept = notation.parameter("o", "o", name, Quantity(abs(offset), unit=place), f"blocks.{b}.start")
         follows.append(kept if offset > 0.0 else kept.negative())
     if constrains:
         return (
