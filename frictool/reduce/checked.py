@@ -1,7 +1,8 @@
 """A reduction checked by simulation: every step against the one before and against the whole mechanism, under the same commands.
 
-What counts is the way of the sensor's block in each run of runs.py. An error of a step is allowed to be the play at the sensor, which no
-sensor sees, and `tolerance` of the way that the run makes; what a step expects of itself in closed form has to be below `tolerance` too.
+What counts is where the sensor's block is in each run of runs.py, as long as it is within its travel. An error of a step is allowed to be
+the play at the sensor, which no sensor sees, and `tolerance` of the way that the run makes, there and back; what a step expects of itself in
+closed form has to be below `tolerance` too.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from frictool.reduce.told import Measured, Told
 Vector = NDArray[np.float64]
 Progress = Callable[[str], None]
 
+ROOM = 1e-9  # rad | m: a block that rests on an end stop is within
 TOLERANCE = 0.05  # "response time within 5 %"
 
 
@@ -62,7 +64,8 @@ def checked(chain: Chain, model: Model, final: Told, tolerance: float = TOLERANC
 
     progress("simulating the whole mechanism")
     here = from_reference(chain.whole, chain.source)
-    whole = _ways(tests, lambda run: side * mechanism_positions(here, chain.source, chain.sensor, at_root(run.place), run.command))
+    played = _ways(tests, lambda run: side * mechanism_positions(here, chain.source, chain.sensor, at_root(run.place), run.command))
+    whole = [ways[: _within(ways + run.place, chain.one.travel)] for ways, run in zip(played, tests, strict=True)]
     before, last, told, moved = whole, chain.whole, list[Told](), False
     for step in chain.steps:
         progress(f"simulating after: {step.told.step}")
@@ -92,14 +95,28 @@ def _ways(tests: tuple[Run, ...], player: Callable[[Run], Vector]) -> list[Vecto
     return [positions - positions[0] for positions in found]
 
 
+def _within(positions: Vector, travel: tuple[float, float] | None) -> int:
+    """Up to which sample a run is within the travel; a play's width beyond an end stop is within it."""
+    if travel is None:
+        return positions.shape[0]
+    outside = np.flatnonzero((positions < travel[0] - ROOM) | (positions > travel[1] + ROOM))
+    return int(outside[0]) if outside.size else positions.shape[0]
+
+
 def _measured(tests: tuple[Run, ...], before: list[Vector], now: list[Vector], whole: list[Vector]) -> Measured:
     """Of the run in which a step is the farthest from the one before; the distance to the whole one is the worst of all runs."""
-    distances = [float(np.max(np.abs(a - b))) for a, b in zip(before, now, strict=True)]
-    ways = [float(np.max(np.abs(one))) for one in whole]
+    distances = [_distance(a, b, one) for a, b, one in zip(before, now, whole, strict=True)]
+    ways = [float(np.sum(np.abs(np.diff(one)))) for one in whole]
     shares = [distance / way if way > 0.0 else 0.0 for distance, way in zip(distances, ways, strict=True)]
     worst = int(np.argmax(shares))
-    beyond = max(float(np.max(np.abs(a - b))) for a, b in zip(whole, now, strict=True))
+    beyond = max(_distance(one, b, one) for one, b in zip(whole, now, strict=True))
     return Measured(distances[worst], ways[worst], tests[worst].name, beyond)
+
+
+def _distance(a: Vector, b: Vector, whole: Vector) -> float:
+    """The farthest that two are apart as long as the whole is within its travel."""
+    count = whole.shape[0]
+    return float(np.max(np.abs(a[:count] - b[:count]), initial=0.0))
 
 
 def _refused(told: list[Told], tolerance: float, play: float, kept: bool) -> str | None:

@@ -54,11 +54,8 @@ def _command(one: OneInertia, place: float, direction: float, constant: float, l
     for side in (direction, -direction):
         along = here + side * np.linspace(0.0, way, STEPS)
         slip, rest = _resisting(one, along, side)
-        push = (
-            min(BEYOND * max(float(np.max(rest)), 0.0), most)
-            if np.max(rest) > LITTLE * most
-            else min(FREE * most, one.inertia * _fast(one))
-        )
+        needed = BEYOND * max(float(np.max(rest)), 0.0)
+        push = min(max(needed, min(FREE * most, one.inertia * _fast(one)) if needed <= LITTLE * most else 0.0), most)
         seconds, brakes = _push_time(one, push, slip, way)
         moving = _held(side * push, seconds, period)
         stop = _held(-side * push, seconds, period) if brakes else np.empty(0)

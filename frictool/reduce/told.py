@@ -15,7 +15,7 @@ class Figure(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """Two mechanisms under the same efforts: the worst distance between their positions at the source [SI], and the way that was made.
+    """Two mechanisms under the same efforts: the worst distance between their positions at the sensor [SI], and the way that was made.
 
     where: which of the runs it was. whole: the same distance to the whole mechanism.
     """
