@@ -120,6 +120,11 @@ sources: {{motor: {{on: screw, drive: effort}}}}
     assert relation in screw.said[0]
     exact = derived(text.replace(", friction_form: thesis", ""), tmp_path)
     assert "p_thread = R_thread tan(alpha_thread + atan(mu_thread))" in section(exact, "Links")
+    rest = "screw, nut at rest stay while u_motor - p_thread F_spring = 0 for some p_thread between what it is in both directions of power"
+    assert section(exact, "Modes") == [rest]
+    assert section(screw, "Modes") == [
+        "screw, nut at rest stay while |u_motor - R_thread tan(alpha_thread) F_spring| <= |W_thread|",
+    ]
     assert relation in exact.said[0]
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from frictool.documents.quantity import si_unit
-from frictool.plant.mechanism.equations.expression import Equation, Term, summed, summed_latex
+from frictool.plant.mechanism.equations.expression import Atom, Equation, Term, summed, summed_latex
 from frictool.plant.mechanism.equations.notation import Notation
 from frictool.plant.mechanism.equations.statement import Statement
 from frictool.plant.mechanism.equations.transmitting import Drawn
@@ -70,19 +70,31 @@ class Tree:
 
 
 def holds(tree: Tree, blocks: Sequence[str], efforts: Efforts, dry: Efforts, bears: Efforts, notation: Notation) -> Statement | None:
-    """While its efforts without dry friction are within what the frictions bear, a tree stays at rest; None where nothing sticks."""
-    most = tree.gathered(bears)
-    if not most:
+    """While its efforts without dry friction are within what frictions and lossy links bear, a tree stays at rest; None: nothing sticks.
+
+    At rest a lossy link passes anything between its two p.
+    """
+    threads = {link.a: _modulus(link.passed.beside) for link in tree.links if link.passed.beside is not None}
+    between = [link.passed.factor.text for link in tree.links if link.passed.equations and link.passed.beside is None]
+    borne = {block: [*bears.get(block, ()), *([threads[block]] if block in threads else [])] for block in blocks}
+    most = [_modulus(term) for term in tree.gathered(borne)]
+    if not most and not between:
         return None
     others = {block: [term for term in efforts[block] if term not in dry.get(block, ())] for block in blocks}
     pushing = tree.gathered(others)
-    pressed = " + ".join(term.text for term in most)
-    pushed = summed(pushing)
-    told = ", ".join(blocks)
-    between = " and ".join(link.passed.factor.text for link in tree.links if link.passed.equations and link.passed.beside is None)
-    slack = f", with {between} anywhere between what they are in both directions of power" if between else ""
-    if any(link.passed.beside is not None for link in tree.links):
-        slack += ", and what the thread bears beside"
-    text = f"{told} at rest {'stays' if len(blocks) == 1 else 'stay'} while |{pushed}| <= {pressed}{slack}"
-    latex = rf"\left|{summed_latex(pushing)}\right| \leq {' + '.join(term.latex for term in most)}"
-    return Statement(text, latex, si_unit("effort", notation.kinds[tree.root]), (*pushing, *most), f"blocks.{tree.root}", "(2.30)")
+    bounds, bounds_latex = " + ".join(term.text for term in most), " + ".join(term.latex for term in most)
+    text = f"|{summed(pushing)}| <= {bounds}" if most else f"{summed(pushing)} = 0"
+    latex = rf"\left|{summed_latex(pushing)}\right| \leq {bounds_latex}" if most else rf"{summed_latex(pushing)} = 0"
+    some = f" for some {' and '.join(between)} between what it is in both directions of power" if between else ""
+    told = f"{', '.join(blocks)} at rest {'stays' if len(blocks) == 1 else 'stay'} while {text}{some}"
+    return Statement(told, latex, si_unit("effort", notation.kinds[tree.root]), (*pushing, *most), f"blocks.{tree.root}", "(2.30)")
+
+
+def _modulus(term: Term) -> Term:
+    """Its size: without the sign, and with |p| and |W| for what may be negative."""
+
+    def sized(atom: Atom) -> Atom:
+        signed = atom.text.startswith(("p_", "W_"))
+        return Atom(f"|{atom.text}|", rf"\left|{atom.latex}\right|", atom.unit, None, atom.made) if signed else atom
+
+    return Term(tuple((sized(atom), power) for atom, power in term.factors), 1, term.element)
