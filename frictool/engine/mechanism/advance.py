@@ -38,6 +38,7 @@ from frictool.engine.mechanism.image import (
 )
 from frictool.engine.mechanism.impacts import impacts
 from frictool.engine.mechanism.locate import locate
+from frictool.engine.mechanism.memory import first_reversal, remember
 from frictool.engine.mechanism.settle import align, halt, settle
 from frictool.engine.mechanism.state import OPEN, STUCK, Room
 from frictool.engine.mechanism.step import try_step
@@ -51,6 +52,7 @@ TOLERANCE = 1e-9  # of the speed of each block that counts
 MAX_EVENTS = 200_000  # in one call
 FIRST_STEP = 1e-5  # s
 GROWTH, SHRINKAGE, SAFETY = 4.0, 0.2, 0.9
+MANY_LAGS = 50.0  # half lags after which nothing is left of what flowed
 SHORTEST = 1e-15  # of the time reached, or in s
 
 
@@ -86,6 +88,17 @@ def _flows(k: Places, p: Vector, inputs: Vector, t: float, drive: Vector) -> Non
     for s in range(u):
         lag = p[k[SOURCE] + s * SOURCE_WIDTH + LAG]
         drive[s] = inputs[s] if lag == 0.0 else inputs[s] + (inputs[u + s] - inputs[s]) * math.exp(-t / lag)
+
+
+@bare_kernel
+def _longest(k: Places, p: Vector, inputs: Vector) -> float:
+    """The longest step in which what flows is as good as a polynomial."""
+    u, longest = k[SOURCES], math.inf
+    for s in range(u):
+        lag = p[k[SOURCE] + s * SOURCE_WIDTH + LAG]
+        if lag > 0.0 and inputs[s] != inputs[u + s]:
+            longest = min(longest, 0.5 * lag)
+    return longest
 
 
 @bare_kernel
@@ -179,12 +192,12 @@ def advance(
             write_changes(k, start, speeds, before, modes, events, happened)
         pace[0] = max(pace[0], FIRST_STEP)
     counted, looked = 0, False
-    h = min(pace[0], duration)
+    h, within = min(pace[0], duration), _longest(k, p, inputs)
     while t < duration and status == OK:
         if _is_settled(k, y, slopes[0], inputs):
             t = duration
             break
-        h = min(h, duration - t)
+        h = min(h, duration - t, within if t < MANY_LAGS * within else duration)
         error, seen = try_step(k, p, laws, t, h, tolerance, y, modes, room)
         if error > 1.0:
             if h <= SHORTEST * max(t, 1.0):
@@ -196,6 +209,11 @@ def advance(
         broken = False
         for index in range(k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS] + k[STOPS]):
             broken = broken or is_broken(k, p, index, end, modes, trial)
+        if k[INNER] > 0:
+            sooner = first_reversal(k, p, h, y, end)
+            if sooner < h:
+                h = sooner
+                continue
         if not broken and not looked:
             sooner = min(seen * h, first_dip(k, p, h, y, slopes[0], end, after, modes, guard))
             if sooner < h:
@@ -217,6 +235,13 @@ def advance(
             first_power[e] = power[e]
         for i in range(guard.shape[0]):
             guard[i] = trial[i]
+        if k[INNER] > 0:
+            failed_law, changed = remember(k, p, laws, y, end)
+            if changed:
+                failed_law += field(k, p, laws, t, y, modes, inputs, slopes[0], w, guard, first_power)
+            if failed_law != 0:
+                status = LAW_FAILED
+                break
         if not broken:
             pace[0], h = (max(pace[0], longer) if looked or last else longer), longer
             looked = False

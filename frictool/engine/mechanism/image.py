@@ -100,7 +100,7 @@ def _from_root(root: int, near: list[list[tuple[int, int]]], joints: Any, forest
 
 
 def forest_of(packed: Packed) -> Forest:
-    """The trees of the joints. ValueError where joints form a loop, or where no block drives all links of a tree that loads cannot drive."""
+    """The trees of the joints. ValueError where joints form a loop, or where loads of links that they cannot drive are joined."""
     n, joints = packed.inertia.size, packed.joints
     near: list[list[tuple[int, int]]] = [[] for _ in range(n)]
     for link, (a, b) in enumerate(zip(joints.a.tolist(), joints.b.tolist(), strict=True)):
