@@ -1,7 +1,7 @@
 """A reduction checked by simulation: every step against the one before and against the whole mechanism, under the same commands.
 
-What counts is where the sensor's block is in each run of runs.py, as long as it is within its travel. An error of a step is allowed to be
-the play at the sensor, which no sensor sees, and `tolerance` of the way that the run makes, there and back; what a step expects of itself in
+What counts is where the sensor's block is in each run of runs.py, as long as it is within its travel. An error of a step is allowed to
+be the play at the sensor, which no sensor sees, and `tolerance` of the way that the run makes, there and back; what a step expects of itself in
 closed form has to be below `tolerance` too.
 """
 
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model
+from frictool.errors import NoSolutionError
 from frictool.reduce.chain import Chain
 from frictool.reduce.played import mechanism_positions, model_positions
 from frictool.reduce.runs import Run, runs
@@ -57,6 +58,10 @@ def checked(chain: Chain, model: Model, final: Told, tolerance: float = TOLERANC
     """
     there, actuator = sensor_frame(chain.whole, chain.source, chain.sensor), model.bench.actuator
     tests = runs(chain.one, actuator.constant.value, actuator.limit.value, model.bench.sample_period_s)
+    if not tests:
+        raise NoSolutionError(
+            f"{chain.whole.name}: not checked: friction fades along every step over its travel; give it a bearing's friction"
+        )
     size, side = abs(there.ratio), 1.0 if there.ratio > 0.0 else -1.0
 
     def at_root(place: float) -> float:

@@ -2,7 +2,8 @@
 
 From five places of the travel, in either direction: a step beyond the breakaway that moves an eighth of the travel, a rest, a ramp until it
 breaks away and slips, a rest, and the same step back; so that a play opens and closes, and friction of both directions counts. Commands are
-held over a sample, in the drive's unit.
+held over a sample, in the drive's unit. Where friction fades along a step it is left out: where it comes to rest there is a quotient of two
+small numbers, and tells nothing of the mechanism.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ REST_S = 0.1
 LONGEST_S = 4.0  # of one move
 LITTLE = 0.02  # of the push: friction below does not stop what moves
 STEPS = 101
+BEYOND_END, FAINT = 1.25, 0.25  # of the way; of the mean friction
 FREE = 0.3  # of the drive's limit, where there is no friction to go beyond
 
 
@@ -44,7 +46,8 @@ def runs(one: OneInertia, constant: float, limit: float, period: float) -> tuple
         place = low + share * (high - low)
         for direction, name in ((1.0, "forward"), (-1.0, "backward")):
             command = _command(one, place, direction, constant, limit, period)
-            found.append(Run(f"{name} from {place:.4g}", place, command))
+            if command.size:
+                found.append(Run(f"{name} from {place:.4g}", place, command))
     return tuple(found)
 
 
@@ -56,6 +59,8 @@ def _command(one: OneInertia, place: float, direction: float, constant: float, l
         slip, rest = _resisting(one, along, side)
         needed = BEYOND * max(float(np.max(rest)), 0.0)
         push = min(max(needed, min(FREE * most, one.inertia * _fast(one)) if needed <= LITTLE * most else 0.0), most)
+        if _fades(one, here, side, way):
+            break
         seconds, brakes = _push_time(one, push, slip, way)
         moving = _held(side * push, seconds, period)
         stop = _held(-side * push, seconds, period) if brakes else np.empty(0)
@@ -64,7 +69,13 @@ def _command(one: OneInertia, place: float, direction: float, constant: float, l
         ramp = side * np.linspace(0.0, min(SLIP * max(broken, 0.0), most), max(2, round(RAMP_S / period)))
         parts += [moving, stop, coast, ramp, _held(0.0, REST_S, period)]
         here = float(along[-1])
-    return np.concatenate(parts) / constant
+    return np.concatenate(parts) / constant if parts else np.empty(0)
+
+
+def _fades(one: OneInertia, place: float, direction: float, way: float) -> bool:
+    """Whether friction that brakes at first falls to little before, or just beyond, the end of the way."""
+    slip, _ = _resisting(one, place + direction * np.linspace(0.0, BEYOND_END * way, STEPS), direction)
+    return bool(0.0 <= np.min(slip) < FAINT * np.mean(slip))
 
 
 def _span(one: OneInertia) -> float:
