@@ -7,6 +7,7 @@ stacked, are reduced again by QR as if they were rows; leaving a run out is leav
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,19 +18,19 @@ from frictool.kernels import kernel
 Tensor = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 BLOCK = 64  # rows that are reduced at a time
+PIECE = 512 * BLOCK  # rows that are laid out side by side for the kernel, which is compiled once for any number of columns
 
 
 @kernel
-def reduce_rows(columns: tuple[Vector, ...], weight: Vector, starts: Numbers, out: Tensor) -> None:
-    """Fills `out` (g, q, q), upper triangular, from q columns (n,) times `weight` (n,); run i is rows starts[i] to starts[i+1] - 1.
+def reduce_rows(columns: NDArray[np.float64], weight: Vector, starts: Numbers, out: Tensor) -> None:
+    """Takes q columns (q, n) times `weight` (n,) into the triangles `out` (g, q, q); run i is rows starts[i] to starts[i+1] - 1.
 
-    starts (g + 1,), the last one n. Householder reflections on a triangle and the block of rows beneath it.
+    starts (g + 1,). Householder reflections on a triangle and the block of rows beneath it.
     """
-    q = len(columns)
+    q = columns.shape[0]
     block = np.empty((q, BLOCK))
     for run in range(starts.shape[0] - 1):
         triangle = out[run]
-        triangle[:] = 0.0
         for first in range(starts[run], starts[run + 1], BLOCK):
             rows = min(BLOCK, starts[run + 1] - first)
             for j in range(q):
@@ -58,10 +59,25 @@ def reduce_rows(columns: tuple[Vector, ...], weight: Vector, starts: Numbers, ou
 
 def triangles(columns: tuple[Vector, ...], weight: Vector, starts: Numbers) -> Tensor:
     """(g, q, q) triangles of g runs that begin at the rows `starts` (g,), of q columns (n,) with each row times its `weight` (n,)."""
-    out = np.empty((starts.size, len(columns), len(columns)))
-    kept = tuple(np.ascontiguousarray(column, dtype=np.float64) for column in columns)
-    reduce_rows(kept, np.ascontiguousarray(weight), np.append(starts, weight.size).astype(np.int64), out)
+    out = np.zeros((starts.size, len(columns), len(columns)))
+    for run, bounds in _pieces(np.append(starts, weight.size).astype(np.int64)):
+        rows = slice(bounds[0], bounds[-1])
+        side_by_side = np.array([column[rows] for column in columns], dtype=np.float64)
+        reduce_rows(side_by_side, np.ascontiguousarray(weight[rows]), bounds - bounds[0], out[run:])
     return out
+
+
+def _pieces(starts: Numbers) -> Iterator[tuple[int, Numbers]]:
+    """Runs in pieces of at most PIECE rows: the first run of each, and where it and those after it begin and end."""
+    run, row = 0, int(starts[0])
+    while run < starts.size - 1:
+        if starts[run + 1] - row > PIECE:  # cut at a whole number of blocks: the same blocks as without
+            yield run, np.array([row, row + PIECE])
+            row += PIECE
+        else:
+            last = int(np.searchsorted(starts, row + PIECE, side="right")) - 1
+            yield run, np.concatenate([[row], starts[run + 1 : last + 1]])
+            run, row = last, int(starts[last])
 
 
 def merged(parts: Tensor) -> NDArray[np.float64]:
