@@ -64,24 +64,9 @@ def assemble(document: Mechanism) -> Assembled:
     inertia = [(block.inertia or block.mass).value for block in document.blocks.values()]  # type: ignore[union-attr]
     joints, notes = without_loops([link for link in links if link.rigid], blocks.names)
     groups = groups_of(joints, inertia, blocks.names)
-    collected = Collected(document, blocks, start, notes)
-    for link in links:
-        if not link.rigid:
-            collected.coupling(link)
-    for name, element in document.links.items():
-        match element:
-            case Spring():
-                collected.spring(name, element)
-            case Cam():
-                collected.cam(name, element)
-            case Stop():
-                collected.stop(name, element)
-            case FrictionOf():
-                collected.friction(name, element, _carried(blocks.place(f"links.{name}.on", element.on), groups))
+    collected = _gathered(document, blocks, Collected(document, blocks, start, notes), links, groups)
     sources = packed_sources(document, blocks, collected)
-    for name, sensor in document.sensors.items():
-        check_sensor(name, sensor, blocks)
-    sensor_blocks = tuple(blocks.place(f"sensors.{name}.on", sensor.on) for name, sensor in document.sensors.items())
+    sensor_blocks = _sensor_blocks(document, blocks)
     if document.control is not None:
         commanded(document)
     _refuse_loose(links, collected, blocks, {*sources.block, *sensor_blocks})
@@ -116,6 +101,30 @@ def assemble(document: Mechanism) -> Assembled:
         tuple(collected.notes),
         packed,
     )
+
+
+def _gathered(document: Mechanism, blocks: Blocks, collected: Collected, links: list[Transmission], groups: tuple[Group, ...]) -> Collected:
+    """With everything that acts on blocks beside rigid links and sources."""
+    for link in links:
+        if not link.rigid:
+            collected.coupling(link)
+    for name, element in document.links.items():
+        match element:
+            case Spring():
+                collected.spring(name, element)
+            case Cam():
+                collected.cam(name, element)
+            case Stop():
+                collected.stop(name, element)
+            case FrictionOf():
+                collected.friction(name, element, _carried(blocks.place(f"links.{name}.on", element.on), groups))
+    return collected
+
+
+def _sensor_blocks(document: Mechanism, blocks: Blocks) -> tuple[int, ...]:
+    for name, sensor in document.sensors.items():
+        check_sensor(name, sensor, blocks)
+    return tuple(blocks.place(f"sensors.{name}.on", sensor.on) for name, sensor in document.sensors.items())
 
 
 def _starts(document: Mechanism, blocks: Blocks) -> Vector:
