@@ -48,7 +48,7 @@ from frictool.kernels import bare_kernel, kernel
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
-TOLERANCE = 1e-9  # of the speed of each block that counts
+TOLERANCE = 1e-8  # of a block's speed, and of a tenth of the speed that counts
 MAX_EVENTS = 200_000  # in one call
 FIRST_STEP = 1e-5  # s
 GROWTH, SHRINKAGE, SAFETY = 4.0, 0.2, 0.9

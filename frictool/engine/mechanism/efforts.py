@@ -111,82 +111,98 @@ def coupling_stretch(k: Places, p: Vector, coupling: int, y: Vector) -> tuple[fl
 
 
 @bare_kernel
+def _at_flank(
+    e: float, rate: float, gap: float, stiffness: float, damping: float, mode: int, guard: Vector, index: int
+) -> tuple[float, bool]:
+    """How far a flank is strained, and whether it is; its guard."""
+    side = -1.0 if e < 0.0 else 1.0
+    if mode != OPEN:
+        side = float(mode)
+    beyond = side * e - gap
+    pressed = stiffness * beyond + side * damping * rate
+    slack = STIFF_MARGIN * (0.5 * stiffness * gap) + 1e-11 * damping * abs(rate)
+    if mode == OPEN:
+        guard[index] = -min(beyond / (STIFF_MARGIN * gap), pressed / slack)
+        return 0.0, False
+    guard[index] = pressed / slack
+    return side * beyond, True
+
+
+@bare_kernel
 def _couplings(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard: Vector, power: Vector) -> None:
     """Compliant links; the guard of one with a gap is above -1 while its flanks stay as their mode says."""
-    n, flanks, checks = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS], k[BLOCKS] + 2 * k[JOINTS]
-    at = k[SOURCES] + n + k[JOINTS]
+    n, flanks = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS]
+    at, row, ends = k[SOURCES] + n + k[JOINTS], k[COUPLING], k[COUPLING_ENDS]
     for c in range(k[COUPLINGS]):
-        row, ends = k[COUPLING] + c * COUPLING_WIDTH, k[COUPLING_ENDS] + 3 * c
-        a, b, curve, gap = k[ends], k[ends + 1], k[ends + 2], p[row + GAP]
-        stiffness, damping, mode = p[row + STIFFNESS], p[row + DAMPING], modes[flanks + c]
-        e, rate = coupling_stretch(k, p, c, y)
-        guard[checks + c] = math.inf
-        power[at + c] = 0.0
+        a, b, curve = k[ends], k[ends + 1], k[ends + 2]
+        ratio, gap, stiffness, damping = p[row + RATIO], p[row + GAP], p[row + STIFFNESS], p[row + DAMPING]
+        drive, back = p[row + DRIVE_LOSS], p[row + BACK_LOSS]
+        e, rate = y[b] - p[row + OFFSET], y[n + b]
+        row, ends = row + COUPLING_WIDTH, ends + 3
+        if a >= 0:
+            e -= ratio * y[a]
+            rate -= ratio * y[n + a]
         if gap > 0.0:
-            side = -1.0 if e < 0.0 else 1.0
-            if mode != OPEN:
-                side = float(mode)
-            beyond = side * e - gap
-            pressed = stiffness * beyond + side * damping * rate
-            slack = STIFF_MARGIN * (0.5 * stiffness * gap) + 1e-11 * damping * abs(rate)
-            if mode == OPEN:
-                guard[checks + c] = -min(beyond / (STIFF_MARGIN * gap), pressed / slack)
+            e, pressed = _at_flank(e, rate, gap, stiffness, damping, modes[flanks + c], guard, flanks + c)
+            if not pressed:
+                power[at + c] = 0.0
                 continue
-            guard[checks + c] = pressed / slack
-            e = side * beyond
         force = -(stiffness * e + damping * rate)
         if curve >= 0:
             force -= curve_value(k, p, curve, e)
         size = abs(stiffness * e) + abs(damping * rate)
-        power[at + c] = damping * rate * rate
+        lost = damping * rate * rate
         w[FORCE, b] += force
         w[GROSS, b] += size
-        if a < 0:
-            continue
-        ratio, speed = p[row + RATIO], y[n + a]
-        w[FORCE, a] -= ratio * force
-        w[GROSS, a] += abs(ratio) * size
-        drive, back = p[row + DRIVE_LOSS], p[row + BACK_LOSS]
-        if drive != 0.0 or back != 0.0:
-            ahead = (drive if force * ratio > 0.0 else back) * abs(force)
-            behind = (back if force * ratio > 0.0 else drive) * abs(force)
-            if modes[a] == STUCK:
-                w[HOLD_HIGH, a] += ahead
-                w[HOLD_LOW, a] -= behind
-            else:
-                loss = ahead if modes[a] > 0 else -behind
-                w[FORCE, a] -= loss
-                power[at + c] += loss * speed
+        if a >= 0:
+            w[FORCE, a] -= ratio * force
+            w[GROSS, a] += abs(ratio) * size
+            if drive != 0.0 or back != 0.0:
+                ahead = (drive if force * ratio > 0.0 else back) * abs(force)
+                behind = (back if force * ratio > 0.0 else drive) * abs(force)
+                if modes[a] == STUCK:
+                    w[HOLD_HIGH, a] += ahead
+                    w[HOLD_LOW, a] -= behind
+                else:
+                    loss = ahead if modes[a] > 0 else -behind
+                    w[FORCE, a] -= loss
+                    lost += loss * y[n + a]
+        power[at + c] = lost
 
 
 @bare_kernel
 def _frictions(k: Places, p: Vector, laws: Places, y: Vector, modes: Places, out: Vector, w: Vector, power: Vector) -> int:
     n, status = k[BLOCKS], OK
-    at = k[SOURCES] + n + k[JOINTS] + k[COUPLINGS]
+    at, row, first_value = k[SOURCES] + n + k[JOINTS] + k[COUPLINGS], k[FRICTION_PLACES], k[LAW_VALUES]
     for f in range(k[FRICTIONS]):
-        row = k[FRICTION_PLACES] + f * FRICTION_WIDTH
-        block, kind = k[row + BLOCK], k[row + KIND]
-        values = p[k[LAW_VALUES] + k[row + VALUES] : k[LAW_VALUES] + k[row + VALUES_END]]
-        level = 1.0 if k[row + LEVEL] < 0 else curve_value(k, p, k[row + LEVEL], y[block])
-        v, motion, force = y[n + block], modes[block], 0.0
-        if kind == EXACT:
-            if motion == STUCK:
-                held = level * breakaway(laws[f, 1], 1.0, values)
-                w[HOLD_HIGH, block] += held
-                w[HOLD_LOW, block] -= level * breakaway(laws[f, 1], -1.0, values)
-                w[GROSS, block] += held
-            else:
-                force = level * slip_force(laws[f, 0], v, float(motion), values)
+        block, kind, curve = k[row + BLOCK], k[row + KIND], k[row + LEVEL]
+        values = p[first_value + k[row + VALUES] : first_value + k[row + VALUES_END]]
+        v, motion, force, level = y[n + block], modes[block], 0.0, 1.0
+        if curve >= 0:
+            level = curve_value(k, p, curve, y[block])
+        if kind == EXACT and motion == STUCK:
+            held = level * breakaway(laws[f, 1], 1.0, values)
+            w[HOLD_HIGH, block] += held
+            w[HOLD_LOW, block] -= level * breakaway(laws[f, 1], -1.0, values)
+            w[GROSS, block] += held
+        elif kind == EXACT:
+            force = level * slip_force(laws[f, 0], v, float(motion), values)
         elif kind == DYNAMIC:
             first, end = 2 * n + k[row + FIRST_INNER], 2 * n + k[row + INNER_END]
             status += rate(laws[f, 0], y[first:end], v, values, out[first:end])
             force = level * force_of(laws[f, 1], y[first:end], out[first:end], v, values)
         else:
             force = level * slip_force(laws[f, 0], v, math.copysign(1.0, v), values)
+        row += FRICTION_WIDTH
         w[FORCE, block] -= force
         w[GROSS, block] += abs(force)
         power[at + f] = force * v
-    at += k[FRICTIONS]
+    return status
+
+
+@bare_kernel
+def _pressings(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, power: Vector) -> None:
+    n, at = k[BLOCKS], k[SOURCES] + k[BLOCKS] + k[JOINTS] + k[COUPLINGS] + k[FRICTIONS]
     for s in range(k[PRESSINGS]):
         block = k[k[PRESSING_PLACES] + 2 * s]
         row, motion = k[PRESSING] + 2 * s, modes[block]
@@ -199,7 +215,6 @@ def _frictions(k: Places, p: Vector, laws: Places, y: Vector, modes: Places, out
             w[FORCE, block] -= motion * friction
             power[at + s] = motion * friction * y[n + block]
         w[GROSS, block] += friction
-    return status
 
 
 @part_kernel
@@ -219,4 +234,5 @@ def all_efforts(
     """Fills the rows of w, the rates of inner states in `out`, the guards of flanks, and what elements do; returns friction/status.py."""
     _driving(k, p, t, y, inputs, w, power)
     _couplings(k, p, y, modes, w, guard, power)
+    _pressings(k, p, y, modes, w, power)
     return _frictions(k, p, laws, y, modes, out, w, power)

@@ -9,7 +9,11 @@ from numpy.typing import NDArray
 
 from frictool.engine.mechanism.image import (
     BLOCKS,
+    COUPLING,
+    COUPLING_ENDS,
+    COUPLING_WIDTH,
     COUPLINGS,
+    DAMPING,
     GAP,
     HIGH,
     JOINT_ENDS,
@@ -17,6 +21,7 @@ from frictool.engine.mechanism.image import (
     LOW,
     OFFSET,
     RATIO,
+    STIFFNESS,
     STOP,
     STOP_BLOCKS,
     STOP_WIDTH,
@@ -60,12 +65,35 @@ def is_forced(k: Places, modes: Places, index: int) -> bool:
     return index < n + 2 * j + c
 
 
+@bare_kernel
+def _flank_left(k: Places, p: Vector, coupling: int, y: Vector, rates: Vector, mode: int) -> tuple[float, float]:
+    """How hard a compliant flank is pressed, or how far an open one is from being so, and the rate of that."""
+    n, row, ends = k[BLOCKS], k[COUPLING] + coupling * COUPLING_WIDTH, k[COUPLING_ENDS] + 3 * coupling
+    a, b = k[ends], k[ends + 1]
+    e, rate, change = y[b] - p[row + OFFSET], y[n + b], rates[n + b]
+    if a >= 0:
+        e, rate, change = e - p[row + RATIO] * y[a], rate - p[row + RATIO] * y[n + a], change - p[row + RATIO] * rates[n + a]
+    side = -1.0 if e < 0.0 else 1.0
+    if mode != OPEN:
+        side = float(mode)
+    beyond = side * e - p[row + GAP]
+    pressed = p[row + STIFFNESS] * beyond + side * p[row + DAMPING] * rate
+    gained = side * (p[row + STIFFNESS] * rate + p[row + DAMPING] * change)
+    if mode != OPEN:
+        return pressed, gained
+    if pressed < p[row + STIFFNESS] * beyond:
+        return -pressed, -gained
+    return -p[row + STIFFNESS] * beyond, -p[row + STIFFNESS] * side * rate
+
+
 @part_kernel
 def way_left(k: Places, p: Vector, index: int, y: Vector, rates: Vector, modes: Places) -> tuple[float, float]:
     """How far a speed is from 0, a gap's nearer flank or an end stop from its contact, and the rate of that; rates (y,): y'."""
     n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
     if index < n:
         return modes[index] * y[n + index], modes[index] * rates[n + index]
+    if n + 2 * j <= index < n + 2 * j + c:
+        return _flank_left(k, p, index - n - 2 * j, y, rates, modes[index])
     if index < n + j:
         joint = index - n
         row, a, b = joint_row(k, joint), k[k[JOINT_ENDS] + 2 * joint], k[k[JOINT_ENDS] + 2 * joint + 1]

@@ -21,7 +21,6 @@ from frictool.engine.mechanism.image import (
     COUPLINGS,
     GAP,
     HIGH,
-    INNER,
     JOINT_ENDS,
     JOINTS,
     LOW,
@@ -93,14 +92,12 @@ def stop_slack(p: Vector, row: int) -> float:
 def _place_guards(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector) -> None:
     n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
     for joint in range(j):
-        guard[n + joint], guard[n + j + joint] = math.inf, math.inf
         if modes[n + joint] == OPEN:
             e, _, slack = joint_gap(k, p, joint, y)
             gap = p[joint_row(k, joint) + GAP]
             guard[n + joint] = min(e + gap, gap - e) / slack
     for s in range(k[STOPS]):
         at = n + 2 * j + c + s
-        guard[at] = math.inf
         if modes[at] == OPEN:
             block, row = k[k[STOP_BLOCKS] + s], k[STOP] + s * STOP_WIDTH
             guard[at] = min(y[block] - p[row + LOW], p[row + HIGH] - y[block]) / stop_slack(p, row)
@@ -110,9 +107,10 @@ def _place_guards(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector)
 def _begin(k: Places, p: Vector, modes: Places, w: Vector) -> None:
     """What each block alone needs."""
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
+    mass = k[MASS]
     for i in range(n):
         w[NEED, i], w[NEED_HIGH, i] = -w[FORCE, i], -w[FORCE, i]
-        w[INERTIA, i] = p[k[MASS] + i]
+        w[INERTIA, i] = p[mass + i]
         if modes[i] == STUCK:
             w[NEED, i] += w[HOLD_LOW, i]
             w[NEED_HIGH, i] += w[HOLD_HIGH, i]
@@ -189,10 +187,10 @@ def _hand_over(k: Places, p: Vector, i: int, y: Vector, modes: Places, w: Vector
 def _gather(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard: Vector) -> bool:
     """From the leaves to the roots; False where a tree has no inertia left to move with."""
     n, sound = k[BLOCKS], True
+    order, joints, speeds = k[ORDER], k[PARENT_JOINT], k[SPEED]
     for place in range(n - 1, -1, -1):
-        i = k[k[ORDER] + place]
-        joint = k[k[PARENT_JOINT] + i]
-        guard[i] = math.inf
+        i = k[order + place]
+        joint = k[joints + i]
         if joint >= 0 and modes[n + joint] != OPEN:
             if modes[i] == STUCK:
                 _hand_over_rest(k, p, i, modes[n + joint], w, guard)
@@ -203,7 +201,7 @@ def _gather(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard: Ve
             w[ACCELERATION, i] = 0.0
         else:
             if modes[i] != FREE:
-                guard[i] = modes[i] * y[n + i] / (SPEED_SLACK * p[k[SPEED] + i])
+                guard[i] = modes[i] * y[n + i] / (SPEED_SLACK * p[speeds + i])
             if w[INERTIA, i] <= 0.0:
                 sound = False
             w[ACCELERATION, i] = -w[NEED, i] / w[INERTIA, i]
@@ -218,6 +216,8 @@ def _hand_out(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard: 
     for joint in range(j):
         power[losses + joint] = 0.0
         w[LAMBDA, joint] = 0.0
+    if j == 0:
+        return
     for place in range(n):
         i = k[k[ORDER] + place]
         joint = k[k[PARENT_JOINT] + i]
@@ -268,6 +268,8 @@ def field(
 ) -> int:
     """Fills out = y', `guard`, and `power` [W] of each element. Returns friction/status.py; a tree that jams has no finite rates."""
     n = k[BLOCKS]
+    for index in range(guard.shape[0]):
+        guard[index] = math.inf
     status = all_efforts(k, p, laws, t, y, modes, inputs, out, w, guard, power)
     _place_guards(k, p, y, modes, guard)
     _begin(k, p, modes, w)
@@ -276,6 +278,4 @@ def field(
     for i in range(n):
         out[i] = y[n + i]
         out[n + i] = w[ACCELERATION, i] if sound else math.nan
-    if k[INNER] == 0:
-        return status
     return status
