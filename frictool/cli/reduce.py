@@ -34,7 +34,8 @@ Reduce a mechanism to one inertia with friction: rigid links lumped, losses turn
 the motor feels in each direction, backlash brought to the motor and the sensor, resonances above a bandwidth dropped.
 
 Each step tells what it neglects, the error that is expected, and the error that is measured: every step, and the model at the end, are
-played under the same commands as the whole mechanism. Where an error is beyond --tolerance nothing is written and the exit code is 4.
+played under the same commands as the whole mechanism, and with --controller and --scenario in the closed loop too. Where an error is beyond
+--tolerance nothing is written and the exit code is 4.
 """
 
 
@@ -42,6 +43,7 @@ played under the same commands as the whole mechanism. Where an error is beyond 
 @click.argument("mechanism", type=existing)
 @click.option("--bandwidth", type=FiniteRange(min=0.0, min_open=True), metavar="RAD/S", help="Keep resonances below, drop those above.")
 @click.option("--controller", type=existing, help="Without --bandwidth: ten times the highest crossing of this controller's loop.")
+@click.option("--scenario", type=existing, help="Play it too, under --controller, to the mechanism and to its one inertia.")
 @click.option("--bench", type=existing, help="The bench of the model, in place of the mechanism's own source and sensor.")
 @click.option("--tolerance", type=FiniteRange(0.0, 0.5, min_open=True), default=0.05, show_default=True, help="Error allowed, of the way.")
 @click.option("--reduced", type=click.Path(path_type=Path), help="Where to write the last mechanism, with the blocks of kept resonances.")
@@ -52,6 +54,7 @@ def command(
     mechanism: Path,
     bandwidth: float | None,
     controller: Path | None,
+    scenario: Path | None,
     bench: Path | None,
     tolerance: float,
     reduced: Path | None,
@@ -68,26 +71,36 @@ def command(
     from frictool.reduce.reduction import reduction
     from frictool.reduce.text import lines
 
-    inputs = [path for path in (mechanism, controller, bench) if path is not None]
+    if scenario is not None and controller is None:
+        raise click.UsageError("--scenario is played under a controller; give --controller")
+    inputs = [path for path in (mechanism, controller, scenario, bench) if path is not None]
     targets = [path for path in (reduced, plot, output) if path is not None]
     for target in targets:
         refuse_inputs(target, inputs)
     if len({target.resolve() for target in targets}) < len(targets):
         raise click.UsageError("--output, --reduced and --plot name one file twice; give each its own")
     document, _ = load_mechanism(mechanism)
-    words = {"mechanism": mechanism, "--bandwidth": bandwidth, "--controller": controller, "--bench": bench}
+    words = {"mechanism": mechanism, "--bandwidth": bandwidth, "--controller": controller}
+    words |= {"--scenario": scenario, "--bench": bench}
     words |= {"--tolerance": tolerance if tolerance != 0.05 else None}
     try:
         asked = _bandwidth(document, bandwidth, controller)
         found = reduction(document, asked, tolerance, _bench(bench), record(command_line("reduce", words), inputs), _progress)
     except WrongElement as wrong:
         raise wrong_in_file(mechanism, wrong) from None
+    loop = None
+    if scenario is not None and controller is not None and found.checked.refused is None:
+        from frictool.cli.reduce_loop import played_in_loop
+
+        _progress("playing the scenario to both")
+        loop = played_in_loop(mechanism, found.model, controller, scenario, found.chain.one.play.width, tolerance)
     if as_json:
-        print_json(machine(found.chain, found.checked, found.model), output)
+        print_json(machine(found.chain, found.checked, found.model, loop), output)
     else:
-        say("\n".join(lines(found.chain, found.checked, found.model)), output)
-    if found.checked.refused is not None:
-        raise NoSolutionError(f"{document.name}: not reduced: {found.checked.refused}")
+        say("\n".join(lines(found.chain, found.checked, found.model, loop)), output)
+    refused = found.checked.refused or (loop.refused if loop is not None else None)
+    if refused is not None:
+        raise NoSolutionError(f"{document.name}: not reduced: {refused}")
     if output is not None:
         save_text(output, to_yaml(found.model), inputs)
     if reduced is not None:

@@ -1,8 +1,8 @@
 """A reduction checked by simulation: every step against the one before and against the whole mechanism, under the same commands.
 
 What counts is where the sensor's block is in each run of runs.py, as long as it is within its travel. An error of a step is allowed to
-be the play at the sensor, which no sensor sees, and `tolerance` of the way that the run makes, there and back; what a step expects of itself in
-closed form has to be below `tolerance` too.
+be the play at the sensor, which no sensor sees, and `tolerance` of the way that the run makes, there and back; what a step expects of
+itself in closed form has to be below `tolerance` too.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ def _within(positions: Vector, travel: tuple[float, float] | None) -> int:
     if travel is None:
         return positions.shape[0]
     outside = np.flatnonzero((positions < travel[0] - ROOM) | (positions > travel[1] + ROOM))
-    return int(outside[0]) if outside.size else positions.shape[0]
+    return int(outside[0]) if outside.size else len(positions)
 
 
 def _measured(tests: tuple[Run, ...], before: list[Vector], now: list[Vector], whole: list[Vector]) -> Measured:

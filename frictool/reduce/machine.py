@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
 from frictool.reduce.chain import Chain
 from frictool.reduce.checked import Checked
+from frictool.reduce.in_loop import InLoop
 from frictool.reduce.told import Figure, Told
 
 
-def machine(chain: Chain, checked: Checked, model: Model) -> dict[str, Any]:
+def machine(chain: Chain, checked: Checked, model: Model, loop: InLoop | None = None) -> dict[str, Any]:
     """One JSON object."""
     one = chain.one
     sizes = [len(step.mechanism.blocks) for step in chain.steps] + [1]
@@ -36,6 +38,9 @@ def machine(chain: Chain, checked: Checked, model: Model) -> dict[str, Any]:
         "runs": checked.runs,
         "reduced": checked.refused is None,
         "verdict": checked.verdict,
+        "in_loop": None
+        if loop is None
+        else {"agree": loop.refused is None, "refused": loop.refused, "steps": [asdict(s) for s in loop.steps]},
     }
 
 

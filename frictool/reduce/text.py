@@ -7,12 +7,13 @@ from frictool.documents.quantity import si_unit
 from frictool.documents.resonances import Oscillation
 from frictool.reduce.chain import Chain
 from frictool.reduce.checked import Checked
+from frictool.reduce.in_loop import InLoop
 from frictool.reduce.told import Figure, Told
 
 HEADING = ("step", "blocks", "neglects", "error expected", "measured", "of the way")
 
 
-def lines(chain: Chain, checked: Checked, model: Model) -> list[str]:
+def lines(chain: Chain, checked: Checked, model: Model, loop: InLoop | None = None) -> list[str]:
     """The whole report."""
     unit = si_unit("position", model.axis)
     rows = [HEADING, *(_row(told, len(step.mechanism.blocks), unit) for step, told in zip(chain.steps, checked.told, strict=False))]
@@ -28,7 +29,25 @@ def lines(chain: Chain, checked: Checked, model: Model) -> list[str]:
     if chain.play:
         found += ["backlash:", *(f"  {_figure(one)}" for one in chain.play)]
     found += [*_model(model), "", checked.verdict]
-    return found
+    return found if loop is None else [*found, "", *_in_loop(loop, unit)]
+
+
+def _in_loop(loop: InLoop, unit: str) -> list[str]:
+    heading = ("step at", "from", "to", "apart at most", "at the end", "response whole", "response reduced")
+    rows = [
+        (
+            f"{one.time:g} s",
+            f"{one.origin:.4g}",
+            f"{one.target:.4g} {unit}",
+            f"{one.distance:.3g} {unit}",
+            f"{one.at_the_end:.3g} {unit}",
+            f"{one.whole_s:.4g} s",
+            f"{one.reduced_s:.4g} s",
+        )
+        for one in loop.steps
+    ]
+    verdict = "in the loop: both agree" if loop.refused is None else f"in the loop: {loop.refused}"
+    return [*_aligned([heading, *rows]), verdict]
 
 
 def _row(told: Told, blocks: int, unit: str) -> tuple[str, ...]:
