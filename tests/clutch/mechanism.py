@@ -19,7 +19,7 @@ import numpy as np
 
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
-from frictool.logs.log import MAIN_TOPIC, Log
+from frictool.logs.log import MAIN_TOPIC, MECHANISM_TOPIC, Log
 from frictool.logs.reading import read_log
 from tests.clutch.counts import Plant, judged
 
@@ -58,7 +58,13 @@ def compared(law: str, spec: Spec, exhaustive: Log, reduced: Log) -> Compared:
         raise ValueError(f"{exhaustive.source} and {reduced.source} are not of one scenario")
     distance = np.abs(first.signals["position_true"] - second.signals["position_true"])
     worst = int(distance.argmax())
-    return Compared(law, float(distance[worst]), float(first.time[worst]), tuple(judged(spec, exhaustive)), tuple(judged(spec, reduced)))
+    plants = (tuple(judged(spec, _axes(log))) for log in (exhaustive, reduced))
+    return Compared(law, float(distance[worst]), float(first.time[worst]), *plants)
+
+
+def _axes(log: Log) -> Log:
+    """Without the streams of all blocks of a mechanism."""
+    return Log(tuple(one for one in log.streams if not one.topic.startswith(MECHANISM_TOPIC)), log.metadata, log.source)
 
 
 def missed(found: Compared) -> list[str]:

@@ -47,7 +47,7 @@ def test_the_engine_does_what_the_free_bodies_say(name: str, lead: float, mu: fl
     mu_line = f"friction_coefficient: {mu:g}"
     text = (FOLDER / f"{name}.yaml").read_text().replace(mu_line, f"{mu_line}\n    friction_form: {form}")
     found = play(text, [[8.0]] * 300 + [[4.0]] * 200 + [[0.0]] * 500)
-    by_hand = Screw(2e-5, 1.0, 6e-3, lead / (2.0 * math.pi * 6.0), mu, 20e3, thesis=form == "thesis")
+    by_hand = Screw(2e-5, 0.2, 6e-3, lead / (2.0 * math.pi * 6.0), mu, 20e3, thesis=form == "thesis")
     steps = ((0.3, 0.4), (0.5, 0.2), (math.inf, 0.0))
     theta, speed = by_hand.trajectory(lambda t: next(u for end, u in steps if t < end), 0.0, found.time, (0.3, 0.5))
     np.testing.assert_allclose(found.position("screw"), theta, atol=1e-6 * np.abs(theta).max())
