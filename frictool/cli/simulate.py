@@ -1,4 +1,4 @@
-"""`frictool simulate`: step tests of a model under its controller, as a log."""
+"""`frictool simulate`: a scenario played to a model or a mechanism, under its controller or by its sources, as a log."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from frictool.cli.output import (
     say,
 )
 from frictool.cli.progress import tell_of_compiling
-from frictool.cli.simulate_mechanism import is_mechanism, mechanism_plant, open_log
+from frictool.cli.simulate_mechanism import Events, is_mechanism, mechanism_plant, open_log
 from frictool.cli.simulate_told import bench_summary, bench_table, summary, table
 
 if TYPE_CHECKING:
@@ -70,6 +70,10 @@ the bench's computational delay.
 The log holds what a bench would have (position, reference, drive, effort), velocity_estimated, which the controller took for the speed, and
 what only a simulation knows (position_true, velocity, load_position, the true drive, command). Each plant is a stream: /axis is the model,
 /axis/NAME a vertex or a drawn plant.
+Of a mechanism the log has the stream /mechanism too: position, velocity and stick of every block, the side of every contact, what flows in
+each source; load_position is that of the block at the far end of the links, seen at the sensor. random draws every quantity of the file
+that has low and high. Without --controller its sources follow the scenario's `sources`. The summary holds the energy balance; --events lists
+every breakaway, stick, contact and impact.
 With --observer the controller's speed is that of an observer (frictool observe design), whose loop is verified at the vertices first: exit
 4 where it is unstable; `frictool observe loop` writes that controller for export.
 With --number the controller runs in float or in fixed point as on the target; with --target the exported C itself runs, compiled here.
@@ -93,6 +97,7 @@ the bench's own position loop,  {LAW},  on the encoder's counts. The log holds w
 @servo_options
 @click.option("--drive-noise", type=FiniteRange(0.0), help="--excitation: standard deviation of the measured drive, A | V. [default: 0]")
 @click.option("--seed", type=click.IntRange(0), help="--excitation: of the noise, and of the encoder's zero within a count. [default: 0]")
+@click.option("--events", type=existing, help="Of a mechanism: where to write what happens when, as CSV.")
 @output_option()
 @json_option
 def command(
@@ -107,8 +112,11 @@ def command(
     as_json: bool,
     drive_noise: float | None,
     seed: int | None,
+    events: Path | None,
     **servo: Any,
 ) -> None:
+    if events is not None and (events == output or not is_mechanism(model) or excitation is not None):
+        raise click.UsageError("--events is of a mechanism that plays a scenario, and a file of its own.")
     waiting.compiling = lambda: tell_of_compiling(everywhere=True)  # the engine takes longest of all
     gains = Gains(servo["position_gain"], servo["speed_gain"], servo["integral_gain"])
     if excitation is not None:
@@ -132,11 +140,12 @@ def command(
             raise click.UsageError("give --controller, or --excitation: a model is one axis, which a controller drives.")
         if any(given is not None for given in (observer, target, number)):
             raise click.UsageError("--observer, --target and --number belong to --controller.")
-        log, inputs = open_log(model, scenario, output, _progress)
-        _save(log, output, inputs)
+        listed = Events(events)
+        log, inputs = open_log(model, scenario, output, _progress, listed)
+        _save(log, output, inputs, listed)
         views = summary, table
     else:
-        log = _step_test(model, controller, scenario, observer, target, number, output)
+        log = _step_test(model, controller, scenario, observer, target, number, output, Events(events))
         views = summary, table
     if as_json:
         print_json(views[0](log), output)
@@ -167,7 +176,14 @@ def _bench_test(model: Path, excitation: Path, gains: Gains, noise: float | None
 
 
 def _step_test(
-    model: Path, controller: Path, scenario: Path, observer: Path | None, target: Path | None, number: Number | None, output: Path
+    model: Path,
+    controller: Path,
+    scenario: Path,
+    observer: Path | None,
+    target: Path | None,
+    number: Number | None,
+    output: Path,
+    events: Events,
 ) -> Log:
     """The log of a scenario, saved."""
     from frictool.documents.controller import Controller
@@ -176,7 +192,7 @@ def _step_test(
     from frictool.documents.registry import load
     from frictool.documents.scenario import Scenario
 
-    plant = mechanism_plant(model) if is_mechanism(model) else load(model, Model)
+    plant = mechanism_plant(model, events) if is_mechanism(model) else load(model, Model)
     documents = (plant, _controller(load(controller, Controller), observer), load(scenario, Scenario))
     replay = documents[2].reference
     recorded = None if replay is None else scenario.parent / replay.log
@@ -192,7 +208,7 @@ def _step_test(
     provenance = record(command_line("simulate", words | {"--number": number}), inputs)
     names = Names(str(model), str(controller), str(scenario))
     played = step_test(*documents, provenance, names, _progress, log, number or "double", code)
-    _save(played, output, inputs)
+    _save(played, output, inputs, events)
     return played
 
 
@@ -234,13 +250,15 @@ def _recorded(path: Path, scenario: Path, bench: Bench) -> Log:
     return read_log(path, bench)
 
 
-def _save(log: Log, output: Path, inputs: list[Path]) -> None:
+def _save(log: Log, output: Path, inputs: list[Path], events: Events | None = None) -> None:
     from frictool.logs.canonical.mcap_format import write_mcap
 
     for warning in log.warnings:
         note(f"warning: {warning}")
     with replacing(output, inputs) as stream:
         write_mcap(log, stream)
+    if events is not None:
+        events.save(inputs)
 
 
 def _progress(done: int, total: int) -> None:

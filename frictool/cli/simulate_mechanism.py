@@ -6,11 +6,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from frictool.cli.output import command_line, refuse_inputs
+from frictool.cli.output import command_line, refuse_inputs, save_text
 
 if TYPE_CHECKING:
     from frictool.logs.log import Log
+    from frictool.simulate.mechanism_events import EventTable
     from frictool.simulate.mechanism_plant import MechanismPlant
+    from frictool.simulate.mechanism_playing import Moved
 
 
 def is_mechanism(path: Path) -> bool:
@@ -24,7 +26,29 @@ def is_mechanism(path: Path) -> bool:
     return any(key.value == "format" and str(value.value).startswith("mechanism/") for key, value in pairs)
 
 
-def mechanism_plant(path: Path) -> MechanismPlant:
+class Events:
+    """What --events asks for: where to, and the table once it is known that it can be."""
+
+    def __init__(self, path: Path | None) -> None:
+        self.path = path
+        self._table: EventTable | None = None
+
+    def add(self, moved: Moved) -> None:
+        """Of one run."""
+        if self.path is None:
+            return
+        from frictool.simulate.mechanism_events import EventTable
+
+        self._table = self._table or EventTable()
+        self._table.add(moved)
+
+    def save(self, inputs: list[Path]) -> None:
+        """The file, if there is to be one."""
+        if self.path is not None and self._table is not None:
+            save_text(self.path, self._table.text, inputs)
+
+
+def mechanism_plant(path: Path, events: Events) -> MechanismPlant:
     """The mechanism at `path` as a controller's plant. Raises DocumentError where it is none."""
     from frictool.cli.mechanism_file import load_mechanism, wrong_in_file
     from frictool.plant.mechanism.wrong import WrongElement
@@ -32,12 +56,12 @@ def mechanism_plant(path: Path) -> MechanismPlant:
 
     document, assembled = load_mechanism(path)
     try:
-        return MechanismPlant(document, assembled)
+        return MechanismPlant(document, assembled, events.add)
     except WrongElement as wrong:
         raise wrong_in_file(path, wrong) from None
 
 
-def open_log(path: Path, scenario: Path, output: Path, progress: Callable[[int, int], None]) -> tuple[Log, list[Path]]:
+def open_log(path: Path, scenario: Path, output: Path, progress: Callable[[int, int], None], events: Events) -> tuple[Log, list[Path]]:
     """The log of a scenario without a controller, and its inputs."""
     from frictool.cli.mechanism_file import load_mechanism, wrong_in_file
     from frictool.documents.provenance import record
@@ -53,6 +77,6 @@ def open_log(path: Path, scenario: Path, output: Path, progress: Callable[[int, 
     provenance = record(command_line("simulate", {"model": path, "--scenario": scenario}), inputs)
     names = Names(model=str(path), scenario=str(scenario))
     try:
-        return open_test(document, assembled, played, provenance, names, progress), inputs
+        return open_test(document, assembled, played, provenance, names, progress, events.add), inputs
     except WrongElement as wrong:
         raise wrong_in_file(path, wrong) from None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,9 +26,13 @@ Vector = NDArray[np.float64]
 
 
 class MechanismPlant:
-    """simulate/plant.py `Plant` of a mechanism. Raises WrongElement where no source or no sensor can be a controller's."""
+    """simulate/plant.py `Plant` of a mechanism. Raises WrongElement where no source or no sensor can be a controller's.
 
-    def __init__(self, document: Mechanism, assembled: Assembled) -> None:
+    `watch` is given each variant when it has been moved.
+    """
+
+    def __init__(self, document: Mechanism, assembled: Assembled, watch: Callable[[Moved], None] = lambda moved: None) -> None:
+        self.watch = watch
         self.document, self.assembled, self.name = document, assembled, document.name
         self.rig, self.controlled = rig_of_mechanism(document, assembled)
 
@@ -70,6 +74,7 @@ class MechanismPlant:
             common = (inputs, loop.conditions, loop.reference, loop.controller.delay_samples, running, loop.target)
             tasks.append((Task(loop.reference.size, sight, *common), start))
         for moved in play_all(variants, tasks, loop.progress):
+            self.watch(moved)
             yield moved.variant, run_of(moved, channels, [*self._scheduled(loop.controller, moved)])
 
     def described(self, variant: MechanismVariant) -> str:

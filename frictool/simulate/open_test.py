@@ -25,7 +25,7 @@ from frictool.simulate.limits import check_frequency, check_instants, check_leng
 from frictool.simulate.mechanism_channels import Channels
 from frictool.simulate.mechanism_inputs import mean_efforts
 from frictool.simulate.mechanism_plant import check_asked, run_of, scenario_inputs, sight_of
-from frictool.simulate.mechanism_playing import Task, play_all
+from frictool.simulate.mechanism_playing import Moved, Task, play_all
 from frictool.simulate.mechanism_rig import Controlled, placed_at, rig_of_mechanism
 from frictool.simulate.mechanism_variants import MechanismVariant, mechanism_variants
 from frictool.simulate.reference import samples_of
@@ -43,8 +43,9 @@ def open_test(
     provenance: Provenance,
     names: Names,
     progress: Callable[[int, int], None] = lambda done, total: None,
+    watch: Callable[[Moved], None] = lambda moved: None,
 ) -> Log:
-    """The log of the scenario, with warnings for people.
+    """The log of the scenario, with warnings for people. `watch` is given each variant when it has been moved.
 
     Raises DocumentError where the scenario does not fit the mechanism, NoSolutionError where a mechanism cannot be simulated.
     """
@@ -65,6 +66,7 @@ def open_test(
     ]
     streams, warnings, metadata = [], list[str](), dict[str, dict[str, str]]()
     for index, moved in enumerate(play_all(variants, tasks, progress)):
+        watch(moved)
         run = run_of(moved, channels, [])
         streams += [*([] if sensors is None else [sensors.stream(moved.variant.topic, index, run.record)]), *run.streams]
         warnings += run.warnings
