@@ -65,7 +65,9 @@ ROUNDING = 1e-15
 @bare_kernel
 def slack_at(k: Places, p: Vector, w: Vector, block: int) -> float:
     """Forces at a block below this are nothing."""
-    return SLACK * w[GROSS, block] + LEAST_RATE * p[k[MASS] + block] * p[k[SPEED] + block]
+    return (
+        SLACK * w[GROSS, block] + LEAST_RATE * p[k[MASS] + block] * p[k[SPEED] + block] + 1e-300
+    )  # a block without mass on which nothing acts
 
 
 @bare_kernel

@@ -15,7 +15,7 @@ from frictool.engine.status import OK
 from frictool.plant.mechanism.assembly import assemble
 from frictool.plant.mechanism.equations.derivation import derive
 from frictool.plant.mechanism.equations.expression import Equation, Term
-from tests.plant.mechanism.described import document
+from tests.plant.mechanism.described import TRAIN, document
 
 # lossy and lossless rigid links, yielding ones, a spring, friction over the position, a cam: a motor that goes on forward
 MOVING = """\
@@ -113,3 +113,19 @@ def test_the_terms_add_up_to_the_accelerations_of_the_simulation(tmp_path: Path)
         others = tuple(term for term in shaft.right if "lambda_reducer" not in term.text)
         force = evaluated(shaft.coefficients, known) * accelerations["omega_shaft'"] - evaluated(others, known)
         assert force * known["omega_shaft"] > 0.0
+
+
+def test_blocks_without_mass_move_as_those_with_hardly_any(tmp_path: Path) -> None:
+    """The massless cart of (2.24)-(2.25), behind a massless shaft: also where the spring's force passes through 0 and nothing acts there."""
+    rigid = TRAIN.replace(", backlash: {width: {value: 0.2, unit: mm}}", "")
+    assert rigid != TRAIN
+    ends = []
+    for shaft, cart in (("1.0e-12", "1.0e-9"), ("0", "0")):
+        text = rigid.replace("3.0e-4", shaft).replace("value: 500, unit: g", f"value: {cart}, unit: kg")
+        mechanism = assemble(document(text, tmp_path))
+        machine = prepare(mechanism.packed)
+        moved = run(machine, rest(mechanism.packed, machine, mechanism.start), np.full((300, 1), 0.1), 1e-3)
+        assert moved.status == OK
+        assert np.ptp(moved.positions[0]) > 1.5
+        ends.append(moved.positions)
+    assert ends[1] == pytest.approx(ends[0], abs=1e-5)
