@@ -116,7 +116,7 @@ def test_the_terms_add_up_to_the_accelerations_of_the_simulation(tmp_path: Path)
 
 
 def test_blocks_without_mass_move_as_those_with_hardly_any(tmp_path: Path) -> None:
-    """The massless cart of (2.24)-(2.25), behind a massless shaft: also where the spring's force passes through 0 and nothing acts there."""
+    """The massless cart of (2.24)-(2.25), behind a massless shaft: also where the spring's force is 0 and nothing acts there."""
     rigid = TRAIN.replace(", backlash: {width: {value: 0.2, unit: mm}}", "")
     assert rigid != TRAIN
     ends = []
