@@ -72,8 +72,8 @@ what only a simulation knows (position_true, velocity, load_position, the true d
 /axis/NAME a vertex or a drawn plant.
 Of a mechanism the log has the stream /mechanism too: position, velocity and stick of every block, the side of every contact, what flows in
 each source; load_position is that of the block at the far end of the links, seen at the sensor. random draws every quantity of the file
-that has low and high. Without --controller its sources follow the scenario's `sources`. The summary holds the energy balance; --events lists
-every breakaway, stick, contact and impact.
+that has low and high. Without --controller its sources follow the scenario's `sources`. The summary holds the energy balance; --events
+lists every breakaway, stick, contact and impact.
 With --observer the controller's speed is that of an observer (frictool observe design), whose loop is verified at the vertices first: exit
 4 where it is unstable; `frictool observe loop` writes that controller for export.
 With --number the controller runs in float or in fixed point as on the target; with --target the exported C itself runs, compiled here.
