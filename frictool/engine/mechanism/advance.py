@@ -263,5 +263,5 @@ def advance(
         write_changes(k, start + t, speeds, before, modes, events, happened)
         h = pace[0]
     _flows(k, p, inputs, t, drive)
-    pace[1] = start + t
+    pace[1], pace[2] = start + t, t
     return status

@@ -82,7 +82,7 @@ class State(NamedTuple):
     drive: Vector
     modes: Places
     work: Vector
-    pace: Vector  # the step [s] that comes next, the time of all calls [s]
+    pace: Vector  # s: the step that comes next, the time of all calls, that since the last command
     room: Room
 
 
@@ -122,7 +122,7 @@ def rest(packed: Packed, machine: Machine, start: ArrayLike) -> State:
     modes[n : n + c["joints"]] = np.where(packed.joints.gap == 0.0, RIGID, OPEN)
     modes[n + c["joints"] : n + 2 * c["joints"]] = 1
     size = c["sources"] + n + 2 * c["joints"] + c["couplings"] + c["frictions"] + c["pressings"] + c["stops"]
-    return State(y, np.zeros(c["sources"]), modes, np.zeros(size), np.zeros(2), _room(c, y.size, modes.size, size))
+    return State(y, np.zeros(c["sources"]), modes, np.zeros(size), np.zeros(3), _room(c, y.size, modes.size, size))
 
 
 def _room(c: dict[str, int], size: int, modes: int, work: int) -> Room:

@@ -1,0 +1,94 @@
+"""The forces in a mechanism at one instant: of joints on their second ends, of frictions and pressings on their blocks.
+
+Where it moves they follow from the motion. At rest friction in several places leaves them open; these are one choice among those that
+are possible, the same each time: every element takes the least that it can, then frictions before links, from the root outward.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.mechanism.efforts import FORCE, HOLD_HIGH, HOLD_LOW
+from frictool.engine.mechanism.field import LAMBDA, NEED, NEED_HIGH, field
+from frictool.engine.mechanism.image import BLOCKS, JOINTS, ORDER, OUTWARD, PARENT, PARENT_JOINT, RATIO, Machine
+from frictool.engine.mechanism.state import OPEN, STUCK, Room, State, counts
+from frictool.engine.mechanism.transmission import joint_row
+from frictool.kernels import bare_kernel, kernel
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+LEAST, REST, GIVEN, HELD = 11, 12, 13, 14  # rows of the work array
+
+
+class Forces(NamedTuple):
+    """links (j,): lambda of each joint, on its second end. holds (n,): what friction takes on blocks at rest, 0 on those that move."""
+
+    links: Vector
+    holds: Vector
+
+
+@bare_kernel
+def _range_of(k: Places, p: Vector, i: int, contact: int, w: Vector) -> tuple[float, float]:
+    """lambda of the joint to the parent of a block at rest: its range, without what the joint's own friction could add."""
+    ratio = p[joint_row(k, k[k[PARENT_JOINT] + i]) + RATIO]
+    low, high = w[NEED, i], w[NEED_HIGH, i]
+    if k[k[OUTWARD] + i] == 0:
+        low, high = -high / ratio, -low / ratio
+        if ratio < 0.0:
+            low, high = high, low
+    if contact == -1:
+        low, high = max(0.0, low), max(0.0, high)
+    elif contact == 1:
+        low, high = min(0.0, low), min(0.0, high)
+    return low, high
+
+
+@kernel
+def _at_rest(k: Places, p: Vector, modes: Places, w: Vector, links: Vector, holds: Vector) -> None:
+    n = k[BLOCKS]
+    for i in range(n):
+        w[REST, i], w[HELD, i], w[GIVEN, i] = 0.0, 0.0, 0.0
+        holds[i] = 0.0
+    for place in range(n - 1, -1, -1):
+        i = k[k[ORDER] + place]
+        joint = k[k[PARENT_JOINT] + i]
+        if modes[i] == STUCK and joint >= 0 and modes[n + joint] != OPEN:
+            low, high = _range_of(k, p, i, modes[n + joint], w)
+            w[LEAST, i] = min(max(0.0, low), high)
+            w[REST, k[k[PARENT] + i]] -= w[LEAST, i] * (p[joint_row(k, joint) + RATIO] if k[k[OUTWARD] + i] == 1 else -1.0)
+    for place in range(n):
+        i = k[k[ORDER] + place]
+        joint = k[k[PARENT_JOINT] + i]
+        if modes[i] != STUCK:
+            continue
+        if joint >= 0 and modes[n + joint] != OPEN:
+            parent, ratio = k[k[PARENT] + i], p[joint_row(k, joint) + RATIO]
+            low, high = _range_of(k, p, i, modes[n + joint], w)
+            share = ratio if k[k[OUTWARD] + i] == 1 else -1.0
+            link = min(max(w[LEAST, i] + w[REST, parent] / share, low), high)
+            w[REST, parent] -= (link - w[LEAST, i]) * share
+            links[joint] = link
+            w[GIVEN, i] = link if k[k[OUTWARD] + i] == 1 else -ratio * link
+        w[REST, i] += w[GIVEN, i] + w[FORCE, i]
+        holds[i] = min(max(w[REST, i], w[HOLD_LOW, i]), w[HOLD_HIGH, i])
+        w[REST, i] -= holds[i]
+
+
+@kernel
+def _now(k: Places, p: Vector, laws: Places, t: float, y: Vector, modes: Places, room: Room, links: Vector, holds: Vector) -> None:
+    field(k, p, laws, t, y, modes, room.inputs, room.after, room.w, room.trial, room.power)
+    for joint in range(k[JOINTS]):
+        links[joint] = room.w[LAMBDA, joint]
+    _at_rest(k, p, modes, room.w, links, holds)
+
+
+def forces(machine: Machine, state: State) -> Forces:
+    """The forces at the end of the last call of `advance`."""
+    c = counts(machine)
+    links, holds = np.zeros(c["joints"]), np.zeros(c["blocks"])
+    _now(*machine, float(state.pace[2]), state.y, state.modes, state.room, links, holds)
+    return Forces(links, holds)
