@@ -21,12 +21,13 @@ from frictool.reduce.told import Figure
 class Play:
     """Of a mechanism in its source's coordinate. chain: the links whose widths add, from the source on; width: their sum [rad | m].
 
-    before_sensor: of that what lies between source and sensor; behind: names of blocks that the source moves through a play.
+    before_sensor: what lies between source and sensor, in the links `hiding`; behind: names of blocks that the source moves through a play.
     """
 
     chain: tuple[Connection, ...]
     width: float
     before_sensor: float
+    hiding: tuple[str, ...]
     behind: tuple[str, ...]
 
 
@@ -40,6 +41,7 @@ def play(mechanism: Mechanism, root: str, sensor_block: str) -> Play:
         tuple(link for link in seen[widest].by if link.gap > 0.0),
         widths[widest],
         widths[assembled.blocks.index(sensor_block)],
+        tuple(link.name for link in seen[assembled.blocks.index(sensor_block)].by if link.gap > 0.0),
         tuple(assembled.blocks[number] for number in sorted(widths) if widths[number] > 0.0),
     )
 

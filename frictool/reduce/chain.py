@@ -84,7 +84,7 @@ def chain(whole: Mechanism, bandwidth: float | None, progress: Progress = lambda
     one = one_inertia(now, source, sensor)
     if one.play.before_sensor > 0.0:
         unit = "rad" if now.blocks[root].inertia is not None else "m"
-        names = ", ".join(link.name for link in one.play.chain)
+        names = ", ".join(one.play.hiding)
         raise NoSolutionError(
             f"sensors.{sensor}: {one.play.before_sensor:.4g} {unit} of play ({names}) lie between it and {source}; a model.yaml has its "
             "sensor before the play; put a sensor on the source's side, or simulate the mechanism itself"
