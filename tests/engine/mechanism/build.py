@@ -41,12 +41,12 @@ class Builder:
         return len(self.inertia) - 1
 
     def joint(self, a: int, b: int, ratio: float = 1.0, **more: float) -> int:
-        row = dict(offset=0.0, gap=0.0, restitution=0.0, drive_loss=0.0, back_loss=0.0, thread=0.0, thesis_screw=0.0)
+        row = {"offset": 0.0, "gap": 0.0, "restitution": 0.0, "drive_loss": 0.0, "back_loss": 0.0, "thread": 0.0, "thesis_screw": 0.0}
         self.joints.append({**row, "a": a, "b": b, "ratio": ratio, **more})
         return len(self.joints) - 1
 
     def coupling(self, a: int, b: int, stiffness: float, damping: float = 0.0, ratio: float = 1.0, **more: Any) -> int:
-        row = dict(offset=0.0, gap=0.0, curve=-1, drive_loss=0.0, back_loss=0.0)
+        row = {"offset": 0.0, "gap": 0.0, "curve": -1, "drive_loss": 0.0, "back_loss": 0.0}
         self.couplings.append({**row, "a": a, "b": b, "ratio": ratio, "stiffness": stiffness, "damping": damping, **more})
         return len(self.couplings) - 1
 
@@ -56,16 +56,16 @@ class Builder:
         return len(self.frictions) - 1
 
     def pressing(self, block: int, force: int, coefficient: float, breakaway_ratio: float = 1.0) -> None:
-        self.pressings.append(dict(block=block, force=force, coefficient=coefficient, breakaway_ratio=breakaway_ratio))
+        self.pressings.append({"block": block, "force": force, "coefficient": coefficient, "breakaway_ratio": breakaway_ratio})
 
     def push(self, block: int, constant: float = 0.0, curve: int = -1) -> None:
-        self.pushes.append(dict(block=block, constant=constant, curve=curve))
+        self.pushes.append({"block": block, "constant": constant, "curve": curve})
 
     def stop(self, block: int, low: float = -math.inf, high: float = math.inf, restitution: float = 0.0) -> None:
-        self.stops.append(dict(block=block, low=low, high=high, restitution=restitution))
+        self.stops.append({"block": block, "low": low, "high": high, "restitution": restitution})
 
     def source(self, block: int, constant: float = 1.0, limit: float = math.inf, lag: float = 0.0, **more: float) -> None:
-        row = dict(resistance=0.0, supply=0.0)
+        row = {"resistance": 0.0, "supply": 0.0}
         self.sources.append({**row, "block": block, "constant": constant, "limit": limit, "lag": lag, **more})
 
     def curve(self, breaks: Sequence[float], cubic: Sequence[Sequence[float]]) -> int:

@@ -1,0 +1,39 @@
+"""What the tests of the mechanisms' engine share."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from frictool.engine.mechanism.image import Machine, prepare
+from frictool.engine.mechanism.run import Run, run
+from frictool.engine.mechanism.state import State, rest
+from tests.engine.mechanism.build import Builder
+
+Vector = NDArray[np.float64]
+
+
+def ready(b: Builder, start: ArrayLike | None = None, speeds: ArrayLike | None = None) -> tuple[Machine, State]:
+    """A machine and its state at `start`, with `speeds`."""
+    packed = b.packed()
+    machine = prepare(packed)
+    state = rest(packed, machine, np.zeros(len(b.inertia)) if start is None else start)
+    if speeds is not None:
+        state.y[len(b.inertia) : 2 * len(b.inertia)] = speeds
+    return machine, state
+
+
+def moved(b: Builder, commands: ArrayLike, period: float = 1e-3, **more: Any) -> tuple[Run, Machine, State]:
+    """A run from rest; more: start, speeds, and what `run` takes."""
+    machine, state = ready(b, more.pop("start", None), more.pop("speeds", None))
+    result = run(machine, state, commands, period, **more)
+    assert result.status == 0, f"status {result.status} at {result.reached} s"
+    return result, machine, state
+
+
+def instants(result: Run, kind: int, element: int) -> Vector:
+    """When an event happened."""
+    chosen = (result.events[:, 1] == kind) & (result.events[:, 2] == element)
+    return np.asarray(result.events[chosen, 0])
