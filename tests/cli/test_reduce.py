@@ -1,0 +1,129 @@
+"""`frictool reduce` from the command line: what it writes, what it tells, what it refuses."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from frictool.documents.bench import Bench
+from frictool.documents.mechanism import Compliance, Control, Coupling, Mechanism, Source
+from frictool.documents.model import Model
+from frictool.documents.quantity import Quantity
+from frictool.documents.registry import load
+from frictool.documents.writing import to_yaml
+from tests.cli.run import refused, run
+from tests.reduce.building import belt, coulomb, lossy_train, motor, rotor, two_plays
+
+GOLDEN = Path(__file__).parents[1] / "reduce" / "golden" / "model.yaml"
+Q = Quantity
+
+
+@pytest.fixture(scope="module")
+def train(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A gear train that loses, with an interval, and what `reduce` makes of it."""
+    folder = tmp_path_factory.mktemp("train")
+    whole = lossy_train()
+    heavier = msgspec.structs.replace(whole, blocks={**whole.blocks, "motor": rotor(3e-5, 2.7e-5, 3.3e-5)})
+    _write(folder / "mechanism.yaml", heavier)
+    result = run("reduce", folder / "mechanism.yaml", "-o", folder / "model.yaml", "--reduced", folder / "reduced.yaml", "--json")
+    assert result.code == 0, result.stderr
+    (folder / "told.json").write_text(result.stdout)
+    return folder
+
+
+def _write(path: Path, mechanism: Mechanism) -> Path:
+    path.write_text(to_yaml(mechanism))
+    return path
+
+
+def test_the_model_is_the_golden_one_byte_for_byte(train: Path) -> None:
+    assert (train / "model.yaml").read_text() == GOLDEN.read_text()
+
+
+def test_its_numbers_are_those_of_the_closed_form(train: Path) -> None:
+    model = load(train / "model.yaml", Model)
+    ratio, table = 0.25, 0.02 * 0.25
+    inertia = 3e-5 + ratio**2 * 2e-4 + table**2 * 0.4
+    assert model.parameters.inertia.value == pytest.approx(inertia / ratio**2, rel=1e-12)  # where the encoder is
+    assert model.parameters.inertia.low == pytest.approx((inertia - 3e-6) / ratio**2, rel=1e-9)
+    assert model.parameters.inertia.high == pytest.approx((inertia + 3e-6) / ratio**2, rel=1e-9)
+    # friction beyond the gear is carried through it: 1/0.9 of it at the motor
+    assert model.parameters.coulomb.value == pytest.approx((0.01 + table * 6.0 / 0.9) / ratio, rel=1e-9)
+    assert model.bench.actuator.constant.value == pytest.approx(0.05 / ratio, rel=1e-12)
+    assert model.bench.encoder.direction == -1  # an external gear
+    assert model.method == "reduced"
+
+
+def test_each_step_tells_what_it_neglects_and_both_errors(train: Path) -> None:
+    told = json.loads((train / "told.json").read_text())
+    steps = {step["step"]: step for step in told["steps"]}
+    assert list(steps) == ["coordinates", "rigid links", "losses", "resisting curve", "sensor", "one inertia"]
+    for name in ("coordinates", "rigid links", "sensor", "one inertia"):  # exact ones: nothing but rounding
+        assert steps[name]["neglects"] == "nothing"
+        assert steps[name]["measured"]["share"] < 1e-6
+    losses = steps["losses"]
+    beyond = 0.25**2 * 2e-4 + 0.005**2 * 0.4
+    assert losses["expected_error"] == pytest.approx((1.0 / 0.9 - 1.0) * beyond / (3e-5 + beyond), rel=1e-9)
+    assert 1e-3 < losses["measured"]["share"] < losses["expected_error"]
+    assert told["reduced"] is True
+
+
+def test_the_reduced_mechanism_is_one_that_can_be_reduced_again(train: Path) -> None:
+    result = run("reduce", train / "reduced.yaml", "-o", train / "again.yaml")
+    assert result.code == 0, result.stderr
+    first, second = load(train / "model.yaml", Model), load(train / "again.yaml", Model)
+    assert second.parameters.inertia.value == pytest.approx(first.parameters.inertia.value, rel=1e-12)
+    assert second.parameters.coulomb.value == pytest.approx(first.parameters.coulomb.value, rel=1e-9)
+
+
+def test_a_bench_of_another_rig_is_refused(train: Path) -> None:
+    own = load(train / "model.yaml", Model).bench
+    actuator = msgspec.structs.replace(own.actuator, constant=Q(0.3, unit="N m/A"))
+    (train / "bench.yaml").write_text(to_yaml(msgspec.structs.replace(own, actuator=actuator)))
+    assert load(train / "bench.yaml", Bench).actuator.constant.value == 0.3
+    refused(
+        run("reduce", train / "mechanism.yaml", "--bench", train / "bench.yaml"), 4, "actuator.constant: found 0.3, the mechanism says 0.2"
+    )
+
+
+def test_an_error_beyond_the_tolerance_writes_nothing(train: Path) -> None:
+    result = run("reduce", train / "mechanism.yaml", "--tolerance", "0.001", "-o", train / "none.yaml")
+    assert result.code == 4
+    assert "losses: neglecting what links lose of accelerations makes an error of 4.7" in result.stderr
+    assert not (train / "none.yaml").exists()
+
+
+def test_a_link_that_yields_asks_for_a_bandwidth(tmp_path: Path) -> None:
+    result = run("reduce", _write(tmp_path / "mechanism.yaml", belt()))
+    assert result.code == 2
+    assert "belt yields: say up to which frequency resonances count, by --bandwidth RAD/S or by --controller" in result.stderr
+
+
+def test_more_than_one_motion_or_command_is_refused_by_names(tmp_path: Path) -> None:
+    whole = two_plays()
+    loose = msgspec.structs.replace(
+        whole, blocks={**whole.blocks, "flywheel": rotor(1e-3)}, links={**whole.links, "pivot": coulomb("flywheel", 0.1)}
+    )
+    refused(run("reduce", _write(tmp_path / "loose.yaml", loose)), 4, "flywheel does not move with motor")
+    sources = {**whole.sources, "second": motor("shaft")}
+    control = Control("motor", "encoder")
+    two = msgspec.structs.replace(whole, sources=sources, control=control)
+    refused(run("reduce", _write(tmp_path / "two.yaml", two)), 4, "motor and second are commanded")
+    unlimited = {"motor": Source("motor", "current", Q(0.05, unit="N m/A"))}
+    endless = msgspec.structs.replace(whole, sources=unlimited)
+    refused(run("reduce", _write(tmp_path / "endless.yaml", endless)), 4, "sources.motor.limit: missing")
+
+
+def test_a_differential_is_refused_with_both_ratios(tmp_path: Path) -> None:
+    whole = two_plays()
+    yielding = Coupling(("motor", "shaft"), Compliance(Q(100.0, unit="N m/rad"), Q(0.1, unit="N m s/rad")))
+    crossed = msgspec.structs.replace(whole, links={**whole.links, "bypass": yielding})
+    path = _write(tmp_path / "mechanism.yaml", crossed)
+    refused(
+        run("reduce", path, "--bandwidth", "100"),
+        4,
+        "links.bypass: shaft moves 1 times as far as the source by motor, and -0.2 times by gear",
+    )
