@@ -35,6 +35,7 @@ from frictool.engine.mechanism.image import (
     SOURCES,
     STOPS,
     SUPPLY,
+    TIMED,
 )
 from frictool.engine.mechanism.impacts import impacts
 from frictool.engine.mechanism.locate import locate
@@ -42,8 +43,9 @@ from frictool.engine.mechanism.memory import first_reversal, remember
 from frictool.engine.mechanism.settle import align, halt, settle
 from frictool.engine.mechanism.state import OPEN, STUCK, Room
 from frictool.engine.mechanism.step import try_step
+from frictool.engine.mechanism.timed import keep, switch
 from frictool.engine.status import LAW_FAILED, NOT_FINITE, OK, STEP_TOO_SMALL, TOO_MANY_EVENTS
-from frictool.kernels import bare_kernel, kernel
+from frictool.kernels import bare_kernel, kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -111,7 +113,7 @@ def _is_settled(k: Places, y: Vector, out: Vector, inputs: Vector) -> bool:
     for i in range(n, 2 * n):
         if y[i] != 0.0 or out[i] != 0.0:
             return False
-    return k[INNER] == 0
+    return k[INNER] == 0 and k[TIMED] == 0
 
 
 @bare_kernel
@@ -138,8 +140,8 @@ def _happen(k: Places, p: Vector, now: float, y: Vector, modes: Places, guard: V
     return meet
 
 
-@kernel
-def advance(
+@part_kernel
+def _through(
     k: Places,
     p: Vector,
     laws: Places,
@@ -156,22 +158,8 @@ def advance(
     events: Vector,
     happened: Places,
 ) -> int:
-    """Advances the state, in place, by `duration` [s] under held commands (u,) and efforts on blocks (n,) [N | N m].
-
-    k, p, laws: a Machine. y, drive, modes, work, pace: a State. events (m, 4): rows of engine/mechanism/events.py, counted by happened[0];
-    those without room are counted only. pace[1] is the time of all calls. The winding's bound is that of the speed at the beginning.
-    Returns engine/status.py; where that is not OK, the state is that of the last event or step.
-    """
+    """Advances by `duration` with the modes of laws that have a step of their own held."""
     n, size = k[BLOCKS], y.shape[0]
-    total = duration
-    for i in range(size):
-        total += y[i]
-    for s in range(k[SOURCES]):
-        total += command[s]
-    for i in range(n):
-        total += external[i]
-    if not math.isfinite(total) or duration < 0.0:
-        return NOT_FINITE
     slopes, after, end, inputs, w = room.slopes, room.after, room.end, room.inputs, room.w
     guard, trial, power, first_power, spent = room.guard, room.trial, room.power, room.first_power, room.spent
     before, speeds = room.before, room.speeds
@@ -265,3 +253,52 @@ def advance(
     _flows(k, p, inputs, t, drive)
     pace[1], pace[2] = start + t, t
     return status
+
+
+@kernel
+def advance(
+    k: Places,
+    p: Vector,
+    laws: Places,
+    y: Vector,
+    drive: Vector,
+    modes: Places,
+    work: Vector,
+    pace: Vector,
+    room: Room,
+    command: Vector,
+    external: Vector,
+    duration: float,
+    tolerance: float,
+    events: Vector,
+    happened: Places,
+) -> int:
+    """Advances the state, in place, by `duration` [s] under held commands (u,) and efforts on blocks (n,) [N | N m].
+
+    k, p, laws: a Machine. y, drive, modes, work, pace: a State. events (m, 4): rows of engine/mechanism/events.py, counted by happened[0];
+    those without room are counted only. pace[1] is the time of all calls. The winding's bound is that of the speed at the beginning.
+    Returns engine/status.py; where that is not OK, the state is that of the last event or step.
+    """
+    n, total = k[BLOCKS], duration
+    for i in range(y.shape[0]):
+        total += y[i]
+    for s in range(k[SOURCES]):
+        total += command[s]
+    for i in range(n):
+        total += external[i]
+    if not math.isfinite(total) or duration < 0.0:
+        return NOT_FINITE
+    if k[TIMED] == 0:
+        return _through(k, p, laws, y, drive, modes, work, pace, room, command, external, duration, tolerance, events, happened)
+    parts = max(1, math.ceil(duration / pace[3] - 1e-6))
+    for _ in range(parts):
+        _commanded(k, p, command, external, y, drive, room.inputs)
+        status = field(k, p, laws, 0.0, y, modes, room.inputs, room.slopes[0], room.w, room.guard, room.first_power)
+        if status + switch(k, p, laws, y, modes, room.w) != 0:
+            return LAW_FAILED
+        status = _through(k, p, laws, y, drive, modes, work, pace, room, command, external, duration / parts, tolerance, events, happened)
+        if status != OK:
+            return status
+        if keep(k, p, laws, y, modes) != 0:
+            return LAW_FAILED
+    return OK

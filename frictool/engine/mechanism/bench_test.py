@@ -66,7 +66,7 @@ def play_ramps(
     drive: Vector,
     played: Rows,
 ) -> int:
-    """Plays `rows` (n,) of the drive by their rules, as engine/bench_test.py does; fills position, drive (n,), their number in `played` (1,).
+    """Plays `rows` (n,) of the drive by their rules, as engine/bench_test.py does; fills position and drive (n,), their number in `played`.
 
     Returns engine/status.py.
     """

@@ -53,7 +53,7 @@ from frictool.engine.mechanism.image import (
     VALUES,
     VALUES_END,
 )
-from frictool.engine.mechanism.laws import DYNAMIC, EXACT, breakaway, rate, slip_force
+from frictool.engine.mechanism.laws import DYNAMIC, EXACT, SMOOTH, breakaway, rate, slip_force
 from frictool.engine.mechanism.laws import force as force_of
 from frictool.engine.mechanism.state import OPEN, STUCK
 from frictool.friction.status import OK
@@ -191,7 +191,7 @@ def _frictions(k: Places, p: Vector, laws: Places, y: Vector, modes: Places, out
             first, end = 2 * n + k[row + FIRST_INNER], 2 * n + k[row + INNER_END]
             status += rate(laws[f, 0], y[first:end], v, values, out[first:end])
             force = level * force_of(laws[f, 1], y[first:end], out[first:end], v, values)
-        else:
+        elif kind == SMOOTH:
             force = level * slip_force(laws[f, 0], v, math.copysign(1.0, v), values)
         row += FRICTION_WIDTH
         w[FORCE, block] -= force

@@ -37,8 +37,10 @@ from frictool.engine.mechanism.image import (
     STOP_BLOCKS,
     STOP_WIDTH,
     STOPS,
+    TIMED,
 )
 from frictool.engine.mechanism.state import FREE, OPEN, RIGID, STUCK
+from frictool.engine.mechanism.timed import seen_speeds, timed_frictions
 from frictool.engine.mechanism.transmission import (
     is_lossy,
     joint_row,
@@ -276,8 +278,14 @@ def field(
     _place_guards(k, p, y, modes, guard)
     _begin(k, p, modes, w)
     sound = _gather(k, p, y, modes, w, guard)
+    if k[TIMED] > 0:
+        status += timed_frictions(k, p, laws, y, modes, out, w, power)
+        _begin(k, p, modes, w)
+        sound = _gather(k, p, y, modes, w, guard)
     _hand_out(k, p, y, modes, w, guard, power)
     for i in range(n):
         out[i] = y[n + i]
         out[n + i] = w[ACCELERATION, i] if sound else math.nan
+    if k[TIMED] > 0:
+        seen_speeds(k, p, laws, y, modes, out)
     return status

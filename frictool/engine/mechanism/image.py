@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.engine.mechanism.laws import addresses_of, kind_of, rest_of, sizes_of
+from frictool.engine.mechanism.laws import HYBRID, addresses_of, kind_of, rest_of, sizes_of
 from frictool.friction.table import ROWS
 from frictool.plant.mechanism.packed import Packed
 
@@ -25,6 +25,7 @@ Places = NDArray[np.int64]
 
 # counts
 BLOCKS, JOINTS, COUPLINGS, FRICTIONS, PRESSINGS, PUSHES, STOPS, SOURCES, INNER = range(9)
+TIMED = 38  # how many frictions have a law with its own step
 # sections of whole numbers
 JOINT_ENDS, COUPLING_ENDS, FRICTION_PLACES, PRESSING_PLACES, PUSH_PLACES, STOP_BLOCKS, SOURCE_BLOCKS, CURVE_START = range(9, 17)
 ORDER, PARENT, PARENT_JOINT, OUTWARD, GROUP, DRY, SPAN = range(17, 24)
@@ -190,6 +191,7 @@ def prepare(packed: Packed) -> Machine:
     sizes = (packed.inertia, j.a, c.a, f.block, packed.pressings.block, packed.pushes.block, packed.stops.block, packed.sources.block)
     out.header[: len(sizes)] = [array.size for array in sizes]
     out.header[INNER] = ends[-1]
+    out.header[TIMED] = sum(kind >= HYBRID for kind in kinds)
     out.put_whole(JOINT_ENDS, j.a, j.b)
     out.put_whole(COUPLING_ENDS, c.a, c.b, c.curve)
     out.put_whole(FRICTION_PLACES, f.block, f.law, kinds, f.law_start[:-1], f.law_start[1:], f.level, ends[:-1], ends[1:])
@@ -217,7 +219,7 @@ def prepare(packed: Packed) -> Machine:
     out.put(GROUP_RATIO, ratio)
     out.put(GROUP_MASS, mass)
     out.put(INNER_SIZE, _inner_sizes(f.law.tolist(), values))
-    return Machine(np.concatenate(out.whole), np.concatenate(out.numbers), addresses_of([ROWS[row] for row in f.law.tolist()]))
+    return Machine(np.concatenate(out.whole), np.concatenate(out.numbers), addresses_of([ROWS[row] for row in f.law.tolist()], kinds))
 
 
 def _inner_sizes(rows: list[int], values: list[Vector]) -> Vector:

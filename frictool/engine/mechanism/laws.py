@@ -106,18 +106,77 @@ def sizes_of(law: Law, p: Vector) -> Vector:
     return sizes
 
 
-# (name in the law's kernels, its type); a place in the addresses of a law
-FUNCTIONS = {
-    StaticKernels: (("slip_force", s.SLIP_FORCE), ("breakaway", s.BREAKAWAY)),
-    DynamicKernels: (("rate", s.RATE), ("force", s.FORCE), ("commit", s.COMMIT)),
+@intrinsic
+def band(_: Any, address: Any, p: Any) -> Any:
+    """band of `StaticKernels`."""
+    return _typed(s.BAND, *s.BAND.signature.args)
+
+
+@intrinsic
+def seen_velocity(_: Any, address: Any, v: Any, p: Any) -> Any:
+    """seen_velocity of `StaticKernels`."""
+    return _typed(s.SEEN_VELOCITY, *s.SEEN_VELOCITY.signature.args)
+
+
+@intrinsic
+def mode_after(_: Any, address: Any, mode: Any, v: Any, u: Any, z: Any, p: Any) -> Any:
+    """mode_after of `HybridKernels`."""
+    return _typed(s.MODE_AFTER, *s.MODE_AFTER.signature.args)
+
+
+@intrinsic
+def enter(_: Any, address: Any, mode: Any, v: Any, u: Any, z: Any, p: Any) -> Any:
+    """enter of `HybridKernels`."""
+    return _typed(s.ENTER, *s.ENTER.signature.args)
+
+
+@intrinsic
+def hybrid_force(_: Any, address: Any, mode: Any, v: Any, u: Any, z: Any, p: Any) -> Any:
+    """force of `HybridKernels`."""
+    return _typed(s.HYBRID_FORCE, *s.HYBRID_FORCE.signature.args)
+
+
+@intrinsic
+def hybrid_acceleration(_: Any, address: Any, mode: Any, v: Any, u: Any, z: Any, p: Any) -> Any:
+    """acceleration of `HybridKernels`."""
+    return _typed(s.HYBRID_ACCELERATION, *s.HYBRID_ACCELERATION.signature.args)
+
+
+@intrinsic
+def hybrid_rate(_: Any, address: Any, mode: Any, v: Any, z: Any, p: Any, out: Any) -> Any:
+    """rate of `HybridKernels`."""
+    return _typed(s.HYBRID_RATE, *s.HYBRID_RATE.signature.args)
+
+
+@intrinsic
+def hybrid_commit(_: Any, address: Any, mode: Any, z: Any, p: Any) -> Any:
+    """commit of `HybridKernels`."""
+    return _typed(s.HYBRID_COMMIT, *s.HYBRID_COMMIT.signature.args)
+
+
+# (name in the law's kernels, its type) by kind; a place in the addresses of a law
+STATIC = (("slip_force", s.SLIP_FORCE), ("breakaway", s.BREAKAWAY))
+FUNCTIONS: dict[int, tuple[tuple[str, Any], ...]] = {
+    EXACT: STATIC,
+    SMOOTH: STATIC,
+    DYNAMIC: (("rate", s.RATE), ("force", s.FORCE), ("commit", s.COMMIT)),
+    HYBRID: (
+        ("mode_after", s.MODE_AFTER),
+        ("enter", s.ENTER),
+        ("force", s.HYBRID_FORCE),
+        ("acceleration", s.HYBRID_ACCELERATION),
+        ("rate", s.HYBRID_RATE),
+        ("commit", s.HYBRID_COMMIT),
+    ),
+    BANDED: (*STATIC, ("band", s.BAND), ("seen_velocity", s.SEEN_VELOCITY)),
 }
 WIDTH = 6
 
 
-def addresses_of(laws: Sequence[Law]) -> Places:
-    """Addresses (n, WIDTH) of the kernels of each friction's law, in the order of its kernels in FUNCTIONS."""
+def addresses_of(laws: Sequence[Law], kinds: Sequence[int]) -> Places:
+    """Addresses (n, WIDTH) of the kernels of each friction's law, in the order of FUNCTIONS."""
     found = np.zeros((len(laws), WIDTH), dtype=np.int64)
-    for row, law in zip(found, laws, strict=True):
-        for place, (name, kind) in enumerate(FUNCTIONS.get(type(law.kernels), ())):
-            row[place] = pointer(getattr(law.kernels, name), kind).address
+    for row, law, kind in zip(found, laws, kinds, strict=True):
+        for place, (name, signature) in enumerate(FUNCTIONS[kind]):
+            row[place] = pointer(getattr(law.kernels, name), signature).address
     return found

@@ -46,9 +46,10 @@ from frictool.plant.mechanism.packed import Packed
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
-WORK_ROWS = 17
+WORK_ROWS = 18
 STUCK, FREE = 0, 2
 OPEN, RIGID = 0, 2
+LAW_STEP = 1e-5  # s
 
 
 class Room(NamedTuple):
@@ -82,7 +83,7 @@ class State(NamedTuple):
     drive: Vector
     modes: Places
     work: Vector
-    pace: Vector  # s: the step that comes next, the time of all calls, that since the last command
+    pace: Vector  # s: the step that comes next, the time of all calls, that since the last command, the step of laws that have one
     room: Room
 
 
@@ -105,8 +106,14 @@ def counts(machine: Machine) -> dict[str, int]:
     return dict(zip(names, machine.whole[: len(names)].tolist(), strict=True))
 
 
-def rest(packed: Packed, machine: Machine, start: ArrayLike) -> State:
-    """The state at rest at `start` (n,), absolute positions; nothing flows. ValueError where the shape is another."""
+def rest(packed: Packed, machine: Machine, start: ArrayLike, law_step: float = LAW_STEP) -> State:
+    """The state at rest at `start` (n,), absolute positions; nothing flows.
+
+    law_step [s]: T_e of hybrid and banded laws, printed for a fixed step (engine/mechanism/timed.py). ValueError where the shape is
+    another, or the step not above 0.
+    """
+    if not law_step > 0.0:
+        raise ValueError(f"law_step is {law_step} s; allowed: above 0 s")
     c, where = counts(machine), np.asarray(start, dtype=np.float64)
     if where.shape != (c["blocks"],):
         raise ValueError(f"start has shape {where.shape}; allowed: ({c['blocks']},), a position of each block")
@@ -122,7 +129,7 @@ def rest(packed: Packed, machine: Machine, start: ArrayLike) -> State:
     modes[n : n + c["joints"]] = np.where(packed.joints.gap == 0.0, RIGID, OPEN)
     modes[n + c["joints"] : n + 2 * c["joints"]] = 1
     size = c["sources"] + n + 2 * c["joints"] + c["couplings"] + c["frictions"] + c["pressings"] + c["stops"]
-    return State(y, np.zeros(c["sources"]), modes, np.zeros(size), np.zeros(3), _room(c, y.size, modes.size, size))
+    return State(y, np.zeros(c["sources"]), modes, np.zeros(size), np.array([0.0, 0.0, 0.0, law_step]), _room(c, y.size, modes.size, size))
 
 
 def _room(c: dict[str, int], size: int, modes: int, work: int) -> Room:
