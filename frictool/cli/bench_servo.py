@@ -39,15 +39,18 @@ class Gains(NamedTuple):
 
     def servo(self, bench: Bench) -> Servo:
         """The same from position to effort, limited as the bench's drive."""
+        return self.on_drive(bench.actuator.constant.value, bench.actuator.limit.value)
+
+    def on_drive(self, constant: float, limit: float) -> Servo:
+        """The same for a drive of so much effort per unit, and its limit."""
         from frictool.engine.servo import Servo
 
-        constant = bench.actuator.constant.value
         position, speed = self.position or 0.0, self.speed or 0.0
         return Servo(
             proportional=constant * speed * position,
             integral=constant * (self.integral or 0.0),
             derivative=constant * speed,
-            limit=constant * bench.actuator.limit.value,
+            limit=constant * limit,
         )
 
 

@@ -23,13 +23,14 @@ from frictool.cli.output import (
     say,
 )
 from frictool.cli.progress import tell_of_compiling
-from frictool.cli.simulate_mechanism import Events, is_mechanism, mechanism_plant, open_log
+from frictool.cli.simulate_mechanism import Events, is_mechanism, mechanism_plant, on_bench, open_log
 from frictool.cli.simulate_told import bench_summary, bench_table, summary, table
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
     from frictool.documents.controller import Controller, Number
     from frictool.logs.log import Log
+    from frictool.simulate.mechanism_on_bench import MechanismOnBench
     from frictool.simulate.target import Target
 
 KEYS = """\b
@@ -160,7 +161,13 @@ def _bench_test(model: Path, excitation: Path, gains: Gains, noise: float | None
     from frictool.documents.registry import load
     from frictool.simulate.bench_test import bench_test, is_ramps, read_excitation
 
-    closed, document, test = gains.given, load(model, Model), read_excitation(excitation)
+    closed, test = gains.given, read_excitation(excitation)
+    plant: Model | MechanismOnBench
+    if is_mechanism(model):
+        plant, servo = on_bench(model, gains)
+    else:
+        plant = load(model, Model)
+        servo = gains.servo(plant.bench)
     if is_ramps(test) == closed:
         raise click.UsageError(
             f"{excitation.name} holds ramps of the drive, which no gains follow; leave them out."
@@ -170,7 +177,7 @@ def _bench_test(model: Path, excitation: Path, gains: Gains, noise: float | None
     named = {f"--{name}-gain": getattr(gains, name) for name in ("position", "speed", "integral")}
     words = {"model": model, "--excitation": excitation, **named}
     provenance = record(command_line("simulate", words | {"--drive-noise": noise, "--seed": seed}), [model, excitation])
-    log = bench_test(document, test, gains.servo(document.bench), noise or 0.0, seed or 0, provenance)
+    log = bench_test(plant, test, servo, noise or 0.0, seed or 0, provenance)
     _save(log, output, [model, excitation])
     return log
 

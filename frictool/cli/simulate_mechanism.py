@@ -9,8 +9,11 @@ from typing import TYPE_CHECKING
 from frictool.cli.output import command_line, refuse_inputs, save_text
 
 if TYPE_CHECKING:
+    from frictool.cli.bench_servo import Gains
+    from frictool.engine.servo import Servo
     from frictool.logs.log import Log
     from frictool.simulate.mechanism_events import EventTable
+    from frictool.simulate.mechanism_on_bench import MechanismOnBench
     from frictool.simulate.mechanism_plant import MechanismPlant
     from frictool.simulate.mechanism_playing import Moved
 
@@ -59,6 +62,17 @@ def mechanism_plant(path: Path, events: Events) -> MechanismPlant:
         return MechanismPlant(document, assembled, events.add)
     except WrongElement as wrong:
         raise wrong_in_file(path, wrong) from None
+
+
+def on_bench(path: Path, gains: Gains) -> tuple[MechanismOnBench, Servo]:
+    """The mechanism at `path` on its bench, and the bench's own loop around it."""
+    import math
+
+    from frictool.simulate.mechanism_on_bench import MechanismOnBench
+
+    plant = mechanism_plant(path, Events(None))
+    limit = plant.document.sources[plant.assembled.sources[plant.controlled.source]].limit
+    return MechanismOnBench(plant), gains.on_drive(plant.rig.constant, math.inf if limit is None else limit.value)
 
 
 def open_log(path: Path, scenario: Path, output: Path, progress: Callable[[int, int], None], events: Events) -> tuple[Log, list[Path]]:

@@ -9,6 +9,8 @@ The servo's rates are differences of the encoder's counts over a period, as a be
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -31,6 +33,44 @@ def _moved(state: Vector, acting: float, p: Vector, offset: float, load: Vector,
     return int(advance(state, acting, p, period))
 
 
+class Follower(NamedTuple):
+    """What the bench's position loop remembers: what was measured and wanted before, and the integral's effort."""
+
+    before: float
+    wanted: float
+    held: float
+
+
+@inner_kernel
+def servo_effort(servo: Vector, memory: Follower, reference: float, measured: float, period: float) -> tuple[float, Follower]:
+    """The effort [N m | N] of the bench's loop at a sample, and what it remembers then. servo (5,): `Servo`."""
+    rate = (servo[REFERENCE_RATE] * (reference - memory.wanted) - (measured - memory.before)) / period
+    error = reference - measured
+    held = memory.held + servo[INTEGRAL] * error * period
+    return servo[PROPORTIONAL] * error + servo[DERIVATIVE] * rate + held, Follower(measured, reference, held)
+
+
+class Place(NamedTuple):
+    """Where a test by ramps stands: the row that comes, the segment that is played, and where the encoder was when it began."""
+
+    row: int
+    segment: float
+    start: float
+
+
+@inner_kernel
+def next_place(place: Place, rows: int, segment: Vector, following: Rows, turning: Rows, rules: Vector, measured: float) -> Place:
+    """The row to play at a sample, `rows` where there is none, by the rules of `play_ramps`."""
+    row = place.row
+    if measured > rules[2] if place.segment > 0.0 else measured < rules[1]:
+        row = turning[max(row - 1, 0)]
+    elif abs(measured - place.start) >= rules[0] and segment[row] == place.segment:
+        row = following[row]
+    if row < rows and segment[row] != place.segment:
+        return Place(row, segment[row], measured)
+    return Place(row, place.segment, place.start)
+
+
 @kernel
 def play_reference(
     axis: Vector, load: Vector, state: Vector, servo: Vector, reference: Vector, period: float, delay: int, position: Vector, drive: Vector
@@ -40,14 +80,10 @@ def play_reference(
     axis: plant/axis.py. load: plant/load.py. servo (5,): `Servo`, in effort, its limit that of the axis's drive.
     """
     p, waiting = axis.copy(), np.zeros(delay + 1)
-    before, wanted, held = measure(state[POSITION], axis[ENCODER_STEP]), reference[0], 0.0
+    memory = Follower(measure(state[POSITION], axis[ENCODER_STEP]), reference[0], 0.0)
     for k in range(reference.shape[0]):
         measured = measure(state[POSITION], axis[ENCODER_STEP])
-        rate = (servo[REFERENCE_RATE] * (reference[k] - wanted) - (measured - before)) / period
-        error = reference[k] - measured
-        held += servo[INTEGRAL] * error * period
-        before, wanted = measured, reference[k]
-        effort = servo[PROPORTIONAL] * error + servo[DERIVATIVE] * rate + held
+        effort, memory = servo_effort(servo, memory, reference[k], measured, period)
         waiting[k % (delay + 1)] = effort / axis[CONSTANT]
         acting = waiting[(k + 1) % (delay + 1)]
         position[k], drive[k] = measured, drive_from_now(state, acting, axis)
@@ -78,25 +114,20 @@ def play_ramps(
     segment (n,): its sign is the direction. following, turning (n,): the first row of the next segment, and of the next segment in
     the other direction; n where there is none. rules (3,): distance to go on, lower and upper turn, rad | m.
     """
-    p, waiting, row = axis.copy(), np.zeros(delay + 1), 0
-    current, start = segment[0], measure(state[POSITION], axis[ENCODER_STEP])
+    p, waiting = axis.copy(), np.zeros(delay + 1)
+    place = Place(0, segment[0], measure(state[POSITION], axis[ENCODER_STEP]))
     for k in range(rows.shape[0]):
         measured = measure(state[POSITION], axis[ENCODER_STEP])
-        if measured > rules[2] if current > 0.0 else measured < rules[1]:
-            row = turning[max(row - 1, 0)]
-        elif abs(measured - start) >= rules[0] and segment[row] == current:
-            row = following[row]
-        if row == rows.shape[0]:
+        place = next_place(place, rows.shape[0], segment, following, turning, rules, measured)
+        if place.row == rows.shape[0]:
             return OK
-        if segment[row] != current:
-            current, start = segment[row], measured
-        waiting[k % (delay + 1)] = rows[row]
+        waiting[k % (delay + 1)] = rows[place.row]
         acting = waiting[(k + 1) % (delay + 1)]
         position[k], drive[k] = measured, drive_from_now(state, acting, axis)
-        played[0], row = k + 1, row + 1
+        played[0], place = k + 1, Place(place.row + 1, place.segment, place.start)
         status = _moved(state, acting, p, axis[OFFSET], load, period)
         if status != OK:
             return status
-        if row == rows.shape[0]:
+        if place.row == rows.shape[0]:
             return OK
     return OK

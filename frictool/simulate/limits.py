@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.documents.conditions import Disturbance, Signal
 from frictool.documents.quantity import Span
 from frictool.documents.scenario import Scenario
 from frictool.simulate.agreement import refuse
@@ -64,9 +65,13 @@ def check_instants(scenario: Scenario, seconds: float, period: float, name: str)
         if fault.until_s is not None and fault.until_s - fault.at_s < period * (1.0 - SAME_INSTANT):
             key, lasts = f"sensor_faults[{index}].until_s", fault.until_s - fault.at_s
             refuse(name, key, f"lasts for {lasts:g} s; allowed: one sample, {period:g} s, or more")
-    for index, disturbance in enumerate(scenario.disturbances):
-        if disturbance.frequency_hz is not None:
-            check_frequency(disturbance.frequency_hz, period, f"disturbances[{index}].frequency_hz", name)
+    courses: dict[str, Disturbance | Signal] = {
+        f"disturbances[{index}]": disturbance for index, disturbance in enumerate(scenario.disturbances)
+    }
+    courses |= {f"sources.{source}[{index}]": one for source, signals in scenario.sources.items() for index, one in enumerate(signals)}
+    for key, course in courses.items():
+        if course.frequency_hz is not None:
+            check_frequency(course.frequency_hz, period, f"{key}.frequency_hz", name)
 
 
 Instant = tuple[str, float]  # key, s
@@ -78,6 +83,10 @@ def _spans(scenario: Scenario) -> Iterator[tuple[str, Instant, Instant | None]]:
         lasts = disturbance.duration_s
         end = None if lasts is None else ("duration_s", disturbance.at_s + lasts)
         yield f"disturbances[{index}]", ("at_s", disturbance.at_s), end
+    for name, signals in scenario.sources.items():
+        for index, signal in enumerate(signals):
+            end = None if signal.duration_s is None else ("duration_s", signal.at_s + signal.duration_s)
+            yield f"sources.{name}[{index}]", ("at_s", signal.at_s), end
     for index, fault in enumerate(scenario.sensor_faults):
         end = None if fault.until_s is None else ("until_s", fault.until_s)
         yield f"sensor_faults[{index}]", ("at_s", fault.at_s), end

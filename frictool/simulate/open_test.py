@@ -21,7 +21,7 @@ from frictool.logs.provenance import with_provenance
 from frictool.plant.mechanism.assembly import Assembled
 from frictool.plant.mechanism.wrong import WrongElement
 from frictool.simulate.agreement import Names, check_drive, check_efforts, refuse
-from frictool.simulate.limits import check_frequency, check_instants, check_length
+from frictool.simulate.limits import check_instants, check_length
 from frictool.simulate.mechanism_channels import Channels
 from frictool.simulate.mechanism_inputs import mean_efforts
 from frictool.simulate.mechanism_plant import check_asked, run_of, scenario_inputs, sight_of
@@ -116,10 +116,6 @@ def _check(document: Mechanism, assembled: Assembled, scenario: Scenario, names:
         refuse(names.scenario, "duration_s", f"found {scenario.seconds:g}; allowed: one sample, {period:g} s, or more")
     check_length(samples, 1 + (scenario.plants or 0), "duration_s", names.scenario)
     check_asked(document, assembled, scenario, names, None)
-    for name, signals in scenario.sources.items():
-        for index, signal in enumerate(signals):
-            if signal.frequency_hz is not None:
-                check_frequency(signal.frequency_hz, period, f"sources.{name}[{index}].frequency_hz", names.scenario)
     check_instants(scenario, scenario.seconds, period, names.scenario)
     if seen is None:
         _check_undetermined(scenario, names)
