@@ -40,6 +40,7 @@ class Side:
     extra: Fitted  # breakaway over Coulomb friction
     curve: Vector  # (n,)
     breakaway: Vector  # (n,)
+    met: NDArray[np.bool_]  # (n,) where the source can push what lies behind its play; elsewhere it turns back before
 
     def level(self, low: float, high: float) -> float:
         """The mean of the polynomial."""
@@ -222,7 +223,7 @@ def _side(x: Vector, coulomb: Vector, breakaway: Vector, met: NDArray[np.bool_])
     breakaway = np.maximum(breakaway, coulomb)
     over = (float(x[0]), float(x[-1]))
     met = met if np.count_nonzero(met) > 1 else np.ones_like(met)
-    return Side(_fit(x[met], coulomb[met], over), _fit(x[met], (breakaway - coulomb)[met], over), coulomb, breakaway)
+    return Side(_fit(x[met], coulomb[met], over), _fit(x[met], (breakaway - coulomb)[met], over), coulomb, breakaway, met)
 
 
 def _fit(x: Vector, values: Vector, over: tuple[float, float]) -> Fitted:

@@ -31,10 +31,11 @@ def figure(chain: Chain, model: Model) -> Figure:
     load = one.offset + one.stiffness * x
     for side, sign, colour, name in ((one.forward, 1.0, FORWARD, "forward"), (one.backward, -1.0, BACKWARD, "backward")):
         fitted = np.polynomial.Polynomial(side.coulomb.coefficients)(x)
-        upper.plot(x, load + sign * side.curve, color=colour, linewidth=1.6, label=f"{name}, from the parts")
+        curve, rest = (np.where(side.met, values, np.nan) for values in (side.curve, side.breakaway))
+        upper.plot(x, load + sign * curve, color=colour, linewidth=1.6, label=f"{name}, from the parts")
         upper.plot(x, load + sign * fitted, color=INK, linewidth=0.9, linestyle="--")
-        upper.plot(x, load + sign * side.breakaway, color=colour, linewidth=0.8, linestyle=":", label=f"{name}, breakaway")
-        lower.plot(x, fitted - side.curve, color=colour, linewidth=1.2)
+        upper.plot(x, load + sign * rest, color=colour, linewidth=0.8, linestyle=":", label=f"{name}, breakaway")
+        lower.plot(x, fitted - curve, color=colour, linewidth=1.2)
     if one.offset != 0.0 or one.stiffness != 0.0:
         upper.plot(x, load, color=MUTED, linewidth=1.0, label="load beside friction")
     if one.play.width > 0.0:
