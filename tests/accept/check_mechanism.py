@@ -14,11 +14,15 @@ from typing import Any
 
 import numpy as np
 
+from frictool.documents.mechanism import Mechanism
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
+from frictool.documents.writing import to_yaml
 from frictool.logs.reading import read_log
 from tests.accept.check_clutch import CLUTCH, _done, _model
 from tests.clutch.mechanism import compared, missed
+from tests.clutch.rebound import missed as not_shown
+from tests.clutch.rebound import ramps, yielding
 from tests.mechanism.belt_by_hand import Belt
 from tests.mechanism.playing import play
 from tests.mechanism.screw_by_hand import Screw
@@ -100,8 +104,29 @@ def belts() -> dict[str, Any]:
     return {"passed": worst < 1e-6, "worst_relative": worst, "belts": BELTS}
 
 
+def rebound() -> dict[str, Any]:
+    """4.4.4: under the PID the ramps of the torque lie around 0 with rigid flanks, aside of it with flanks that yield."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        controller = folder / "linear.yaml"
+        _done("synth", _model(folder), "--spec", CLUTCH / "spec.yaml", "--design", CLUTCH / "laws/linear.yaml", "-o", controller)
+        (folder / "yielding.yaml").write_text(to_yaml(yielding(load(CLUTCH / "mechanism.yaml", Mechanism))))
+        found = []
+        for plant in (CLUTCH / "mechanism.yaml", folder / "yielding.yaml"):
+            log = folder / f"{plant.stem}.mcap"
+            _done("simulate", plant, "--controller", controller, "--scenario", CLUTCH / "scenarios/rebound.yaml", "-o", log)
+            found.append(ramps(read_log(log)))
+    return {
+        "passed": not not_shown(*found),
+        "missed": not_shown(*found),
+        "rigid_worst": max(one.asymmetry for one in found[0]),
+        "yielding": [round(one.asymmetry, 3) for one in found[1]],
+    }
+
+
 CHECKS = {
     **{f"clutch, part by part: {design}": functools.partial(clutch_of, design) for design in LAWS},
+    "4.4.4: elastic rebound": rebound,
     "screw and nut against scipy": screws,
     "belt against its closed form": belts,
 }
