@@ -1,4 +1,4 @@
-"""The asymmetry of thesis 4.4.4 (figures 4.14-4.16): ramps of the torque in the PID's limit cycle, with rigid flanks and with ones that yield.
+"""The asymmetry of thesis 4.4.4 (figures 4.14-4.16): torque ramps of the PID's limit cycle, with rigid flanks and with ones that yield.
 
     python -m tests.clutch.rebound yielding MECHANISM -o YIELDING      the same mechanism, its backlash with flanks that yield
     python -m tests.clutch.rebound compare RIGID.mcap YIELDING.mcap    (make -C configs/clutch rebound)
