@@ -118,8 +118,13 @@ def bare_kernel(function: F) -> F:
 
 
 def part_kernel(function: F) -> F:
-    """As `bare_kernel`, but compiled once and called: for a long part of a kernel that several call."""
-    return cast(F, compiler(**{**_inner_options(function), "forceinline": False}, _nrt=False)(function))
+    """As `bare_kernel`, but compiled once and called, and by kernels only: for a long part that several have in common."""
+    return cast(F, compiler(**{**_inner_options(function), "forceinline": False, "no_cpython_wrapper": True}, _nrt=False)(function))
+
+
+def inset_kernel(function: F) -> F:
+    """As `bare_kernel`, for kernels only, whatever its name: without an entry for Python."""
+    return cast(F, compiler(**{**_inner_options(function), "no_cpython_wrapper": True}, _nrt=False)(function))
 
 
 def parallel_kernel(function: F) -> F:

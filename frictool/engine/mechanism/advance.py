@@ -45,7 +45,7 @@ from frictool.engine.mechanism.state import OPEN, STUCK, Room
 from frictool.engine.mechanism.step import try_step
 from frictool.engine.mechanism.timed import keep, switch
 from frictool.engine.status import LAW_FAILED, NOT_FINITE, OK, STEP_TOO_SMALL, TOO_MANY_EVENTS
-from frictool.kernels import bare_kernel, kernel, part_kernel
+from frictool.kernels import inset_kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -58,7 +58,7 @@ MANY_LAGS = 50.0  # half lags after which nothing is left of what flowed
 SHORTEST = 1e-15  # of the time reached, or in s
 
 
-@bare_kernel
+@inset_kernel
 def _commanded(k: Places, p: Vector, command: Vector, external: Vector, y: Vector, drive: Vector, inputs: Vector) -> None:
     """inputs: commands within the drives' limits and the windings' at the speeds of the beginning, what flows, efforts held on blocks."""
     n, u = k[BLOCKS], k[SOURCES]
@@ -75,7 +75,7 @@ def _commanded(k: Places, p: Vector, command: Vector, external: Vector, y: Vecto
         inputs[2 * u + i] = external[i]
 
 
-@bare_kernel
+@inset_kernel
 def _are_finite(values: Vector) -> bool:
     total = 0.0
     for value in values:
@@ -83,7 +83,7 @@ def _are_finite(values: Vector) -> bool:
     return math.isfinite(total)
 
 
-@bare_kernel
+@inset_kernel
 def _flows(k: Places, p: Vector, inputs: Vector, t: float, drive: Vector) -> None:
     """What flows in each source t after its command."""
     u = k[SOURCES]
@@ -92,7 +92,7 @@ def _flows(k: Places, p: Vector, inputs: Vector, t: float, drive: Vector) -> Non
         drive[s] = inputs[s] if lag == 0.0 else inputs[s] + (inputs[u + s] - inputs[s]) * math.exp(-t / lag)
 
 
-@bare_kernel
+@inset_kernel
 def _longest(k: Places, p: Vector, inputs: Vector) -> float:
     """The longest step in which what flows is as good as a polynomial."""
     u, longest = k[SOURCES], math.inf
@@ -103,7 +103,7 @@ def _longest(k: Places, p: Vector, inputs: Vector) -> float:
     return longest
 
 
-@bare_kernel
+@inset_kernel
 def _is_settled(k: Places, y: Vector, out: Vector, inputs: Vector) -> bool:
     """Whether nothing moves and nothing will until the command changes."""
     n, u = k[BLOCKS], k[SOURCES]
@@ -116,7 +116,7 @@ def _is_settled(k: Places, y: Vector, out: Vector, inputs: Vector) -> bool:
     return k[INNER] == 0 and k[TIMED] == 0
 
 
-@bare_kernel
+@inset_kernel
 def _happen(k: Places, p: Vector, now: float, y: Vector, modes: Places, guard: Vector, events: Vector, happened: Places) -> bool:
     """Roots whose speed has come to 0 stop with all that moves along; says whether flanks or stops meet."""
     n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
@@ -255,7 +255,7 @@ def _through(
     return status
 
 
-@kernel
+@part_kernel
 def advance(
     k: Places,
     p: Vector,

@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.engine.mechanism.image import BREAKS, CUBIC, CURVE_START
-from frictool.kernels import bare_kernel
+from frictool.kernels import inset_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
 
-@bare_kernel
+@inset_kernel
 def _piece(k: Places, p: Vector, curve: int, x: float) -> tuple[int, float]:
     """The piece of a curve on which x lies, and x kept within the curve's ends."""
     first, last = k[k[CURVE_START] + curve], k[k[CURVE_START] + curve + 1]
@@ -28,7 +28,7 @@ def _piece(k: Places, p: Vector, curve: int, x: float) -> tuple[int, float]:
     return low, x
 
 
-@bare_kernel
+@inset_kernel
 def curve_value(k: Places, p: Vector, curve: int, x: float) -> float:
     """The curve at x."""
     piece, at = _piece(k, p, curve, x)
@@ -36,7 +36,7 @@ def curve_value(k: Places, p: Vector, curve: int, x: float) -> float:
     return p[c] + s * (p[c + 1] + s * (p[c + 2] + s * p[c + 3]))
 
 
-@bare_kernel
+@inset_kernel
 def curve_integral(k: Places, p: Vector, curve: int, x: float) -> float:
     """Its integral from its first break to x."""
     first, breaks = k[k[CURVE_START] + curve], k[BREAKS] + curve

@@ -57,7 +57,7 @@ from frictool.engine.mechanism.laws import DYNAMIC, EXACT, SMOOTH, breakaway, ra
 from frictool.engine.mechanism.laws import force as force_of
 from frictool.engine.mechanism.state import OPEN, STUCK
 from frictool.friction.status import OK
-from frictool.kernels import bare_kernel, part_kernel
+from frictool.kernels import inset_kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -66,7 +66,7 @@ FORCE, GROSS, HOLD_LOW, HOLD_HIGH, DRIVEN = range(5)
 STIFF_MARGIN = 1e-10  # of a gap: a flank is passed when it is passed by this much
 
 
-@bare_kernel
+@inset_kernel
 def drive_at(k: Places, p: Vector, source: int, t: float, inputs: Vector) -> float:
     """What flows t after the command was given. inputs: commands, what flowed at the beginning (u,) each, efforts on blocks (n,)."""
     lag = p[k[SOURCE] + source * SOURCE_WIDTH + LAG]
@@ -74,7 +74,7 @@ def drive_at(k: Places, p: Vector, source: int, t: float, inputs: Vector) -> flo
     return target if lag == 0.0 else target + (before - target) * math.exp(-t / lag)
 
 
-@bare_kernel
+@inset_kernel
 def _driving(k: Places, p: Vector, t: float, y: Vector, inputs: Vector, w: Vector, power: Vector) -> None:
     n, u = k[BLOCKS], k[SOURCES]
     for i in range(n):
@@ -98,7 +98,7 @@ def _driving(k: Places, p: Vector, t: float, y: Vector, inputs: Vector, w: Vecto
         w[GROSS, block] += abs(effort)
 
 
-@bare_kernel
+@inset_kernel
 def coupling_stretch(k: Places, p: Vector, coupling: int, y: Vector) -> tuple[float, float]:
     """e = q_b - ratio q_a - offset, and e'."""
     n, row, ends = k[BLOCKS], k[COUPLING] + coupling * COUPLING_WIDTH, k[COUPLING_ENDS] + 3 * coupling
@@ -110,7 +110,7 @@ def coupling_stretch(k: Places, p: Vector, coupling: int, y: Vector) -> tuple[fl
     return e, rate
 
 
-@bare_kernel
+@inset_kernel
 def _at_flank(
     e: float, rate: float, gap: float, stiffness: float, damping: float, mode: int, guard: Vector, index: int
 ) -> tuple[float, bool]:
@@ -128,7 +128,7 @@ def _at_flank(
     return side * beyond, True
 
 
-@bare_kernel
+@inset_kernel
 def _couplings(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard: Vector, power: Vector) -> None:
     """Compliant links; the guard of one with a gap is above -1 while its flanks stay as their mode says."""
     n, flanks = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS]
@@ -170,7 +170,7 @@ def _couplings(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard:
         power[at + c] = lost
 
 
-@bare_kernel
+@inset_kernel
 def _frictions(k: Places, p: Vector, laws: Places, y: Vector, modes: Places, out: Vector, w: Vector, power: Vector) -> int:
     n, status = k[BLOCKS], OK
     at, row, first_value = k[SOURCES] + n + k[JOINTS] + k[COUPLINGS], k[FRICTION_PLACES], k[LAW_VALUES]
@@ -200,7 +200,7 @@ def _frictions(k: Places, p: Vector, laws: Places, y: Vector, modes: Places, out
     return status
 
 
-@bare_kernel
+@inset_kernel
 def _pressings(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, power: Vector) -> None:
     n, at = k[BLOCKS], k[SOURCES] + k[BLOCKS] + k[JOINTS] + k[COUPLINGS] + k[FRICTIONS]
     for s in range(k[PRESSINGS]):

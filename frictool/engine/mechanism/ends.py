@@ -29,7 +29,7 @@ from frictool.engine.mechanism.image import (
 )
 from frictool.engine.mechanism.state import FREE, OPEN, STUCK
 from frictool.engine.mechanism.transmission import joint_row
-from frictool.kernels import bare_kernel, part_kernel
+from frictool.kernels import inset_kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -38,7 +38,7 @@ GRAZING = 1e-3  # a dip of a guard that comes nearer to its end than this part o
 BROKEN = -1.0  # a guard below this has been passed
 
 
-@bare_kernel
+@inset_kernel
 def forces_hold(k: Places, modes: Places, guard: Vector) -> bool:
     """Whether all modes that forces keep go on: what sticks, closed contacts, sides of kinks, compliant flanks."""
     n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
@@ -54,7 +54,7 @@ def forces_hold(k: Places, modes: Places, guard: Vector) -> bool:
     return not broken
 
 
-@bare_kernel
+@inset_kernel
 def is_forced(k: Places, modes: Places, index: int) -> bool:
     """Whether a guard is a force's, not a speed's or a position's."""
     n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
@@ -65,7 +65,7 @@ def is_forced(k: Places, modes: Places, index: int) -> bool:
     return index < n + 2 * j + c
 
 
-@bare_kernel
+@inset_kernel
 def _flank_left(k: Places, p: Vector, coupling: int, y: Vector, rates: Vector, mode: int) -> tuple[float, float]:
     """How hard a compliant flank is pressed, or how far an open one is from being so, and the rate of that."""
     n, row, ends = k[BLOCKS], k[COUPLING] + coupling * COUPLING_WIDTH, k[COUPLING_ENDS] + 3 * coupling
@@ -105,7 +105,7 @@ def way_left(k: Places, p: Vector, index: int, y: Vector, rates: Vector, modes: 
     return (below, y[n + block]) if below < above else (above, -y[n + block])
 
 
-@bare_kernel
+@inset_kernel
 def is_broken(k: Places, p: Vector, index: int, y: Vector, modes: Places, guard: Vector) -> bool:
     """Whether a guard has been passed; a flank or a stop only on the way in."""
     if guard[index] >= BROKEN:
@@ -116,7 +116,7 @@ def is_broken(k: Places, p: Vector, index: int, y: Vector, modes: Places, guard:
     return bool(rate < 0.0)
 
 
-@bare_kernel
+@inset_kernel
 def _lowest(g0: float, r0: float, g1: float, r1: float, h: float) -> tuple[float, float]:
     """Where in a step the cubic through both ends (values, rates) is lowest, and its value there; the end where it falls all the way."""
     if not (r0 < 0.0 < r1):
@@ -132,7 +132,7 @@ def _lowest(g0: float, r0: float, g1: float, r1: float, h: float) -> tuple[float
     return s, g0 + s * (r0 + s * (b + s * a))
 
 
-@bare_kernel
+@inset_kernel
 def _dip(g0: float, r0: float, g1: float, r1: float, h: float, shortest: float) -> float:
     """`shortest`, or an earlier instant at which a guard that is sound at both ends may not be."""
     if r0 >= 0.0 or r1 <= 0.0:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from frictool.engine.mechanism.image import BLOCKS, COUPLINGS, GROUP, JOINTS, STOPS
 from frictool.engine.mechanism.state import OPEN, STUCK
-from frictool.kernels import bare_kernel
+from frictool.kernels import inset_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -42,7 +42,7 @@ ELEMENTS = ("block", "block", "block", "joint", "joint", "joint", "coupling", "c
 EVENT_SIZE = 4
 
 
-@bare_kernel
+@inset_kernel
 def write(events: Vector, happened: Places, t: float, kind: int, element: int, speed: float) -> None:
     """Adds a row; where there is no room, happened[0] goes on counting."""
     row = happened[0]
@@ -51,7 +51,7 @@ def write(events: Vector, happened: Places, t: float, kind: int, element: int, s
     happened[0] = row + 1
 
 
-@bare_kernel
+@inset_kernel
 def write_changes(k: Places, t: float, speeds: Vector, before: Places, modes: Places, events: Vector, happened: Places) -> None:
     """Adds a row for each mode that has changed; of a group of rigidly joined blocks, for its first block. speeds (n,): before."""
     n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]

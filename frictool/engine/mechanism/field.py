@@ -51,7 +51,7 @@ from frictool.engine.mechanism.transmission import (
     slope_of,
     transmitted,
 )
-from frictool.kernels import bare_kernel, part_kernel
+from frictool.kernels import inset_kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -64,7 +64,7 @@ PLACE_SLACK = 1e-10  # of a gap
 ROUNDING = 1e-15
 
 
-@bare_kernel
+@inset_kernel
 def slack_at(k: Places, p: Vector, w: Vector, block: int) -> float:
     """Forces at a block below this are nothing."""
     return (
@@ -72,7 +72,7 @@ def slack_at(k: Places, p: Vector, w: Vector, block: int) -> float:
     )  # a block without mass on which nothing acts
 
 
-@bare_kernel
+@inset_kernel
 def joint_gap(k: Places, p: Vector, joint: int, y: Vector) -> tuple[float, float, float]:
     """e, e' of a joint, and the size of positions that count as none there."""
     n, row = k[BLOCKS], joint_row(k, joint)
@@ -82,7 +82,7 @@ def joint_gap(k: Places, p: Vector, joint: int, y: Vector) -> tuple[float, float
     return e, y[n + b] - ratio * y[n + a], PLACE_SLACK * p[row + GAP] + ROUNDING * size
 
 
-@bare_kernel
+@inset_kernel
 def stop_slack(p: Vector, row: int) -> float:
     """The way that counts as none at a stop."""
     low, high = p[row + LOW], p[row + HIGH]
@@ -92,7 +92,7 @@ def stop_slack(p: Vector, row: int) -> float:
     return PLACE_SLACK * 1e-2 * span + 1e-13
 
 
-@bare_kernel
+@inset_kernel
 def _place_guards(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector) -> None:
     n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
     for joint in range(j):
@@ -107,7 +107,7 @@ def _place_guards(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector)
             guard[at] = min(y[block] - p[row + LOW], p[row + HIGH] - y[block]) / stop_slack(p, row)
 
 
-@bare_kernel
+@inset_kernel
 def _begin(k: Places, p: Vector, modes: Places, w: Vector) -> None:
     """What each block alone needs."""
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
@@ -126,7 +126,7 @@ def _begin(k: Places, p: Vector, modes: Places, w: Vector) -> None:
             w[NEED_HIGH, block] = math.inf
 
 
-@bare_kernel
+@inset_kernel
 def _hand_over_rest(k: Places, p: Vector, i: int, contact: int, w: Vector, guard: Vector) -> None:
     """Adds to the parent what a block at rest needs through their joint."""
     n, joint, parent = k[BLOCKS], k[k[PARENT_JOINT] + i], k[k[PARENT] + i]
@@ -157,7 +157,7 @@ def _hand_over_rest(k: Places, p: Vector, i: int, contact: int, w: Vector, guard
     w[NEED_HIGH, parent] += high
 
 
-@bare_kernel
+@inset_kernel
 def direction_of(modes: Places, y: Vector, n: int, block: int) -> float:
     """Where a block moves."""
     if modes[block] == FREE:
@@ -165,7 +165,7 @@ def direction_of(modes: Places, y: Vector, n: int, block: int) -> float:
     return float(modes[block])
 
 
-@bare_kernel
+@inset_kernel
 def _hand_over(k: Places, p: Vector, i: int, y: Vector, modes: Places, w: Vector) -> None:
     """Adds to the parent what a block that moves needs through their joint, linear in the acceleration on the kink's given side."""
     n, joint, parent = k[BLOCKS], k[k[PARENT_JOINT] + i], k[k[PARENT] + i]
@@ -187,7 +187,7 @@ def _hand_over(k: Places, p: Vector, i: int, y: Vector, modes: Places, w: Vector
         w[NEED, parent] += (w[NEED, i] + ratio * kink) / slope - kink
 
 
-@bare_kernel
+@inset_kernel
 def _gather(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard: Vector) -> bool:
     """From the leaves to the roots; False where a tree has no inertia left to move with."""
     n, sound = k[BLOCKS], True
@@ -212,7 +212,7 @@ def _gather(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard: Ve
     return sound
 
 
-@bare_kernel
+@inset_kernel
 def _hand_out(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard: Vector, power: Vector) -> None:
     """From the roots to the leaves: accelerations, the joints' forces, what they lose."""
     n, j = k[BLOCKS], k[JOINTS]

@@ -16,7 +16,7 @@ from frictool.engine.mechanism.field import LAMBDA, NEED, NEED_HIGH, field
 from frictool.engine.mechanism.image import BLOCKS, JOINTS, ORDER, OUTWARD, PARENT, PARENT_JOINT, RATIO, Machine
 from frictool.engine.mechanism.state import OPEN, STUCK, Room, State, counts
 from frictool.engine.mechanism.transmission import joint_row
-from frictool.kernels import bare_kernel, kernel
+from frictool.kernels import inset_kernel, kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -31,7 +31,7 @@ class Forces(NamedTuple):
     holds: Vector
 
 
-@bare_kernel
+@inset_kernel
 def _range_of(k: Places, p: Vector, i: int, contact: int, w: Vector) -> tuple[float, float]:
     """lambda of the joint to the parent of a block at rest: its range, without what the joint's own friction could add."""
     ratio = p[joint_row(k, k[k[PARENT_JOINT] + i]) + RATIO]

@@ -38,7 +38,7 @@ from frictool.engine.mechanism.image import (
 from frictool.engine.mechanism.state import OPEN, RIGID
 from frictool.engine.mechanism.transmission import joint_row
 from frictool.engine.status import OK, UNRESOLVED
-from frictool.kernels import bare_kernel, part_kernel
+from frictool.kernels import inset_kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -50,7 +50,7 @@ MAX_ROUNDS = 100_000
 TOUCHING = 4.0  # margins: flanks that are nearer than this many touch
 
 
-@bare_kernel
+@inset_kernel
 def _approach(k: Places, p: Vector, joint: int, side: int, y: Vector) -> float:
     """Speed at which the flanks of a side approach, at b."""
     n, row = k[BLOCKS], joint_row(k, joint)
@@ -58,7 +58,7 @@ def _approach(k: Places, p: Vector, joint: int, side: int, y: Vector) -> float:
     return side * (y[n + b] - p[row + RATIO] * y[n + a])
 
 
-@bare_kernel
+@inset_kernel
 def _push_group(k: Places, p: Vector, block: int, impulse: float, y: Vector) -> None:
     """An impulse on a block moves its group."""
     n, group = k[BLOCKS], k[k[GROUP] + block]
@@ -68,7 +68,7 @@ def _push_group(k: Places, p: Vector, block: int, impulse: float, y: Vector) -> 
             y[n + i] += p[k[GROUP_RATIO] + i] * change
 
 
-@bare_kernel
+@inset_kernel
 def _meet(k: Places, p: Vector, joint: int, side: int, y: Vector, work: Vector) -> None:
     """One impact of two groups."""
     n, row = k[BLOCKS], joint_row(k, joint)
@@ -84,7 +84,7 @@ def _meet(k: Places, p: Vector, joint: int, side: int, y: Vector, work: Vector) 
     work[at + joint] += 0.5 * speed * speed * (1.0 - thrown * thrown) / mobility
 
 
-@bare_kernel
+@inset_kernel
 def _strike(k: Places, p: Vector, stop: int, side: int, y: Vector, work: Vector) -> None:
     """One impact of a group at an end stop."""
     n, row, block = k[BLOCKS], k[STOP] + stop * STOP_WIDTH, k[k[STOP_BLOCKS] + stop]
@@ -98,7 +98,7 @@ def _strike(k: Places, p: Vector, stop: int, side: int, y: Vector, work: Vector)
     work[at + stop] += 0.5 * mass * speed * speed * (1.0 - thrown * thrown)
 
 
-@bare_kernel
+@inset_kernel
 def _mark(k: Places, p: Vector, y: Vector, modes: Places) -> None:
     """Marks flanks and stops that touch."""
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
@@ -118,7 +118,7 @@ def _mark(k: Places, p: Vector, y: Vector, modes: Places) -> None:
                 modes[stops + s] = 1
 
 
-@bare_kernel
+@inset_kernel
 def _let_go(k: Places, p: Vector, y: Vector, modes: Places, speed: float) -> None:
     """Opens contacts that separate faster than `speed`, of the speed that counts."""
     n = k[BLOCKS]
@@ -129,7 +129,7 @@ def _let_go(k: Places, p: Vector, y: Vector, modes: Places, speed: float) -> Non
                 modes[n + joint] = OPEN
 
 
-@bare_kernel
+@inset_kernel
 def _part(k: Places, p: Vector, y: Vector, modes: Places) -> None:
     """Opens the contacts that separate; the groups of those that stay move together exactly."""
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
@@ -140,7 +140,7 @@ def _part(k: Places, p: Vector, y: Vector, modes: Places) -> None:
             modes[stops + s] = OPEN
 
 
-@bare_kernel
+@inset_kernel
 def _fastest(k: Places, p: Vector, y: Vector, modes: Places, soft: bool) -> tuple[float, int]:
     """The largest approach, of the speed that counts, and whose: a joint, or after the joints a stop. soft: or separation."""
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]

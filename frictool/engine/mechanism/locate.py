@@ -13,7 +13,7 @@ from frictool.engine.mechanism.image import BLOCKS, COUPLINGS, JOINTS, STOPS
 from frictool.engine.mechanism.state import Room
 from frictool.engine.mechanism.step import try_step
 from frictool.friction.status import OK
-from frictool.kernels import bare_kernel, part_kernel
+from frictool.kernels import inset_kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -26,7 +26,7 @@ LITTLE = 1e-5  # of a step
 NEAREST = 4e-16  # of the time; nearer instants are one
 
 
-@bare_kernel
+@inset_kernel
 def _is_there(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector, index: int, count: int) -> bool:
     """Whether the leading guard is where it is taken to, on its way out, and no other is passed by more."""
     if is_forced(k, modes, index):
@@ -43,7 +43,7 @@ def _is_there(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector, ind
     return True
 
 
-@bare_kernel
+@inset_kernel
 def _crossing(g0: float, r0: float, g1: float, r1: float, h: float) -> float:
     """Where the cubic through both ends of a time h (values, rates) last falls through 0, found from where it is above."""
     slope = (g1 - g0) / h
@@ -64,13 +64,13 @@ def _crossing(g0: float, r0: float, g1: float, r1: float, h: float) -> float:
     return 0.5 * (low + high)
 
 
-@bare_kernel
+@inset_kernel
 def _has_rate(k: Places, modes: Places, index: int) -> bool:
     """Whether the rate of a guard is known: a speed's, a position's, a compliant flank's."""
     return not is_forced(k, modes, index) or index >= k[BLOCKS] + 2 * k[JOINTS]
 
 
-@bare_kernel
+@inset_kernel
 def _smooth_crossing(k: Places, p: Vector, index: int, aim: float, modes: Places, room: Room, low: float, high: float) -> float:
     """Where a guard with a rate that is passed at `high` is where it is taken to."""
     g1, r1 = way_left(k, p, index, room.y_high, room.rates_high, modes)
@@ -79,7 +79,7 @@ def _smooth_crossing(k: Places, p: Vector, index: int, aim: float, modes: Places
     return low + _crossing(g0 - past, r0, g1 - past, r1, high - low)
 
 
-@bare_kernel
+@part_kernel
 def _shift(
     k: Places, p: Vector, laws: Places, t: float, at: float, longest: float, modes: Places, index: int, room: Room
 ) -> tuple[float, int]:
@@ -103,7 +103,7 @@ def _shift(
     return at + more, status
 
 
-@bare_kernel
+@inset_kernel
 def _keep(count: int, y: Vector, rates: Vector, guard: Vector, y_kept: Vector, rates_kept: Vector, kept: Vector) -> None:
     for i in range(y.shape[0]):
         y_kept[i], rates_kept[i] = y[i], rates[i]

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.kernels import bare_kernel
+from frictool.kernels import inset_kernel
 
 Vector = NDArray[np.float64]
 
@@ -170,7 +170,7 @@ for _stage, _row in enumerate(TABLEAU_ROWS):
     TABLEAU[_stage + 1, : len(_row)] = _row
 
 
-@bare_kernel
+@inset_kernel
 def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) -> None:
     """Where the slope of a stage is asked for: y, `point` (n,), slopes (STAGES, n)."""
     for i in range(y.shape[0]):
@@ -182,7 +182,7 @@ def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) 
                 point[i] += weight * slopes[j, i]
 
 
-@bare_kernel
+@inset_kernel
 def step_end(h: float, y: Vector, slopes: Vector, point: Vector) -> None:
     """Where the step ends."""
     for i in range(y.shape[0]):
@@ -194,7 +194,7 @@ def step_end(h: float, y: Vector, slopes: Vector, point: Vector) -> None:
                 point[i] += weight * slopes[j, i]
 
 
-@bare_kernel
+@inset_kernel
 def step_error(h: float, slopes: Vector, i: int) -> float:
     """The error of one state (II.10.17): h e5^2 / sqrt(e5^2 + e3^2/100)."""
     e5, e3 = 0.0, 0.0

@@ -82,7 +82,7 @@ from frictool.engine.mechanism.transmission import (
     transmitted,
 )
 from frictool.engine.status import JAMMED, LAW_FAILED, OK
-from frictool.kernels import bare_kernel, part_kernel
+from frictool.kernels import inset_kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -92,7 +92,7 @@ MAX_PIECES = 200  # of the graph that a search may visit
 FOUND = 1e-13  # of the efforts
 
 
-@bare_kernel
+@inset_kernel
 def _starting_friction(k: Places, p: Vector, laws: Places, y: Vector, w: Vector) -> None:
     """Friction of each block with which a slip from rest begins, AHEAD and BEHIND, without what its joints lose."""
     n = k[BLOCKS]
@@ -117,7 +117,7 @@ def _starting_friction(k: Places, p: Vector, laws: Places, y: Vector, w: Vector)
             w[BEHIND, block] -= excess
 
 
-@bare_kernel
+@inset_kernel
 def _members(k: Places, modes: Places, place: int, found: Places) -> int:
     """Places in the order of all blocks that closed contacts and rigid joints bind to the root at `place`; their number."""
     n, count = k[BLOCKS], 0
@@ -134,7 +134,7 @@ def _members(k: Places, modes: Places, place: int, found: Places) -> int:
     return count
 
 
-@bare_kernel
+@inset_kernel
 def _spread_ratios(k: Places, p: Vector, found: Places, count: int, w: Vector) -> None:
     """ALONG: each block's speed per unit of the root's."""
     for m in range(count):
@@ -146,7 +146,7 @@ def _spread_ratios(k: Places, p: Vector, found: Places, count: int, w: Vector) -
         w[ALONG, i] = w[ALONG, k[k[PARENT] + i]] * (ratio if k[k[OUTWARD] + i] == 1 else 1.0 / ratio)
 
 
-@bare_kernel
+@inset_kernel
 def _gather_rest(k: Places, p: Vector, modes: Places, found: Places, count: int, w: Vector) -> None:
     """NEED, NEED_HIGH: Lambda(0) of all members."""
     n = k[BLOCKS]
@@ -226,7 +226,7 @@ def _evaluate(k: Places, p: Vector, modes: Places, found: Places, count: int, x:
         w[SLOPE, parent] += slope
 
 
-@bare_kernel
+@inset_kernel
 def _solve(
     k: Places, p: Vector, modes: Places, found: Places, count: int, towards: float, gross: float, y: Vector, w: Vector
 ) -> tuple[bool, float]:
@@ -262,7 +262,7 @@ def _solve(
     return False, x
 
 
-@bare_kernel
+@inset_kernel
 def _settle(
     k: Places, p: Vector, modes: Places, found: Places, count: int, x: float, towards: float, rests: bool, y: Vector, w: Vector
 ) -> None:
@@ -348,7 +348,7 @@ def _tree(k: Places, p: Vector, modes: Places, place: int, found: Places, y: Vec
     return OK
 
 
-@bare_kernel
+@inset_kernel
 def _flanks(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector, work: Vector) -> None:
     """Compliant flanks that have met or have let go change.
 
@@ -369,7 +369,7 @@ def _flanks(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector, work:
                 work[at + c] += held
 
 
-@bare_kernel
+@inset_kernel
 def _ready(k: Places, y: Vector, modes: Places, w: Vector) -> None:
     """Motions by which efforts at rest are asked for; blocks that rest at their stops."""
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]

@@ -29,7 +29,7 @@ from frictool.engine.mechanism.resolve import resolve
 from frictool.engine.mechanism.state import OPEN, Room
 from frictool.engine.mechanism.transmission import joint_row
 from frictool.engine.status import JAMMED, LAW_FAILED, OK, UNRESOLVED
-from frictool.kernels import bare_kernel, part_kernel
+from frictool.kernels import inset_kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -37,7 +37,7 @@ Places = NDArray[np.int64]
 ATTEMPTS = 50
 
 
-@bare_kernel
+@inset_kernel
 def halt(k: Places, place: int, p: Vector, y: Vector, modes: Places) -> float:
     """Stops the tree whose root is at `place` in the order; returns its energy [J]."""
     n, energy = k[BLOCKS], 0.0
@@ -53,7 +53,7 @@ def halt(k: Places, place: int, p: Vector, y: Vector, modes: Places) -> float:
     return energy
 
 
-@bare_kernel
+@inset_kernel
 def align(k: Places, p: Vector, y: Vector, modes: Places) -> None:
     """Blocks that move together do so exactly, and what stops hold stands: no rounding grows in the speeds between them."""
     n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
@@ -71,7 +71,7 @@ def align(k: Places, p: Vector, y: Vector, modes: Places) -> None:
             y[n + i] = y[n + k[k[PARENT] + i]] * (ratio if k[k[OUTWARD] + i] == 1 else 1.0 / ratio)
 
 
-@bare_kernel
+@inset_kernel
 def _jam(k: Places, p: Vector, t: float, place: int, y: Vector, modes: Places, work: Vector, events: Vector, happened: Places) -> bool:
     """A tree that jams stops dead: an impact without a collision. False where it rests already."""
     n, root = k[BLOCKS], k[k[ORDER] + place]

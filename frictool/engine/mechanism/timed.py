@@ -54,7 +54,7 @@ from frictool.engine.mechanism.state import OPEN, STUCK
 from frictool.engine.mechanism.transmission import joint_row
 from frictool.friction.static import held_force
 from frictool.friction.status import OK
-from frictool.kernels import bare_kernel, part_kernel
+from frictool.kernels import inset_kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -64,7 +64,7 @@ ON_BLOCK = 17  # row: the effort that the law on a block sees
 HELD, SLIPS = 0, 1  # modes of a law
 
 
-@bare_kernel
+@inset_kernel
 def _root_of(k: Places, p: Vector, modes: Places, block: int) -> tuple[int, float]:
     """The root of the tree that moves with a block, and the block's speed per unit of the root's."""
     n, i, along = k[BLOCKS], block, 1.0
@@ -75,7 +75,7 @@ def _root_of(k: Places, p: Vector, modes: Places, block: int) -> tuple[int, floa
     return i, along
 
 
-@bare_kernel
+@inset_kernel
 def _first_mode(k: Places) -> int:
     return k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS] + k[STOPS]
 

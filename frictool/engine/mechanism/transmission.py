@@ -14,31 +14,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.engine.mechanism.image import BACK_LOSS, DRIVE_LOSS, JOINT, JOINT_WIDTH, RATIO, THESIS_SCREW, THREAD
-from frictool.kernels import bare_kernel
+from frictool.kernels import inset_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
 
-@bare_kernel
+@inset_kernel
 def joint_row(k: Places, joint: int) -> int:
     """Where a joint's numbers begin."""
     return k[JOINT] + joint * JOINT_WIDTH
 
 
-@bare_kernel
+@inset_kernel
 def is_lossy(p: Vector, row: int) -> bool:
     """Whether the joint takes power."""
     return p[row + DRIVE_LOSS] != 0.0 or p[row + BACK_LOSS] != 0.0 or p[row + THREAD] != 0.0
 
 
-@bare_kernel
+@inset_kernel
 def kink_of(p: Vector, row: int, driven: float) -> float:
     """The lambda at which the slope of g changes; `driven`: the sources' effort on a."""
     return p[row + THESIS_SCREW] * driven / p[row + THREAD] if p[row + THREAD] > 0.0 else 0.0
 
 
-@bare_kernel
+@inset_kernel
 def slope_of(p: Vector, row: int, direction: float, above: bool) -> float:
     """The slope of g on one side of its kink while a moves in `direction`."""
     ratio, drive, back = p[row + RATIO], p[row + DRIVE_LOSS], p[row + BACK_LOSS]
@@ -49,7 +49,7 @@ def slope_of(p: Vector, row: int, direction: float, above: bool) -> float:
     return ratio + (direction if above else -direction) * back
 
 
-@bare_kernel
+@inset_kernel
 def transmitted(p: Vector, row: int, kink: float, direction: float, force: float) -> float:
     """g(force)."""
     slope = slope_of(p, row, direction, force > kink)
@@ -58,7 +58,7 @@ def transmitted(p: Vector, row: int, kink: float, direction: float, force: float
     return p[row + RATIO] * kink + (force - kink) * slope
 
 
-@bare_kernel
+@inset_kernel
 def received(p: Vector, row: int, kink: float, direction: float, effort: float) -> float:
     """The inverse of g."""
     ratio = p[row + RATIO]
@@ -68,7 +68,7 @@ def received(p: Vector, row: int, kink: float, direction: float, effort: float) 
     return kink + beyond / slope_of(p, row, direction, beyond * ratio > 0.0)
 
 
-@bare_kernel
+@inset_kernel
 def range_at_driver(p: Vector, row: int, kink: float, low: float, high: float) -> tuple[float, float]:
     """The forces at a that joint and loss can hold at rest while the force at b is between `low` and `high`."""
     least, most = math.inf, -math.inf
@@ -82,7 +82,7 @@ def range_at_driver(p: Vector, row: int, kink: float, low: float, high: float) -
     return least, most
 
 
-@bare_kernel
+@inset_kernel
 def range_at_load(p: Vector, row: int, kink: float, low: float, high: float) -> tuple[float, float]:
     """The forces at b that joint and loss can hold at rest while the force at a is between `low` and `high`."""
     least, most = math.inf, -math.inf
