@@ -10,18 +10,27 @@ import numpy as np
 import pytest
 
 from frictool.control.composition import controller_program
+from frictool.documents.bench import Bench, Winding
 from frictool.documents.conditions import Disturbance, DriftPoint, Drifts, SensorFault, Signal
 from frictool.documents.controller import StateSpace
 from frictool.documents.quantity import Quantity
+from frictool.documents.registry import load
 from frictool.documents.scenario import Scenario
+from frictool.engine.axis import advance
 from frictool.errors import FrictoolError, InputFileError, NoSolutionError
 from frictool.logs.log import Log
+from frictool.plant.axis import POSITION, VELOCITY, AxisParameters, rest
+from frictool.plant.mechanism.assembly import assemble
+from frictool.simulate.agreement import Names
+from frictool.simulate.open_test import open_test
 from frictool.simulate.step_test import step_test
 from frictool.simulate.target import COMPILERS, compiled_target
 from tests.export.compiled import sources
+from tests.mechanism.writing import mechanism
 from tests.simulate.example import controller, scenario
 from tests.simulate.mechanism_example import GEARED, ONE_BLOCK, clutch, one_axis, plant_of
 from tests.simulate.test_step_test import HERE
+from tests.synth.example import ROOT
 
 AXIS = {"position_true", "velocity", "load_position", "current_true", "command", "position", "current", "effort"}
 torque = lambda value: Quantity(value=value, unit="N m")  # noqa: E731
@@ -72,6 +81,56 @@ def test_what_happens_to_one_block_is_what_happens_to_the_axis() -> None:
     same(ours, theirs)
     quiet, _ = compared(scenario())
     assert np.max(np.abs(ours.main.signals["position_true"] - quiet.main.signals["position_true"])) > 1.0
+
+
+def test_a_winding_limits_the_block_as_it_limits_the_axis() -> None:
+    """The supply is too small for the controller's current at speed: both are slowed alike."""
+    text = ONE_BLOCK.replace("loop_time_constant_s: 0.003}", "loop_time_constant_s: 0.003, winding: {resistance_ohm: 0.3, voltage_v: 5}}")
+    model = one_axis()
+    actuator = msgspec.structs.replace(model.bench.actuator, winding=Winding(0.3, 5.0))
+    model = msgspec.structs.replace(model, bench=msgspec.structs.replace(model.bench, actuator=actuator))
+    ours, theirs = step_test(plant_of(text), controller(), scenario(), HERE), step_test(model, controller(), scenario(), HERE)
+    same(ours, theirs)
+    free = log_of(ONE_BLOCK).main.signals["velocity"]
+    assert np.max(np.abs(ours.main.signals["velocity"])) < np.max(np.abs(free)) - 1.0
+
+
+def test_a_voltage_on_a_sledge() -> None:
+    """No lag, the drive on a block that slides: EMPS's numbers, and a weight as a constant effort in place of its offset."""
+    bench = load(ROOT / "configs/emps/bench.yaml", Bench)
+    text = f"""\
+format: mechanism/1
+name: sledge
+sample_period_s: {bench.sample_period_s}
+delay_samples: {bench.delay_samples}
+blocks:
+  sledge: {{mass: {{value: 95, unit: kg}}}}
+links:
+  way:
+    kind: friction
+    on: sledge
+    law: svc
+    parameters: {{coulomb: {{value: 20, unit: N}}, breakaway: {{value: 25, unit: N}}, viscous: {{value: 200, unit: N s/m}}}}
+sources:
+  motor: {{on: sledge, drive: voltage, constant: {{value: 35.15, unit: N/V}}, limit: {{value: 10, unit: V}}}}
+  weight: {{on: sledge, drive: effort, effort: {{value: 3, unit: N}}}}
+sensors:
+  scale: {{on: sledge, step: {{value: {bench.encoder.resolution!r}, unit: m}}}}
+"""
+    sources = {"motor": (Signal("step", Quantity(value=2.0, unit="V"), 0.01),)}
+    played = Scenario(format="scenario/1", name="push", axis="linear", sources=sources, duration_s=0.3, drive="voltage", drive_noise=0.01)
+    document = mechanism(text)
+    log = open_test(document, assemble(document), played, HERE, Names())
+    axis = AxisParameters(95.0, 200.0, 20.0, 25.0, -3.0, 35.15, drive_limit=10.0)
+    state, expected = rest(), []
+    for k in range(log.main.time.size):
+        expected.append((state[POSITION], state[VELOCITY]))
+        assert advance(state, 2.0 if log.main.time[k] > 0.0099 else 0.0, axis.as_array(), bench.sample_period_s) == 0
+    found = log.main.signals
+    np.testing.assert_allclose(found["position_true"], [one for one, _ in expected], atol=1e-9)
+    np.testing.assert_allclose(found["velocity"], [one for _, one in expected], atol=1e-8)
+    assert {name: log.main.units[name] for name in ("voltage", "effort", "position")} == {"voltage": "V", "effort": "N", "position": "m"}
+    np.testing.assert_allclose(found["voltage_true"][-1], 2.0)
 
 
 def test_a_disturbance_begins_at_its_instant_and_not_at_a_sample() -> None:
