@@ -6,6 +6,7 @@ leaves what they span; at the ends the three-point formula, held to the same con
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -113,6 +114,14 @@ def cam_push(force: Cubics, angle: Cubics) -> Cubics:
     """force tan(angle), what a cam's spring pushes the block with (2.23)."""
     if not np.any(angle.cubic):  # a level profile pushes nothing
         return Cubics(angle.breaks[[0, -1]], np.zeros((1, 4)))
+    return _pushed(force.breaks.tobytes(), force.cubic.tobytes(), angle.breaks.tobytes(), angle.cubic.tobytes())
+
+
+@functools.lru_cache(maxsize=8)
+def _pushed(*numbers: bytes) -> Cubics:
+    """The same of curves whose breaks and cubics have these bytes, kept: plants that differ in a mass or a friction share their cams."""
+    breaks_of, cubic_of, breaks_at, cubic_at = (np.frombuffer(one) for one in numbers)
+    force, angle = Cubics(breaks_of, cubic_of.reshape(-1, 4)), Cubics(breaks_at, cubic_at.reshape(-1, 4))
     breaks = np.unique(np.concatenate([force.breaks, angle.breaks]))
 
     def value(x: Vector) -> Vector:
