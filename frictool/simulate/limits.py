@@ -17,7 +17,7 @@ MAX_SAMPLES = 20_000_000  # of all variants together: about 2 GB in memory, 0.6 
 SAME_INSTANT = 1e-9  # of the whole
 
 
-def check_steps(scenario: Scenario, period: float, runs: int, name: str) -> None:
+def check_steps(scenario: Scenario, period: float, runs: float, name: str) -> None:
     """Raises DocumentError where a step has no sample, a sine is too fast for the period, or all runs together are too long."""
     for index, step in enumerate(scenario.steps):
         key = f"steps[{index}]"
@@ -28,10 +28,10 @@ def check_steps(scenario: Scenario, period: float, runs: int, name: str) -> None
     check_length(scenario.seconds / period, runs, "steps", name)
 
 
-def check_length(samples: float, runs: int, key: str, name: str) -> None:
-    """Raises DocumentError where so many samples of so many runs do not fit into memory."""
+def check_length(samples: float, runs: float, key: str, name: str) -> None:
+    """Raises DocumentError where so many samples of so many runs do not fit into memory; a mechanism's run counts as several."""
     if samples * runs > MAX_SAMPLES:
-        found = f"asks for {samples * runs:.3g} samples in {runs} run(s)"
+        found = f"asks for {samples * runs:.3g} samples in {runs:g} run(s) of an axis"
         refuse(name, key, f"{found}; allowed: {MAX_SAMPLES:.0e} in all; play fewer variants, or shorter")
 
 

@@ -35,6 +35,7 @@ class MechanismPlant:
         self.watch = watch
         self.document, self.assembled, self.name = document, assembled, document.name
         self.rig, self.controlled = rig_of_mechanism(document, assembled)
+        self.width = width_of(assembled)
 
     def check(self, controller: Controller | None, scenario: Scenario, names: Names) -> None:
         """See Plant."""
@@ -85,6 +86,11 @@ class MechanismPlant:
         if controller.schedule is not None and not moved.variant.name:
             names = ", ".join(controller.schedule.parameters)
             yield f"the controller is scheduled by {names}, of which a mechanism tells it nothing: it takes the middle of each range"
+
+
+def width_of(assembled: Assembled) -> float:
+    """How many times as much as of one axis is logged of a mechanism: three channels a block beside an axis's nine."""
+    return 1.0 + len(assembled.blocks) / 3.0
 
 
 def sight_of(source: int, controlled: Controlled, resolution: float, start: Vector) -> Sight:

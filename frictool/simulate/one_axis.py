@@ -26,6 +26,8 @@ Vector = NDArray[np.float64]
 class OneAxis:
     """simulate/plant.py `Plant` of a model."""
 
+    width = 1.0
+
     def __init__(self, model: Model) -> None:
         self.model, self.name, self.rig = model, model.name, rig_of(model.bench)
 

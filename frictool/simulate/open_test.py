@@ -24,7 +24,7 @@ from frictool.simulate.agreement import Names, check_drive, check_efforts, refus
 from frictool.simulate.limits import check_instants, check_length
 from frictool.simulate.mechanism_channels import Channels
 from frictool.simulate.mechanism_inputs import mean_efforts
-from frictool.simulate.mechanism_plant import check_asked, run_of, scenario_inputs, sight_of
+from frictool.simulate.mechanism_plant import check_asked, run_of, scenario_inputs, sight_of, width_of
 from frictool.simulate.mechanism_playing import Moved, Task, play_all
 from frictool.simulate.mechanism_rig import Controlled, placed_at, rig_of_mechanism
 from frictool.simulate.mechanism_variants import MechanismVariant, mechanism_variants
@@ -114,7 +114,7 @@ def _check(document: Mechanism, assembled: Assembled, scenario: Scenario, names:
     samples = samples_of(scenario.seconds, period)
     if samples < 1:
         refuse(names.scenario, "duration_s", f"found {scenario.seconds:g}; allowed: one sample, {period:g} s, or more")
-    check_length(samples, 1 + (scenario.plants or 0), "duration_s", names.scenario)
+    check_length(samples, (1 + (scenario.plants or 0)) * width_of(assembled), "duration_s", names.scenario)
     check_asked(document, assembled, scenario, names, None)
     check_instants(scenario, scenario.seconds, period, names.scenario)
     if seen is None:

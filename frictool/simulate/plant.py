@@ -74,6 +74,10 @@ class Plant(Protocol[V]):
     @property
     def rig(self) -> Rig: ...
 
+    @property
+    def width(self) -> float:
+        """How many times as much as of one axis is logged of it."""
+
     def check(self, controller: Controller | None, scenario: Scenario, names: Names) -> None:
         """Raises DocumentError where the scenario asks for what this kind of plant does not have."""
 

@@ -139,7 +139,7 @@ def _machine(controller: Controller, program: Program, number: Number) -> Machin
 
 def _reference(plant: Plant[V], controller: Controller, scenario: Scenario, names: Names, recorded: Log | None) -> tuple[Vector, float]:
     """The reference (n,) within the travel, and where the axis rests at first [rad | m]."""
-    rig, runs = plant.rig, plant.count(controller, scenario)
+    rig, runs = plant.rig, plant.count(controller, scenario) * plant.width
     period = rig.sample_period_s
     if scenario.reference is not None:
         if recorded is None:

@@ -1,7 +1,7 @@
 """The canonical log's layout inside MCAP, shared by its writer and its reader.
 
     Header                 profile `ros2`
-    Schema, Channel        one channel per stream: topic `/axis`, `/axis/NAME` or `/mechanism`, encoding `cdr`; schema `ros2msg`, flat `float64`
+    Schema, Channel        one channel per stream: `/axis`, `/axis/NAME`, `/mechanism`; encoding `cdr`; schema `ros2msg`, flat `float64`
     Metadata               `units` (`/axis.position` -> `rad`), `time` (where times were shifted), `provenance`, ...
     Chunk, MessageIndex    at most four seconds of one stream, zstd; nothing in it but its messages, so that it is one NumPy array
     DataEnd                with the CRC of everything before it
