@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import msgspec
 import numpy as np
 
 from frictool.documents.mechanism import Cam, FrictionOf, Mechanism, Spring
@@ -66,7 +65,7 @@ def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, Told]:
         found = resisting(assembled, assembled.blocks.index(block), x)
         if not _is_curve(mechanism, block) and (np.max(np.abs(found.load)) > 0.0 or np.ptp(found.friction) > 0.0):
             replaced += position_elements(mechanism, block)
-            mechanism = msgspec.structs.replace(mechanism, links=as_curves(mechanism, assembled, block, x)[0])
+            mechanism = as_curves(mechanism, assembled, block, x)
     held = irreversible(x, exact)
     largest = max(float(np.max(np.abs(exact.forward))), float(np.max(np.abs(exact.backward))), 1e-300)
     if replaced:

@@ -41,8 +41,7 @@ def as_friction(mechanism: Mechanism, root: str, whole: Mechanism) -> tuple[Mech
         inertia = assembled.packed.inertia
         predicted = max(predicted, (loss.factor - 1.0) * float(np.sum(inertia[beyond]) / np.sum(inertia)))
         for block in beyond:
-            links, _ = as_curves(mechanism, assembled, assembled.blocks[block], x, loss)
-            mechanism = msgspec.structs.replace(mechanism, links=links)
+            mechanism = as_curves(mechanism, assembled, assembled.blocks[block], x, loss)
             assembled = put_together(mechanism)
         if len(beyond) > 1:
             notes.append(f"{name}: what {len(beyond)} blocks beyond it carry loses each on its own: too much where they balance each other")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import msgspec
 import numpy as np
 
 from frictool.documents.mechanism import GROUND, Cam, Curve, FrictionOf, Link, Mechanism, Spring
@@ -99,10 +100,8 @@ def position_elements(mechanism: Mechanism, block: str) -> tuple[str, ...]:
     return tuple(name for name, link in mechanism.links.items() if is_one(link))
 
 
-def as_curves(
-    mechanism: Mechanism, assembled: Assembled, block: str, x: Vector, loss: Loss = NO_LOSS
-) -> tuple[dict[str, Link], Resistance]:
-    """The links of the mechanism with those of the block replaced by its resistance over positions x (n,)."""
+def as_curves(mechanism: Mechanism, assembled: Assembled, block: str, x: Vector, loss: Loss = NO_LOSS) -> Mechanism:
+    """The mechanism with the block's links to the frame and its constant efforts replaced by its resistance over positions x (n,)."""
     number = assembled.blocks.index(block)
     found = resistance(resisting(assembled, number, x), loss)
     replaced = position_elements(mechanism, block)
@@ -127,7 +126,10 @@ def as_curves(
     for index, one in enumerate(found.falling):
         if one.drop > 0.0 or one.viscous > 0.0:
             links[free_name(links, f"{block}_speed{index or ''}")] = falling_friction(one, block, axis == "rotary")
-    return links, found
+    sources = {
+        name: msgspec.structs.replace(source, effort=None) if source.on == block else source for name, source in mechanism.sources.items()
+    }
+    return msgspec.structs.replace(mechanism, links=links, sources=sources)
 
 
 def breakaway_ratio(found: Resistance) -> float:
