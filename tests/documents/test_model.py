@@ -46,6 +46,9 @@ def test_the_schema_describes_the_laws() -> None:
         ("cycles: 7.0", "cycles: 0", ["laws.load.ripple.cycles", "> 0"]),
         ("forward: [1.0, 0.004]", "forward: []", ["laws.position.coulomb", "found 0 coefficients; allowed: 1 to 8"]),
         ("forward: [1.0, 0.004]", "forward: [1.0, x]", ["laws.position.coulomb.forward[1]", "'x'", "a number"]),
+        ("rad_s: 966.1", "rad_s: 0", ["resonances.poles[0].rad_s", "> 0"]),
+        ("real_poles_rad_s: [4000.0]", "real_zeros_rad_s: [0, 1]", ["resonances.real_zeros_rad_s", "given twice"]),
+        ("real_zeros_rad_s: [10000.0]", "real_zeros_rad_s: [1.0, 2.0]", ["found 4 zeros and 3 poles; allowed: no more zeros than poles"]),
         ("low: 0.0, high: 60.0, unit: rad", "low: 0.0, high: 60.0, unit: m", ["laws.position.over.unit", "'m'", "rad"]),
     ],
 )
