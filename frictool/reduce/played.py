@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from frictool.documents.model import Model
 from frictool.engine.axis import advance as advance_axis
 from frictool.engine.mechanism.advance import TOLERANCE, advance
-from frictool.engine.mechanism.image import prepare
+from frictool.engine.mechanism.machine import prepare
 from frictool.engine.mechanism.state import rest
 from frictool.engine.status import MESSAGES, OK
 from frictool.errors import NoSolutionError

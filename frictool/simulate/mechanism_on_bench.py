@@ -12,7 +12,8 @@ from frictool.engine.conditions import NO_CONDITIONS
 from frictool.engine.mechanism.bench_test import play_ramps, play_reference
 from frictool.engine.mechanism.closed_loop import Drifting, Inputs, Recording, Sight
 from frictool.engine.mechanism.events import EVENT_SIZE
-from frictool.engine.mechanism.image import Machine, prepare
+from frictool.engine.mechanism.image import Machine
+from frictool.engine.mechanism.machine import prepare
 from frictool.engine.mechanism.state import State, rest
 from frictool.errors import NoSolutionError
 from frictool.simulate.bench_test import Ramps

@@ -17,7 +17,8 @@ from frictool.engine.conditions import CONSTANT_FACTOR, FRICTION, VISCOUS_FACTOR
 from frictool.engine.mechanism.closed_loop import NOBODY, Drifting, Inputs, Recording, Sight, answered, follow, run, seen
 from frictool.engine.mechanism.energy import Balance, balance
 from frictool.engine.mechanism.events import ELEMENTS, EVENT_SIZE, NAMES
-from frictool.engine.mechanism.image import BLOCKS, CONSTANT, LAW_VALUES, LIMIT, PRESSING, SOURCE, SOURCE_WIDTH, Machine, prepare
+from frictool.engine.mechanism.image import BLOCKS, CONSTANT, LAW_VALUES, LIMIT, PRESSING, SOURCE, SOURCE_WIDTH, Machine
+from frictool.engine.mechanism.machine import prepare
 from frictool.engine.mechanism.state import State, rest
 from frictool.engine.status import MESSAGES, OK
 from frictool.errors import NoSolutionError

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.engine.mechanism.advance import TOLERANCE, advance
-from frictool.engine.mechanism.image import prepare
+from frictool.engine.mechanism.machine import prepare
 from frictool.engine.mechanism.state import rest
 from frictool.engine.status import OK
 from frictool.plant.mechanism.assembly import Assembled, assemble

@@ -12,8 +12,11 @@ flows in or out, the rest of the duration costs nothing.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
+from numba import types
+from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from frictool.engine.mechanism.ends import first_dip, forces_hold, is_broken, way_left
@@ -38,14 +41,15 @@ from frictool.engine.mechanism.image import (
     TIMED,
 )
 from frictool.engine.mechanism.impacts import impacts
+from frictool.engine.mechanism.laws import called
 from frictool.engine.mechanism.locate import locate
 from frictool.engine.mechanism.memory import first_reversal, remember
 from frictool.engine.mechanism.settle import align, halt, settle
-from frictool.engine.mechanism.state import OPEN, STUCK, Room
+from frictool.engine.mechanism.state import AFTER, BEFORE, END, FIRST_POWER, GUARD, INPUTS, OPEN, POWER, SPEEDS, SPENT, STUCK, TRIAL, Room
 from frictool.engine.mechanism.step import try_step
 from frictool.engine.mechanism.timed import keep, switch
 from frictool.engine.status import LAW_FAILED, NOT_FINITE, OK, STEP_TOO_SMALL, TOO_MANY_EVENTS
-from frictool.kernels import inset_kernel, part_kernel
+from frictool.kernels import inset_kernel, kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -160,9 +164,15 @@ def _through(
 ) -> int:
     """Advances by `duration` with the modes of laws that have a step of their own held."""
     n, size = k[BLOCKS], y.shape[0]
-    slopes, after, end, inputs, w = room.slopes, room.after, room.end, room.inputs, room.w
-    guard, trial, power, first_power, spent = room.guard, room.trial, room.power, room.first_power, room.spent
-    before, speeds = room.before, room.speeds
+    slopes, after, end, inputs, w = room.slopes, room.lines[AFTER], room.lines[END], room.lines[INPUTS], room.w
+    guard, trial, power, first_power, spent = (
+        room.lines[GUARD],
+        room.lines[TRIAL],
+        room.lines[POWER],
+        room.lines[FIRST_POWER],
+        room.lines[SPENT],
+    )
+    before, speeds = room.places[BEFORE], room.lines[SPEEDS]
     for i in range(modes.shape[0]):
         before[i] = modes[i]
     for i in range(n):
@@ -255,7 +265,89 @@ def _through(
     return status
 
 
-@part_kernel
+@kernel
+def held_command(
+    k: Places,
+    p: Vector,
+    laws: Places,
+    y: Vector,
+    drive: Vector,
+    modes: Places,
+    work: Vector,
+    pace: Vector,
+    w: Vector,
+    slopes: Vector,
+    lines: Vector,
+    places: Places,
+    command: Vector,
+    external: Vector,
+    duration: float,
+    tolerance: float,
+    events: Vector,
+    happened: Places,
+) -> int:
+    """`advance`, with the parts of its room one by one."""
+    room = Room(w, slopes, lines, places)
+    n, total = k[BLOCKS], duration
+    for i in range(y.shape[0]):
+        total += y[i]
+    for s in range(k[SOURCES]):
+        total += command[s]
+    for i in range(n):
+        total += external[i]
+    if not math.isfinite(total) or duration < 0.0:
+        return NOT_FINITE
+    if k[TIMED] == 0:
+        return _through(k, p, laws, y, drive, modes, work, pace, room, command, external, duration, tolerance, events, happened)
+    parts = max(1, math.ceil(duration / pace[3] - 1e-6))
+    for _ in range(parts):
+        _commanded(k, p, command, external, y, drive, room.lines[INPUTS])
+        status = field(k, p, laws, 0.0, y, modes, room.lines[INPUTS], room.slopes[0], room.w, room.lines[GUARD], room.lines[FIRST_POWER])
+        if status + switch(k, p, laws, y, modes, room.w) != 0:
+            return LAW_FAILED
+        status = _through(k, p, laws, y, drive, modes, work, pace, room, command, external, duration / parts, tolerance, events, happened)
+        if status != OK:
+            return status
+        if keep(k, p, laws, y, modes) != 0:
+            return LAW_FAILED
+    return OK
+
+
+_a: Any = types.float64[::1]
+_m: Any = types.float64[:, ::1]
+_i: Any = types.int64[::1]
+_j: Any = types.int64[:, ::1]
+_f: Any = types.float64
+ADVANCE: Any = types.FunctionType(types.int64(_i, _a, _j, _a, _a, _i, _a, _a, _m, _m, _m, _j, _a, _a, _f, _f, _m, _i))
+
+
+@intrinsic
+def _by_address(
+    _: Any,
+    address: Any,
+    k: Any,
+    p: Any,
+    laws: Any,
+    y: Any,
+    drive: Any,
+    modes: Any,
+    work: Any,
+    pace: Any,
+    w: Any,
+    slopes: Any,
+    lines: Any,
+    places: Any,
+    command: Any,
+    external: Any,
+    duration: Any,
+    tolerance: Any,
+    events: Any,
+    happened: Any,
+) -> Any:
+    return called(ADVANCE)
+
+
+@inset_kernel
 def advance(
     k: Places,
     p: Vector,
@@ -277,28 +369,27 @@ def advance(
 
     k, p, laws: a Machine. y, drive, modes, work, pace: a State. events (m, 4): rows of engine/mechanism/events.py, counted by happened[0];
     those without room are counted only. pace[1] is the time of all calls. The winding's bound is that of the speed at the beginning.
+    Called by its address, which laws has in its last row: what calls this is compiled without it.
     Returns engine/status.py; where that is not OK, the state is that of the last event or step.
     """
-    n, total = k[BLOCKS], duration
-    for i in range(y.shape[0]):
-        total += y[i]
-    for s in range(k[SOURCES]):
-        total += command[s]
-    for i in range(n):
-        total += external[i]
-    if not math.isfinite(total) or duration < 0.0:
-        return NOT_FINITE
-    if k[TIMED] == 0:
-        return _through(k, p, laws, y, drive, modes, work, pace, room, command, external, duration, tolerance, events, happened)
-    parts = max(1, math.ceil(duration / pace[3] - 1e-6))
-    for _ in range(parts):
-        _commanded(k, p, command, external, y, drive, room.inputs)
-        status = field(k, p, laws, 0.0, y, modes, room.inputs, room.slopes[0], room.w, room.guard, room.first_power)
-        if status + switch(k, p, laws, y, modes, room.w) != 0:
-            return LAW_FAILED
-        status = _through(k, p, laws, y, drive, modes, work, pace, room, command, external, duration / parts, tolerance, events, happened)
-        if status != OK:
-            return status
-        if keep(k, p, laws, y, modes) != 0:
-            return LAW_FAILED
-    return OK
+    return _by_address(
+        laws[laws.shape[0] - 1, 0],
+        k,
+        p,
+        laws,
+        y,
+        drive,
+        modes,
+        work,
+        pace,
+        room.w,
+        room.slopes,
+        room.lines,
+        room.places,
+        command,
+        external,
+        duration,
+        tolerance,
+        events,
+        happened,
+    )

@@ -11,8 +11,11 @@ counts as nothing: above -1 it goes on. Positions: how far an open flank or a st
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
+from numba import types
+from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from frictool.engine.mechanism.efforts import DRIVEN, FORCE, GROSS, HOLD_HIGH, HOLD_LOW, all_efforts
@@ -39,6 +42,7 @@ from frictool.engine.mechanism.image import (
     STOPS,
     TIMED,
 )
+from frictool.engine.mechanism.laws import called
 from frictool.engine.mechanism.state import FREE, OPEN, RIGID, STUCK
 from frictool.engine.mechanism.timed import seen_speeds, timed_frictions
 from frictool.engine.mechanism.transmission import (
@@ -51,7 +55,7 @@ from frictool.engine.mechanism.transmission import (
     slope_of,
     transmitted,
 )
-from frictool.kernels import inset_kernel, part_kernel
+from frictool.kernels import inset_kernel, kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -256,8 +260,8 @@ def _hand_out(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard: 
             guard[n + joint] = -modes[n + joint] * force / slack
 
 
-@part_kernel
-def field(
+@kernel
+def rates_of_state(
     k: Places,
     p: Vector,
     laws: Places,
@@ -270,7 +274,7 @@ def field(
     guard: Vector,
     power: Vector,
 ) -> int:
-    """Fills out = y', `guard`, and `power` [W] of each element. Returns friction/status.py; a tree that jams has no finite rates."""
+    """`field`, compiled by itself."""
     n = k[BLOCKS]
     for index in range(guard.shape[0]):
         guard[index] = math.inf
@@ -289,3 +293,38 @@ def field(
     if k[TIMED] > 0:
         seen_speeds(k, p, laws, y, modes, out)
     return status
+
+
+_a: Any = types.float64[::1]
+_m: Any = types.float64[:, ::1]
+_i: Any = types.int64[::1]
+_j: Any = types.int64[:, ::1]
+FIELD: Any = types.FunctionType(types.int64(_i, _a, _j, types.float64, _a, _i, _a, _a, _m, _a, _a))
+
+
+@intrinsic
+def _by_address(
+    _: Any, address: Any, k: Any, p: Any, laws: Any, t: Any, y: Any, modes: Any, inputs: Any, out: Any, w: Any, guard: Any, power: Any
+) -> Any:
+    return called(FIELD)
+
+
+@inset_kernel
+def field(
+    k: Places,
+    p: Vector,
+    laws: Places,
+    t: float,
+    y: Vector,
+    modes: Places,
+    inputs: Vector,
+    out: Vector,
+    w: Vector,
+    guard: Vector,
+    power: Vector,
+) -> int:
+    """Fills out = y', `guard`, and `power` [W] of each element. Returns friction/status.py; a tree that jams has no finite rates.
+
+    Called by its address, which laws has in its last row: what calls this is compiled without it.
+    """
+    return _by_address(laws[laws.shape[0] - 1, 1], k, p, laws, t, y, modes, inputs, out, w, guard, power)

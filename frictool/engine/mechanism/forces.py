@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from frictool.engine.mechanism.efforts import FORCE, HOLD_HIGH, HOLD_LOW
 from frictool.engine.mechanism.field import LAMBDA, NEED, NEED_HIGH, field
 from frictool.engine.mechanism.image import BLOCKS, JOINTS, ORDER, OUTWARD, PARENT, PARENT_JOINT, RATIO, Machine
-from frictool.engine.mechanism.state import OPEN, STUCK, Room, State, counts
+from frictool.engine.mechanism.state import AFTER, INPUTS, OPEN, POWER, STUCK, TRIAL, Room, State, counts
 from frictool.engine.mechanism.transmission import joint_row
 from frictool.kernels import inset_kernel, kernel
 
@@ -80,7 +80,7 @@ def _at_rest(k: Places, p: Vector, modes: Places, w: Vector, links: Vector, hold
 
 @kernel
 def _now(k: Places, p: Vector, laws: Places, t: float, y: Vector, modes: Places, room: Room, links: Vector, holds: Vector) -> None:
-    field(k, p, laws, t, y, modes, room.inputs, room.after, room.w, room.trial, room.power)
+    field(k, p, laws, t, y, modes, room.lines[INPUTS], room.lines[AFTER], room.w, room.lines[TRIAL], room.lines[POWER])
     for joint in range(k[JOINTS]):
         links[joint] = room.w[LAMBDA, joint]
     _at_rest(k, p, modes, room.w, links, holds)

@@ -44,7 +44,7 @@ CONSTANT, LIMIT, LAG, RESISTANCE, SUPPLY, SOURCE_WIDTH = range(6)
 
 
 class Machine(NamedTuple):
-    """What `advance` takes: `prepare` makes it of a `Packed`."""
+    """What `advance` takes: engine/mechanism/machine.py makes it of a `Packed`."""
 
     whole: Places
     numbers: Vector
@@ -179,8 +179,14 @@ def _spans(forest: Forest) -> Places:
     return span
 
 
-def prepare(packed: Packed) -> Machine:
-    """The machine of a mechanism. ValueError where its joints have no solution, or where a law of friction is not in the table."""
+def _inner_sizes(rows: list[int], values: list[Vector]) -> Vector:
+    """The size of each inner state of the frictions, which its error is relative to."""
+    found = [sizes_of(ROWS[row], p) for row, p in zip(rows, values, strict=True)]
+    return np.concatenate(found) if found else np.zeros(0)
+
+
+def image(packed: Packed) -> Machine:
+    """The sections of a mechanism. ValueError where its joints have no solution, or where a law of friction is not in the table."""
     f, c, j = packed.frictions, packed.couplings, packed.joints
     values = [f.law_values[f.law_start[i] : f.law_start[i + 1]] for i in range(f.block.size)]
     kinds = [kind_of(ROWS[row], p) for row, p in zip(f.law.tolist(), values, strict=True)]
@@ -220,9 +226,3 @@ def prepare(packed: Packed) -> Machine:
     out.put(GROUP_MASS, mass)
     out.put(INNER_SIZE, _inner_sizes(f.law.tolist(), values))
     return Machine(np.concatenate(out.whole), np.concatenate(out.numbers), addresses_of([ROWS[row] for row in f.law.tolist()], kinds))
-
-
-def _inner_sizes(rows: list[int], values: list[Vector]) -> Vector:
-    """The size of each inner state of the frictions, which its error is relative to."""
-    found = [sizes_of(ROWS[row], p) for row, p in zip(rows, values, strict=True)]
-    return np.concatenate(found) if found else np.zeros(0)

@@ -42,38 +42,39 @@ def _by_address(kind: Any) -> Callable[..., Any]:
     return code
 
 
-def _typed(kind: Any, *arguments: Any) -> Any:
-    return kind.signature.return_type(types.int64, *arguments), _by_address(kind)
+def called(kind: Any) -> Any:
+    """What an intrinsic returns that takes an address and the arguments of a function of this type, and calls it."""
+    return kind.signature.return_type(types.int64, *kind.signature.args), _by_address(kind)
 
 
 @intrinsic
 def slip_force(_: Any, address: Any, v: Any, direction: Any, p: Any) -> Any:
     """slip_force of friction/law.py `StaticKernels`, at an address."""
-    return _typed(s.SLIP_FORCE, *s.SLIP_FORCE.signature.args)
+    return called(s.SLIP_FORCE)
 
 
 @intrinsic
 def breakaway(_: Any, address: Any, direction: Any, p: Any) -> Any:
     """breakaway of `StaticKernels`."""
-    return _typed(s.BREAKAWAY, *s.BREAKAWAY.signature.args)
+    return called(s.BREAKAWAY)
 
 
 @intrinsic
 def rate(_: Any, address: Any, z: Any, v: Any, p: Any, out: Any) -> Any:
     """rate of `DynamicKernels`."""
-    return _typed(s.RATE, *s.RATE.signature.args)
+    return called(s.RATE)
 
 
 @intrinsic
 def force(_: Any, address: Any, z: Any, zdot: Any, v: Any, p: Any) -> Any:
     """force of `DynamicKernels`."""
-    return _typed(s.FORCE, *s.FORCE.signature.args)
+    return called(s.FORCE)
 
 
 @intrinsic
 def commit(_: Any, address: Any, z: Any, v: Any, p: Any) -> Any:
     """commit of `DynamicKernels`."""
-    return _typed(s.COMMIT, *s.COMMIT.signature.args)
+    return called(s.COMMIT)
 
 
 def kind_of(law: Law, p: Vector) -> int:
@@ -109,49 +110,49 @@ def sizes_of(law: Law, p: Vector) -> Vector:
 @intrinsic
 def band(_: Any, address: Any, p: Any) -> Any:
     """band of `StaticKernels`."""
-    return _typed(s.BAND, *s.BAND.signature.args)
+    return called(s.BAND)
 
 
 @intrinsic
 def seen_velocity(_: Any, address: Any, v: Any, p: Any) -> Any:
     """seen_velocity of `StaticKernels`."""
-    return _typed(s.SEEN_VELOCITY, *s.SEEN_VELOCITY.signature.args)
+    return called(s.SEEN_VELOCITY)
 
 
 @intrinsic
 def mode_after(_: Any, address: Any, mode: Any, v: Any, u: Any, z: Any, p: Any) -> Any:
     """mode_after of `HybridKernels`."""
-    return _typed(s.MODE_AFTER, *s.MODE_AFTER.signature.args)
+    return called(s.MODE_AFTER)
 
 
 @intrinsic
 def enter(_: Any, address: Any, mode: Any, v: Any, u: Any, z: Any, p: Any) -> Any:
     """enter of `HybridKernels`."""
-    return _typed(s.ENTER, *s.ENTER.signature.args)
+    return called(s.ENTER)
 
 
 @intrinsic
 def hybrid_force(_: Any, address: Any, mode: Any, v: Any, u: Any, z: Any, p: Any) -> Any:
     """force of `HybridKernels`."""
-    return _typed(s.HYBRID_FORCE, *s.HYBRID_FORCE.signature.args)
+    return called(s.HYBRID_FORCE)
 
 
 @intrinsic
 def hybrid_acceleration(_: Any, address: Any, mode: Any, v: Any, u: Any, z: Any, p: Any) -> Any:
     """acceleration of `HybridKernels`."""
-    return _typed(s.HYBRID_ACCELERATION, *s.HYBRID_ACCELERATION.signature.args)
+    return called(s.HYBRID_ACCELERATION)
 
 
 @intrinsic
 def hybrid_rate(_: Any, address: Any, mode: Any, v: Any, z: Any, p: Any, out: Any) -> Any:
     """rate of `HybridKernels`."""
-    return _typed(s.HYBRID_RATE, *s.HYBRID_RATE.signature.args)
+    return called(s.HYBRID_RATE)
 
 
 @intrinsic
 def hybrid_commit(_: Any, address: Any, mode: Any, z: Any, p: Any) -> Any:
     """commit of `HybridKernels`."""
-    return _typed(s.HYBRID_COMMIT, *s.HYBRID_COMMIT.signature.args)
+    return called(s.HYBRID_COMMIT)
 
 
 # (name in the law's kernels, its type) by kind; a place in the addresses of a law
@@ -174,9 +175,9 @@ WIDTH = 6
 
 
 def addresses_of(laws: Sequence[Law], kinds: Sequence[int]) -> Places:
-    """Addresses (n, WIDTH) of the kernels of each friction's law, in the order of FUNCTIONS."""
-    found = np.zeros((len(laws), WIDTH), dtype=np.int64)
-    for row, law, kind in zip(found, laws, kinds, strict=True):
+    """Addresses (n + 1, WIDTH) of the kernels of each friction's law, in the order of FUNCTIONS; the last row is left to the engine."""
+    found = np.zeros((len(laws) + 1, WIDTH), dtype=np.int64)
+    for row, law, kind in zip(found[:-1], laws, kinds, strict=True):
         for place, (name, signature) in enumerate(FUNCTIONS[kind]):
             row[place] = pointer(getattr(law.kernels, name), signature).address
     return found

@@ -9,8 +9,23 @@ from numpy.typing import NDArray
 
 from frictool.engine.mechanism.ends import BROKEN, is_broken, is_forced, way_left
 from frictool.engine.mechanism.field import field
-from frictool.engine.mechanism.image import BLOCKS, COUPLINGS, JOINTS, STOPS
-from frictool.engine.mechanism.state import Room
+from frictool.engine.mechanism.image import BLOCKS, COUPLINGS, INNER, JOINTS, STOPS
+from frictool.engine.mechanism.state import (
+    AFTER,
+    AT_HIGH,
+    AT_LOW,
+    END,
+    GUARD,
+    INPUTS,
+    POWER,
+    RATES_HIGH,
+    RATES_LOW,
+    SPENT,
+    TRIAL,
+    Y_HIGH,
+    Y_LOW,
+    Room,
+)
 from frictool.engine.mechanism.step import try_step
 from frictool.friction.status import OK
 from frictool.kernels import inset_kernel, part_kernel
@@ -73,9 +88,9 @@ def _has_rate(k: Places, modes: Places, index: int) -> bool:
 @inset_kernel
 def _smooth_crossing(k: Places, p: Vector, index: int, aim: float, modes: Places, room: Room, low: float, high: float) -> float:
     """Where a guard with a rate that is passed at `high` is where it is taken to."""
-    g1, r1 = way_left(k, p, index, room.y_high, room.rates_high, modes)
-    g0, r0 = way_left(k, p, index, room.y_low, room.rates_low, modes)
-    past = aim * g1 / room.at_high[index]
+    g1, r1 = way_left(k, p, index, room.lines[Y_HIGH], room.lines[RATES_HIGH], modes)
+    g0, r0 = way_left(k, p, index, room.lines[Y_LOW], room.lines[RATES_LOW], modes)
+    past = aim * g1 / room.lines[AT_HIGH][index]
     return low + _crossing(g0 - past, r0, g1 - past, r1, high - low)
 
 
@@ -84,22 +99,22 @@ def _shift(
     k: Places, p: Vector, laws: Places, t: float, at: float, longest: float, modes: Places, index: int, room: Room
 ) -> tuple[float, int]:
     """Moves the end of a step by the little that a guard is off, by its rates: the error is of third order in that. Returns its length."""
-    n, end, after = k[BLOCKS], room.end, room.after
+    n, end, after = k[BLOCKS], room.lines[END], room.lines[AFTER]
     g, r = way_left(k, p, index, end, after, modes)
-    if g == 0.0 or r == 0.0 or not math.isfinite(room.trial[index]):
+    if g == 0.0 or r == 0.0 or not math.isfinite(room.lines[TRIAL][index]):
         return at, 0
     aim = BEYOND if is_forced(k, modes, index) else AT_END
-    more = (aim * abs(g / room.trial[index]) - g) / r
+    more = (aim * abs(g / room.lines[TRIAL][index]) - g) / r
     if not abs(more) <= LITTLE * at or at + more > longest:
         return at, 0
     for i in range(n):
         end[i] += more * (end[n + i] + 0.5 * more * after[n + i])
         end[n + i] += more * after[n + i]
-    for i in range(2 * n, end.shape[0]):
+    for i in range(2 * n, 2 * n + k[INNER]):
         end[i] += more * after[i]
-    for e in range(room.spent.shape[0]):
-        room.spent[e] += more * room.power[e]
-    status = field(k, p, laws, t + at + more, end, modes, room.inputs, after, room.w, room.trial, room.power)
+    for e in range(room.lines.shape[1]):
+        room.lines[SPENT][e] += more * room.lines[POWER][e]
+    status = field(k, p, laws, t + at + more, end, modes, room.lines[INPUTS], after, room.w, room.lines[TRIAL], room.lines[POWER])
     return at + more, status
 
 
@@ -117,21 +132,21 @@ def locate(
 ) -> tuple[float, bool]:
     """Takes the step again, to the first instant at which a guard is passed; returns its length, and whether the field failed there.
 
-    room.guard: at the beginning; trial: at the end of the step of length h, which has passed one. A bracketed search for the guard that is
+    GUARD: at the beginning; TRIAL: at the end of the step of length h, which has passed one. A bracketed search for the guard that is
     passed first: speeds and positions by the cubic through both ends, efforts by regula falsi with the weights of Illinois; halved where
     that is slow.
     """
     count = k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS] + k[STOPS]
     low, high, lead, kept = 0.0, h, -1, 0
-    at_low, at_high, trial, end = room.at_low, room.at_high, room.trial, room.end
-    _keep(count, y, room.slopes[0], room.guard, room.y_low, room.rates_low, at_low)
-    _keep(count, end, room.after, trial, room.y_high, room.rates_high, at_high)
+    at_low, at_high, trial, end = room.lines[AT_LOW], room.lines[AT_HIGH], room.lines[TRIAL], room.lines[END]
+    _keep(count, y, room.slopes[0], room.lines[GUARD], room.lines[Y_LOW], room.lines[RATES_LOW], at_low)
+    _keep(count, end, room.lines[AFTER], trial, room.lines[Y_HIGH], room.lines[RATES_HIGH], at_high)
     nearest = NEAREST * max(t, 1e-6)
     weight_low, weight_high = 1.0, 1.0
     for attempt in range(ROUNDS):
         at, leader = high, -1
         for index in range(count):
-            if not is_broken(k, p, index, room.y_high, modes, at_high):
+            if not is_broken(k, p, index, room.lines[Y_HIGH], modes, at_high):
                 continue
             if _has_rate(k, modes, index):
                 aim = BEYOND if is_forced(k, modes, index) else AT_END
@@ -170,13 +185,13 @@ def locate(
             passed = passed or is_broken(k, p, index, end, modes, trial)
         if passed:
             high = at
-            _keep(count, end, room.after, trial, room.y_high, room.rates_high, at_high)
+            _keep(count, end, room.lines[AFTER], trial, room.lines[Y_HIGH], room.lines[RATES_HIGH], at_high)
             weight_high = 1.0
             weight_low = weight_low * 0.5 if kept == 1 else 1.0
             kept = 1
         else:
             low = at
-            _keep(count, end, room.after, trial, room.y_low, room.rates_low, at_low)
+            _keep(count, end, room.lines[AFTER], trial, room.lines[Y_LOW], room.lines[RATES_LOW], at_low)
             weight_low = 1.0
             weight_high = weight_high * 0.5 if kept == -1 else 1.0
             kept = -1

@@ -26,7 +26,7 @@ from frictool.engine.mechanism.image import (
     STOPS,
 )
 from frictool.engine.mechanism.resolve import resolve
-from frictool.engine.mechanism.state import OPEN, Room
+from frictool.engine.mechanism.state import FIRST_POWER, FOUND, GUARD, INPUTS, OPEN, Room
 from frictool.engine.mechanism.transmission import joint_row
 from frictool.engine.status import JAMMED, LAW_FAILED, OK, UNRESOLVED
 from frictool.kernels import inset_kernel, part_kernel
@@ -103,7 +103,14 @@ def settle(
 
     Returns engine/status.py.
     """
-    inputs, out, w, guard, power, found = room.inputs, room.slopes[0], room.w, room.guard, room.first_power, room.found
+    inputs, out, w, guard, power, found = (
+        room.lines[INPUTS],
+        room.slopes[0],
+        room.w,
+        room.lines[GUARD],
+        room.lines[FIRST_POWER],
+        room.places[FOUND],
+    )
     for _ in range(ATTEMPTS):
         status = resolve(k, p, laws, t, y, modes, inputs, out, w, guard, power, found, work)
         if status == JAMMED:

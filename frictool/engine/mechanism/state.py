@@ -52,28 +52,25 @@ OPEN, RIGID = 0, 2
 LAW_STEP = 1e-5  # s
 
 
-class Room(NamedTuple):
-    """Where kernels work: nothing in it outlives a call."""
+# rows of Room.lines
+INPUTS = 0  # (2 u + n,): commands, what flowed at the beginning, efforts held on blocks
+END, AFTER = 1, 2  # (y,): where a step ends, the rates there
+Y_LOW, RATES_LOW, Y_HIGH, RATES_HIGH = 3, 4, 5, 6  # states and rates at both ends of a search
+GUARD, TRIAL, AT_LOW, AT_HIGH = 7, 8, 9, 10  # (modes,): at a step's beginning, at its end, at both ends of a search
+POWER, FIRST_POWER, SPENT = 11, 12, 13  # (work,): W at a step's end and beginning, J in it
+SPEEDS = 14  # (n,): before an event
+LINES = 15
+# rows of Room.places
+BEFORE, FOUND = 0, 1  # (modes,) before an event; places in the order of blocks
 
-    w: Vector  # (rows, blocks or joints): engine/mechanism/efforts.py, field.py, resolve.py
-    inputs: Vector  # (2 u + n,): commands, what flowed at the beginning, efforts held on blocks
+
+class Room(NamedTuple):
+    """Where kernels work: nothing in it outlives a call. Few arrays, which are quick to compile and to hand over; rows may be longer."""
+
+    w: Vector  # (WORK_ROWS, blocks or joints): engine/mechanism/efforts.py, field.py, resolve.py, timed.py
     slopes: Vector  # (stages, y): of a step
-    end: Vector  # (y,)
-    after: Vector
-    y_low: Vector  # states and rates at both ends of a search
-    rates_low: Vector
-    y_high: Vector
-    rates_high: Vector
-    guard: Vector  # (modes,): at the beginning of a step
-    trial: Vector  # at its end
-    at_low: Vector  # at both ends of a search
-    at_high: Vector
-    power: Vector  # (work,)
-    first_power: Vector
-    spent: Vector
-    speeds: Vector  # (n,)
-    before: Places  # (modes,)
-    found: Places  # (n + 1,)
+    lines: Vector  # (LINES, longest)
+    places: Places  # (2, longest)
 
 
 class State(NamedTuple):
@@ -134,16 +131,12 @@ def rest(packed: Packed, machine: Machine, start: ArrayLike, law_step: float = L
 
 def _room(c: dict[str, int], size: int, modes: int, work: int) -> Room:
     n = c["blocks"]
+    longest = max(size, modes, work, 2 * c["sources"] + n, n + 1)
     return Room(
         np.zeros((WORK_ROWS, max(n, c["joints"]))),
-        np.zeros(2 * c["sources"] + n),
         np.zeros((STAGES, size)),
-        *(np.zeros(size) for _ in range(6)),
-        *(np.zeros(modes) for _ in range(4)),
-        *(np.zeros(work) for _ in range(3)),
-        np.zeros(n),
-        np.zeros(modes, dtype=np.int64),
-        np.zeros(n + 1, dtype=np.int64),
+        np.zeros((LINES, longest)),
+        np.zeros((2, longest), dtype=np.int64),
     )
 
 

@@ -16,7 +16,7 @@ from frictool.engine.mechanism.image import (
     SPEED,
 )
 from frictool.engine.mechanism.order_eight import NODES, STAGES, WEIGHTS, stage_point, step_end, step_error
-from frictool.engine.mechanism.state import STUCK, Room
+from frictool.engine.mechanism.state import AFTER, END, FIRST_POWER, INPUTS, POWER, SPENT, STUCK, TRIAL, Room
 from frictool.kernels import part_kernel
 
 Vector = NDArray[np.float64]
@@ -38,16 +38,16 @@ def try_step(
     modes: Places,
     room: Room,
 ) -> tuple[float, float]:
-    """From y at t to room.end, with y' there in `after`, the guards in `trial`, what is done [J] in `spent`.
+    """From y at t to END, with y' there in AFTER, the guards in TRIAL, what is done [J] in SPENT.
 
-    Before: y' at t in slopes[0], the powers there in first_power.
+    Before: y' at t in slopes[0], the powers there in FIRST_POWER.
 
     Returns the error in tolerances, inf where the law or the mechanism fails, and the part of the step after which a force's guard was
     first seen broken, 1 where none was.
     """
     n, seen, failed = k[BLOCKS], 1.0, 0
-    inputs, slopes, end, after, w = room.inputs, room.slopes, room.end, room.after, room.w
-    guard, power, first_power, spent = room.trial, room.power, room.first_power, room.spent
+    inputs, slopes, end, after, w = room.lines[INPUTS], room.slopes, room.lines[END], room.lines[AFTER], room.w
+    guard, power, first_power, spent = room.lines[TRIAL], room.lines[POWER], room.lines[FIRST_POWER], room.lines[SPENT]
     for e in range(spent.shape[0]):
         spent[e] = h * WEIGHTS[0] * first_power[e]
     for stage in range(1, STAGES):
@@ -70,7 +70,7 @@ def try_step(
     for i in range(k[INNER]):
         worst = max(worst, step_error(h, slopes, 2 * n + i) / p[k[INNER_SIZE] + i])
     total = 0.0
-    for i in range(end.shape[0]):
+    for i in range(y.shape[0]):
         total += end[i] + after[i]
     if failed != 0 or not math.isfinite(total) or not math.isfinite(worst):
         return math.inf, 1.0

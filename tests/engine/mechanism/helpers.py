@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from frictool.engine.mechanism.image import Machine, prepare
+from frictool.engine.mechanism.image import Machine
+from frictool.engine.mechanism.machine import prepare
 from frictool.engine.mechanism.run import Run, run
 from frictool.engine.mechanism.state import State, rest
 from tests.engine.mechanism.build import Builder

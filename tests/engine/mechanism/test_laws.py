@@ -7,7 +7,7 @@ import pytest
 
 from frictool.engine.drive import spring
 from frictool.engine.laws import run_law
-from frictool.engine.mechanism.image import prepare
+from frictool.engine.mechanism.machine import prepare
 from frictool.engine.mechanism.run import run
 from frictool.engine.mechanism.state import rest
 from frictool.friction.table import LAWS
@@ -16,7 +16,17 @@ from tests.friction.sets import TABLE_3_1
 
 SPEED, STIFFNESS, STEP = 0.1, 2.0, 2e-5
 # m; what two integrators of the same law differ by
-CLOSE = {"hybrid_a": 2e-4, "hybrid_b": 2e-4, "hybrid_c": 2e-4, "karnopp": 1e-3, "svc_band": 1e-3}
+# the memories of the last three move after each accepted step, of another length in each engine
+CLOSE = {
+    "leuven": 1e-5,
+    "leuven_masing": 1e-5,
+    "maxwell_slip": 1e-5,
+    "hybrid_a": 2e-4,
+    "hybrid_b": 2e-4,
+    "hybrid_c": 2e-4,
+    "karnopp": 1e-3,
+    "svc_band": 1e-3,
+}
 
 
 @pytest.mark.parametrize("name", sorted(LAWS))
@@ -41,4 +51,4 @@ def test_a_pulled_block_moves_as_under_the_law_alone(name: str) -> None:
     assert result.status == 0
     difference = np.abs(result.positions[0] - alone.samples[:, 0])
     assert difference.max() < CLOSE.get(name, 2e-6), f"{difference.max():.2e}"
-    assert np.ptp(alone.samples[:, 0]) > 0.01
+    assert np.ptp(alone.samples[:, 0]) > 1e-3

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictool.engine.mechanism.image import prepare
+from frictool.engine.mechanism.machine import prepare
 from frictool.engine.mechanism.run import run
 from frictool.engine.mechanism.state import rest
 from frictool.engine.status import OK
