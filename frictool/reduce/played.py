@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from frictool.documents.model import Model
 from frictool.engine.axis import advance as advance_axis
-from frictool.engine.mechanism.advance import TOLERANCE, advance
 from frictool.engine.mechanism.machine import prepare
+from frictool.engine.mechanism.run import run
 from frictool.engine.mechanism.state import rest
 from frictool.engine.status import MESSAGES, OK
 from frictool.errors import NoSolutionError
@@ -31,16 +31,12 @@ def mechanism_positions(here: View, source: str, sensor: str, place: float, comm
     machine = prepare(assembled.packed)
     state = rest(assembled.packed, machine, start)
     driven, seen = assembled.sources.index(source), assembled.sensor_blocks[assembled.sensors.index(sensor)]
-    inputs, still = np.zeros(len(assembled.sources)), np.zeros(len(names))
-    events, happened = np.zeros((0, 4)), np.zeros(1, np.int64)
-    positions = np.empty(command.shape[0])
-    for k, value in enumerate(command):
-        positions[k] = state.y[seen]
-        inputs[driven] = value
-        status = advance(*machine, *state, inputs, still, here.document.sample_period_s, TOLERANCE, events, happened)  # type: ignore[arg-type]
-        if status != OK:
-            raise NoSolutionError(f"{here.document.name}: not simulated: {MESSAGES[status]} (sample {k})")
-    return positions
+    commands = np.zeros((command.shape[0], len(assembled.sources)))
+    commands[:, driven] = command
+    found = run(machine, state, commands, here.document.sample_period_s, room_for_events=0)
+    if found.status != OK:
+        raise NoSolutionError(f"{here.document.name}: not simulated: {MESSAGES[found.status]} (after {found.reached:.6g} s)")
+    return np.ascontiguousarray(found.positions[seen, :-1])
 
 
 def model_positions(model: Model, place: float, command: Vector) -> Vector:
