@@ -103,7 +103,7 @@ def _ways(tests: tuple[Run, ...], player: Callable[[Run], Vector]) -> list[Vecto
 def _within(positions: Vector, travel: tuple[float, float] | None) -> int:
     """Up to which sample a run is within the travel; a play's width beyond an end stop is within it."""
     if travel is None:
-        return positions.shape[0]
+        return len(positions)
     outside = np.flatnonzero((positions < travel[0] - ROOM) | (positions > travel[1] + ROOM))
     return int(outside[0]) if outside.size else len(positions)
 
