@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from matplotlib.mathtext import MathTextParser
 
 from frictool.cli.main import group
-from frictool.documents.mechanism import Mechanism, Rack
+from frictool.documents.mechanism import Block, Coupling, Link, Mechanism, Rack, Source
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.plant.mechanism.assembly import assemble
@@ -200,3 +200,13 @@ def test_products_cancel_and_numbers_add() -> None:
     equation = Equation((j, r.times(r).times(j)), q, (f, r.times(f), j.negative()), "")
     assert equation.text == "(J + r^2 J) q = f + r f - J"
     assert equation.numbers == "3.75 q = 1.5 f - 3"
+
+
+def test_a_train_longer_than_calls_nest() -> None:
+    count = 1100
+    blocks = {f"b{k}": Block(inertia=Quantity(k + 1.0, unit="kg m^2")) for k in range(count)}
+    links: dict[str, Link] = {f"c{k}": Coupling((f"b{k}", f"b{k + 1}")) for k in range(count - 1)}
+    long = Mechanism("mechanism/1", "long", blocks, links=links, sources={"push": Source("b0", "effort")})
+    (lumped,) = [line for title, lines in derive(long, assemble(long)).sections if "eliminated" in title for line in lines]
+    assert isinstance(lumped, Equation)
+    assert lumped.numbers.split()[0] == f"{count * (count + 1) // 2}"

@@ -6,7 +6,7 @@ takes p lambda at its first, so that the first end's inertia grows by p ratio M 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from frictool.documents.quantity import si_unit
 from frictool.plant.mechanism.equations.expression import Atom, Equation, Term, summed, summed_latex
@@ -37,35 +37,38 @@ class Tree:
 
     def equation(self, efforts: Efforts) -> Equation:
         """(sum of inertias) q_root'' = sum of efforts."""
-        inertia = self._lumped(self.root, None)
-        right = self._gathered(self.root, None, efforts, beside=True)
+        inertia = [mass.times(self.notation.inertia(block)) for block, _, mass in self._walk()]
+        right = self._gathered(efforts, beside=True)
         unit = si_unit("effort", self.notation.kinds[self.root])
         return Equation(tuple(inertia), self.notation.acceleration(self.root), tuple(right), unit, f"blocks.{self.root}")
 
     def gathered(self, efforts: Efforts) -> list[Term]:
         """Efforts on its blocks as the root feels them."""
-        return self._gathered(self.root, None, efforts, beside=False)
+        return self._gathered(efforts, beside=False)
 
-    def _children(self, block: str, above: Drawn | None) -> list[Drawn]:
-        return [link for link in self.links if link is not above and block in (link.a, link.b)]
+    def _walk(self) -> Iterator[tuple[str, Term, Term]]:
+        """Each block from the root on, what the root feels of an effort on it, and of its inertia; chains are longer than calls nest."""
+        at: dict[str, list[Drawn]] = {}
+        for link in self.links:
+            at.setdefault(link.a, []).append(link)
+            at.setdefault(link.b, []).append(link)
+        waiting: list[tuple[str, Drawn | None, Term, Term]] = [(self.root, None, Term(), Term())]
+        while waiting:
+            block, above, effort, mass = waiting.pop()
+            yield block, effort, mass
+            for link in reversed([one for one in at.get(block, ()) if one is not above]):
+                first = link.a == block
+                passed, moved = link.passed.factor, link.passed.factor.times(link.ratio)
+                through, carried = (passed, moved) if first else (passed.inverse(), moved.inverse())
+                waiting.append((link.b if first else link.a, link, effort.times(through), mass.times(carried)))
 
-    def _lumped(self, block: str, above: Drawn | None) -> list[Term]:
-        out = [self.notation.inertia(block)]
-        for link in self._children(block, above):
-            child = link.b if link.a == block else link.a
-            seen = link.passed.factor.times(link.ratio)
-            seen = seen if link.a == block else seen.inverse()
-            out += [seen.times(term) for term in self._lumped(child, link)]
-        return out
-
-    def _gathered(self, block: str, above: Drawn | None, efforts: Efforts, beside: bool) -> list[Term]:
-        out = list(efforts.get(block, ()))
-        if beside:
-            out += [link.passed.beside.negative() for link in self.links if link.a == block and link.passed.beside is not None]
-        for link in self._children(block, above):
-            child = link.b if link.a == block else link.a
-            seen = link.passed.factor if link.a == block else link.passed.factor.inverse()
-            out += [seen.times(term) for term in self._gathered(child, link, efforts, beside)]
+    def _gathered(self, efforts: Efforts, beside: bool) -> list[Term]:
+        out: list[Term] = []
+        for block, effort, _ in self._walk():
+            out += [effort.times(term) for term in efforts.get(block, ())]
+            if beside:
+                threads = [link.passed.beside for link in self.links if link.a == block and link.passed.beside is not None]
+                out += [effort.times(thread.negative()) for thread in threads]
         return out
 
 

@@ -132,9 +132,13 @@ def _trees(
 
 def _tied(blocks: tuple[str, ...], links: list[Drawn]) -> list[list[str]]:
     """The blocks that the links tie together, in the document's order."""
-    group = {block: {block} for block in blocks}
+    group = {block: [block] for block in blocks}
     for link in links:
-        both = group[link.a] | group[link.b]
-        for block in both:
-            group[block] = both
-    return [[block for block in blocks if block in group[first]] for first in blocks if first == min(group[first], key=blocks.index)]
+        kept, joined = sorted((group[link.a], group[link.b]), key=len, reverse=True)
+        if kept is not joined:
+            kept += joined
+            group.update(dict.fromkeys(joined, kept))
+    first: dict[int, list[str]] = {}
+    for block in blocks:
+        first.setdefault(id(group[block]), []).append(block)
+    return list(first.values())
