@@ -17,7 +17,7 @@ MAX_SAMPLES = 20_000_000  # of all variants together: about 2 GB in memory, 0.6 
 SAME_INSTANT = 1e-9  # of the whole
 
 
-def check_steps(scenario: Scenario, period: float, runs: float, name: str) -> None:
+def check_steps(scenario: Scenario, period: float, runs: int, name: str, width: float = 1.0) -> None:
     """Raises DocumentError where a step has no sample, a sine is too fast for the period, or all runs together are too long."""
     for index, step in enumerate(scenario.steps):
         key = f"steps[{index}]"
@@ -25,14 +25,14 @@ def check_steps(scenario: Scenario, period: float, runs: float, name: str) -> No
             refuse(name, f"{key}.duration_s", f"found {step.seconds:g}; allowed: one sample, {period:g} s, or more")
         if step.sine is not None:
             check_frequency(step.sine.frequency_hz, period, f"{key}.sine.frequency_hz", name)
-    check_length(scenario.seconds / period, runs, "steps", name)
+    check_length(scenario.seconds / period, runs, "steps", name, width)
 
 
-def check_length(samples: float, runs: float, key: str, name: str) -> None:
-    """Raises DocumentError where so many samples of so many runs do not fit into memory; a mechanism's run counts as several."""
-    if samples * runs > MAX_SAMPLES:
-        found = f"asks for {samples * runs:.3g} samples in {runs:g} run(s) of an axis"
-        refuse(name, key, f"{found}; allowed: {MAX_SAMPLES:.0e} in all; play fewer variants, or shorter")
+def check_length(samples: float, runs: int, key: str, name: str, width: float = 1.0) -> None:
+    """Raises DocumentError where so many samples of so many runs do not fit into memory; width: how many times an axis's a sample is."""
+    if samples * runs * width > MAX_SAMPLES:
+        found = f"asks for {samples * runs:.3g} samples in {runs} run(s)"
+        refuse(name, key, f"{found}; allowed: {MAX_SAMPLES / width:.0e} in all; play fewer variants, or shorter")
 
 
 def check_frequency(frequency: float, period: float, key: str, name: str) -> None:

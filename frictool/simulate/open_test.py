@@ -114,7 +114,7 @@ def _check(document: Mechanism, assembled: Assembled, scenario: Scenario, names:
     samples = samples_of(scenario.seconds, period)
     if samples < 1:
         refuse(names.scenario, "duration_s", f"found {scenario.seconds:g}; allowed: one sample, {period:g} s, or more")
-    check_length(samples, (1 + (scenario.plants or 0)) * width_of(assembled), "duration_s", names.scenario)
+    check_length(samples, 1 + (scenario.plants or 0), "duration_s", names.scenario, width_of(assembled))
     check_asked(document, assembled, scenario, names, None)
     check_instants(scenario, scenario.seconds, period, names.scenario)
     if seen is None:

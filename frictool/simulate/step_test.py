@@ -139,16 +139,16 @@ def _machine(controller: Controller, program: Program, number: Number) -> Machin
 
 def _reference(plant: Plant[V], controller: Controller, scenario: Scenario, names: Names, recorded: Log | None) -> tuple[Vector, float]:
     """The reference (n,) within the travel, and where the axis rests at first [rad | m]."""
-    rig, runs = plant.rig, plant.count(controller, scenario) * plant.width
+    rig, runs = plant.rig, plant.count(controller, scenario)
     period = rig.sample_period_s
     if scenario.reference is not None:
         if recorded is None:
             raise ValueError("a scenario that replays a log needs it: `recorded`")
         reference = replayed(scenario.reference, recorded, rig.axis, period)
-        check_length(reference.size, runs, "reference", names.scenario)
+        check_length(reference.size, runs, "reference", names.scenario, plant.width)
         places = {"reference": reference}
     else:
-        check_steps(scenario, period, runs, names.scenario)
+        check_steps(scenario, period, runs, names.scenario, plant.width)
         parts = parts_of(scenario, period)
         reference = np.concatenate(parts)
         places = {f"steps[{index}].{step.kind}": part for index, (step, part) in enumerate(zip(scenario.steps, parts, strict=True))}
