@@ -15,7 +15,7 @@ from tests.simulate.example import controller, scenario
 from tests.simulate.mechanism_example import CLUTCH, GEARED, ONE_BLOCK, one_axis, write_text
 from tests.synth.example import ROOT
 
-READY = ROOT / "configs/clutch/scenarios/mechanism.yaml"
+READY = ROOT / "configs/clutch/scenarios"
 TORQUES = """\
 format: scenario/1
 name: torques
@@ -90,16 +90,27 @@ def test_the_report_judges_the_axis_and_info_lists_the_blocks(rig: dict[str, Pat
     assert "pair_contact" in (tmp_path / "blocks.csv").read_text().partition("\n")[0]
 
 
-def test_the_ready_scenario_of_the_exhaustive_clutch(rig: dict[str, Path], tmp_path: Path) -> None:
-    """A tenth of its plants, and its last step cut to a second."""
-    text = READY.read_text()
-    assert "plants: 20\n" in text
-    few = write_text(tmp_path, "few.yaml", text.replace("plants: 20\n", "plants: 2\n").replace("duration_s: 16.2", "duration_s: 1.1"))
-    result = run("simulate", CLUTCH, "--controller", rig["controller"], "--scenario", few, "-o", tmp_path / "run.mcap", "--json")
+@pytest.mark.parametrize(
+    ("name", "cuts", "topics"),
+    [
+        ("mechanism", {"plants: 20\n": "plants: 2\n", "duration_s: 16.2": "duration_s: 1.1"}, ["/axis", "/axis/p1", "/axis/p2"]),
+        ("rebound", {"duration_s: 300": "duration_s: 0.4"}, ["/axis"]),
+    ],
+)
+def test_the_ready_scenarios_of_the_exhaustive_clutch(
+    rig: dict[str, Path], tmp_path: Path, name: str, cuts: dict[str, str], topics: list[str]
+) -> None:
+    """Fewer plants and shorter holds than theirs."""
+    text = (READY / f"{name}.yaml").read_text()
+    for old, new in cuts.items():
+        assert old in text
+        text = text.replace(old, new)
+    cut = write_text(tmp_path, "cut.yaml", text)
+    result = run("simulate", CLUTCH, "--controller", rig["controller"], "--scenario", cut, "-o", tmp_path / "run.mcap", "--json")
     assert result.code == 0, result.stderr
     found = json.loads(result.stdout)
-    assert [row["topic"] for row in found["streams"]] == ["/axis", "/axis/p1", "/axis/p2"]
-    assert "blocks.rotor.inertia" in found["streams"][1]["plant"]
+    assert [row["topic"] for row in found["streams"]] == topics
+    assert all("blocks.rotor.inertia" in row["plant"] for row in found["streams"][1:])
     for one in found["mechanisms"]:
         assert abs(one["energy_J"]["residual"]) < 1e-6 * one["energy_J"]["input"]
 
