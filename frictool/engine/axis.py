@@ -114,6 +114,7 @@ def _phase(state: Vector, command: float, p: Vector, direction: float, coulomb: 
     if state[VELOCITY] == 0.0:
         gross = abs(p[CONSTANT] * state[DRIVE]) + abs(p[CONSTANT] * command) + abs(p[OFFSET]) + coulomb
         if abs(settled + transient) <= ROUNDING * gross:
+            settled = settled if p[LAG] > 0.0 else 0.0  # without a lag nothing is on its way either
             transient = -settled
     rate = 1.0 / p[LAG] if p[LAG] > 0.0 else 0.0
     return (direction * state[VELOCITY], settled / p[INERTIA], transient / p[INERTIA], viscous / p[INERTIA], rate)

@@ -219,3 +219,16 @@ def test_agrees_with_an_integrator_with_events(lag: float, viscous: float, seed:
         x, v, drive, gap = event_integration(p, state, command, 4e-3)
         run(p, [command], 4e-3, state)
         np.testing.assert_allclose(state[:4], [x, v, drive, gap], rtol=1e-7, atol=1e-8)
+
+
+@pytest.mark.parametrize("ulps", [0, 1, 2, 3])
+def test_an_effort_on_the_breakaway_to_rounding_moves_nothing_without_a_lag(ulps: int) -> None:
+    """Friction 0.13 N m, 2.6 A at 0.05 N m/A: what rounding leaves above it is no acceleration, and no division by the lag's rate."""
+    level = 0.13
+    for _ in range(ulps):
+        level = math.nextafter(level, 0.0)
+    axis = AxisParameters(inertia=2.2e-4, viscous=0.0, coulomb=level, breakaway=level, constant=0.05)
+    state = run(axis, [2.59, 2.6, 2.6])
+    assert state[MODE] == STUCK
+    assert state[VELOCITY] == 0.0
+    assert run(axis, [2.7], state=state)[VELOCITY] > 0.0
