@@ -54,6 +54,10 @@ def chain(whole: Mechanism, bandwidth: float | None, progress: Progress = lambda
     """
     source, sensor = commanded(whole)
     _one_command(whole, source)
+    if whole.sensors[sensor].measures != "position":
+        raise NoSolutionError(
+            f"sensors.{sensor}: measures {whole.sensors[sensor].measures}; a model.yaml needs a position: name one by control"
+        )
     steps: list[Step] = []
 
     def take(result: tuple[Mechanism, Told]) -> Mechanism:

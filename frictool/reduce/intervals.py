@@ -15,6 +15,7 @@ import msgspec
 
 from frictool.documents.mechanism import FrictionOf, Mechanism
 from frictool.documents.quantity import Quantity, factor_between
+from frictool.errors import NoSolutionError
 
 MOST_CORNERS = 3
 Path = tuple[str, ...]
@@ -48,6 +49,14 @@ def at(node: Any, path: Path, value: float) -> Any:
     return msgspec.structs.replace(node, **{head: at(getattr(node, head), rest, value)})
 
 
+def _at_end(mechanism: Mechanism, path: Path, value: float, numbers: Callable[[Mechanism], Numbers]) -> Numbers:
+    """The numbers there. Raises NoSolutionError naming the quantity whose end has no reduction."""
+    try:
+        return numbers(consistent(at(mechanism, path, value)))
+    except NoSolutionError as error:
+        raise NoSolutionError(f"with {'.'.join(path)} at {value:.6g}, an end of its interval: {error}") from None
+
+
 def consistent(mechanism: Mechanism) -> Mechanism:
     """With each breakaway at least the Coulomb friction beside it, which one of both at its end may have passed."""
     links = dict(mechanism.links)
@@ -67,7 +76,7 @@ def propagated(mechanism: Mechanism, numbers: Callable[[Mechanism], Numbers], pr
     found = uncertain(mechanism)
     for path, one in found:
         progress(f"interval of {'.'.join(path)}")
-        ends = [numbers(consistent(at(mechanism, path, value))) for value in one.interval]
+        ends = [_at_end(mechanism, path, value, numbers) for value in one.interval]
         for name, value in centre.items():
             low[name] += min(0.0, *(each.get(name, value) - value for each in ends))
             high[name] += max(0.0, *(each.get(name, value) - value for each in ends))

@@ -22,6 +22,7 @@ from frictool.reduce.one_inertia import OneInertia, Side
 from frictool.reduce.polynomial import mean_of
 
 CONFIDENCE = 0.95
+ROUNDING = 1e-12  # relative: an interval that is narrower is none
 SMALLEST_STEP = 1e-6  # of the travel: the encoder of a sensor that measures perfectly
 Ends = Mapping[str, tuple[float, float]]
 
@@ -42,7 +43,7 @@ def model_of(chain: Chain, ends: Ends, provenance: Provenance, bench: Bench | No
         low, high = (end + shift for end in ends.get(name, (numbers[name], numbers[name])))
         if low < 0.0 <= centre and dimension != "offset":
             low = 0.0
-        known = low < high
+        known = high - low > ROUNDING * max(abs(low), abs(high))
         unit = si_unit("effort" if dimension == "offset" else dimension, axis)
         return Estimate(centre, low if known else None, high if known else None, unit, source="bench")
 
@@ -119,7 +120,7 @@ def bench_of(chain: Chain, ends: Ends, axis: Axis) -> Bench:
 
     def quantity(name: str, dimension: str, low: float | None = None, high: float | None = None) -> Quantity:
         least, most = ends[name][0] if low is None else low, ends[name][1] if high is None else high
-        known = least < most
+        known = most - least > ROUNDING * max(abs(least), abs(most))
         least = max(0.0, least)
         return Quantity(numbers[name], least if known else None, most if known else None, si_unit(dimension, axis))
 

@@ -25,8 +25,12 @@ def lumped(mechanism: Mechanism, root: str) -> tuple[Mechanism, Told]:
         masses.setdefault(into[name], []).append(mass_of(block))
     blocks = {name: with_mass(mechanism.blocks[name], functools.reduce(added, masses[name])) for name in mechanism.blocks if name in masses}
     links = {name: moved for name, link in mechanism.links.items() if (moved := _moved(link, into)) is not None}
+    control = mechanism.control
+    if control is not None and control.load is not None:
+        control = msgspec.structs.replace(control, load=into[control.load])
     reduced = msgspec.structs.replace(
         mechanism,
+        control=control,
         blocks=blocks,
         links=links,
         sources={name: msgspec.structs.replace(one, on=into[one.on]) for name, one in mechanism.sources.items()},

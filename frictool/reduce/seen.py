@@ -17,6 +17,7 @@ from frictool.documents.mechanism import (
     Block,
     Cam,
     Compliance,
+    Control,
     Coupling,
     FrictionOf,
     Gear,
@@ -84,7 +85,11 @@ def from_source(mechanism: Mechanism, source: str) -> tuple[Mechanism, Told]:
         if here.frame(name).ratio != 1.0
     ]
     did = f"every block in the coordinate of {names[here.root]}: masses by ratio^2, efforts by ratio, ways by 1/ratio (2.16)"
-    return expressed(here), Told("coordinates", did, "nothing", figures=tuple(figures))
+    control = mechanism.control or Control(
+        source, commanded(mechanism)[1]
+    )  # said, since a later step may leave a source without its effort
+    reduced = msgspec.structs.replace(expressed(here), control=control)
+    return reduced, Told("coordinates", did, "nothing", figures=tuple(figures))
 
 
 def at_sensor(mechanism: Mechanism, whole: Mechanism, source: str, sensor: str) -> tuple[Mechanism, Told]:

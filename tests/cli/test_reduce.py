@@ -9,13 +9,13 @@ import msgspec
 import pytest
 
 from frictool.documents.bench import Bench
-from frictool.documents.mechanism import Compliance, Control, Coupling, Mechanism, Source
+from frictool.documents.mechanism import Compliance, Control, Coupling, Mechanism, Sensor, Source
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from tests.cli.run import refused, run
-from tests.reduce.building import belt, coulomb, lossy_train, motor, rotor, two_plays
+from tests.reduce.building import belt, coulomb, lift, lossy_train, motor, rotor, two_plays
 
 GOLDEN = Path(__file__).parents[1] / "reduce" / "golden" / "model.yaml"
 Q = Quantity
@@ -127,3 +127,22 @@ def test_a_differential_is_refused_with_both_ratios(tmp_path: Path) -> None:
         4,
         "links.bypass: shaft moves 1 times as far as the source by motor, and -0.2 times by gear",
     )
+
+
+@pytest.mark.parametrize(("weight", "offset"), [(20.0, 0.2), (5.0, 0.0)])
+def test_a_weight_is_an_offset_or_a_part_of_the_friction_that_holds_it(weight: float, offset: float, tmp_path: Path) -> None:
+    result = run("reduce", _write(tmp_path / "mechanism.yaml", lift(weight)), "-o", tmp_path / "model.yaml")
+    assert result.code == 0, result.stderr
+    model = load(tmp_path / "model.yaml", Model)
+    assert model.parameters.offset.value == pytest.approx(offset, abs=1e-12)
+    up = model.parameters.coulomb.value + offset
+    backward = model.laws.backward.coulomb if model.laws is not None and model.laws.backward is not None else model.parameters.coulomb
+    assert backward is not None
+    down = backward.value - offset
+    assert up == pytest.approx(0.01 * (8.0 + weight), rel=1e-9)
+    assert down == pytest.approx(0.01 * (8.0 - weight), rel=1e-9)
+
+
+def test_a_sensor_of_the_speed_is_no_models(tmp_path: Path) -> None:
+    wide = msgspec.structs.replace(two_plays(), sensors={"speed": Sensor("motor", "velocity")}, travel=None)
+    refused(run("reduce", _write(tmp_path / "mechanism.yaml", wide)), 4, "sensors.speed: measures velocity")

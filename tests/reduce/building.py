@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import msgspec
+
 from frictool.documents.mechanism import (
     Backlash,
     Belt,
@@ -104,3 +106,11 @@ def lossy_train(efficiency: float = 0.9) -> Mechanism:
 
 def shaft(first: str, second: str) -> Coupling:
     return Coupling((first, second))
+
+
+def lift(weight: float = 20.0, friction: float = 8.0) -> Mechanism:
+    """Motor, rack of 10 mm, table that hangs: its weight is a constant effort that pulls it down."""
+    links: dict[str, Link] = {"rack": Rack(("motor", "table"), Q(0.01, unit="m")), "slideway": coulomb("table", friction, "N")}
+    found = mechanism({"motor": rotor(2e-5), "table": slide(2.0)}, links, "motor", "motor", travel=(-30.0, 30.0))
+    pull = Source("table", "effort", effort=Q(-weight, unit="N"))
+    return msgspec.structs.replace(found, sources={**found.sources, "weight": pull})
