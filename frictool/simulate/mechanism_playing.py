@@ -72,7 +72,10 @@ def play_all(
     with ThreadPoolExecutor(os.cpu_count()) as threads:
         while done < total:
             chosen = range(done, min(done + batch, total))
-            yield from threads.map(lambda place: moved(variants[place], *tasks[place], alone), chosen)
+            if len(chosen) == 1:  # here, where an interrupt is heard between two pieces
+                yield moved(variants[done], *tasks[done], alone)
+            else:
+                yield from threads.map(lambda place: moved(variants[place], *tasks[place], alone), chosen)
             done = chosen.stop
             if total > 1:
                 progress(done, total)
