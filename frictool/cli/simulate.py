@@ -43,7 +43,7 @@ scenario.yaml, key by key (quantities are {value, unit}; docs/formats.md has an 
   reference      in place of steps {log, channel, from_s, to_s, shift, hold_s}: a measured reference is replayed; raw logs are read by
                  the columns of the model's bench
   variants       nominal: the model; vertices: also those at which the controller was verified; random: also `plants` drawn plants
-  plants         how many plants are drawn from the bench's ranges
+  plants         how many plants are drawn from the bench's ranges, or from those of the mechanism's own quantities
   disturbances   efforts on the axis {kind: step | pulse | sine, effort, at_s, duration_s, frequency_hz, phase_deg}; on: a mechanism's block
   drifts         wear, warmth: {friction, viscous, constant: [{at_s, factor}, ..]}, straight lines between the points
   sensor_faults  {kind: lost_counts, counts, at_s}, {kind: encoder_stuck, at_s, until_s}, {kind: drive_offset, offset, at_s, until_s},
@@ -62,8 +62,10 @@ Example:
   frictool simulate model.yaml --controller controller.yaml --scenario scenarios/steps.yaml --target c/ -o target.mcap
   frictool simulate model.yaml --controller controller.yaml --observer observer.yaml --scenario scenarios/steps.yaml -o observed.mcap
   frictool simulate model.yaml --excitation sines.mcap --position-gain 30 --speed-gain 0.1 -o bench_log.mcap
+  frictool simulate mechanism.yaml --controller controller.yaml --scenario scenarios/mechanism.yaml --events events.csv -o run.mcap
+  frictool simulate mechanism.yaml --scenario torques.yaml -o run.mcap
 
-Play a scenario to the model under its controller and write what a bench would have logged.
+Play a scenario to the model, or to a whole mechanism, under its controller and write what a bench would have logged.
 
 The engine moves from event to event (stop, breakaway, backlash contact, knee, end stop), in closed form where there is one: an axis at
 rest below its breakaway stays where it is, exactly. The controller is sampled, sees the position through the encoder, and acts after
