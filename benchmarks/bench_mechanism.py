@@ -1,0 +1,227 @@
+"""Mechanisms of many blocks: the engine against real time, against its own length, and against integrators of the same equations.
+
+The mechanism: sliders of 0.1 kg in a row, each on dry friction (0.1 N, breakaway 0.13 N, 0.05 N s/m), springs between neighbours that
+put the resonances of 20 sliders between 6 Hz and 150 Hz at a damping of 2 %, three of the links with a play of 2 mm. Friction and flanks
+are exact in the engine: each stop, breakaway and contact is an instant that it finds. Errors are those of the positions at the end,
+against the engine at a tolerance of 1e-12, over the way of the driven slider.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from benchmarks.timing import pair
+from frictool.engine.mechanism.machine import prepare
+from frictool.engine.mechanism.run import Run, run
+from frictool.engine.mechanism.state import rest
+from tests.engine.mechanism.build import Builder
+
+Vector = NDArray[np.float64]
+
+MASS, COULOMB, BREAKAWAY, VISCOUS, HIGHEST, DAMPING, GAP = 0.1, 0.1, 0.13, 0.05, 150.0, 0.02, 1e-3
+STIFFNESS = MASS * (np.pi * HIGHEST) ** 2  # the highest resonance of a long chain is (1/pi) sqrt(k/m)
+DAMPER = 2.0 * DAMPING * np.sqrt(STIFFNESS * MASS)
+SECONDS, PERIOD, ROUNDS = 2.0, 1e-3, 5
+LENGTHS = (20, 40, 80, 160)
+SWITCHES, HELD, PEER_SECONDS = 4, 4.0, 1.0  # against peers: an effort that changes sign, so that none is stopped by samples
+MUJOCO_STEP = 1e-4
+
+
+def chain(count: int, gaps: int = 3) -> Builder:
+    """The mechanism."""
+    b = Builder()
+    for i in range(count):
+        b.block(MASS, 0.5)
+        b.friction(i, "svc", coulomb=COULOMB, breakaway=BREAKAWAY, viscous=VISCOUS)
+        if i > 0:
+            played = gaps > 0 and i % (20 // gaps) == 0
+            b.coupling(i - 1, i, STIFFNESS, DAMPER, gap=GAP if played else 0.0)
+    b.source(0)
+    return b
+
+
+def player(b: Builder, commands: Vector, period: float, tolerance: float | None = None) -> Callable[[], Run]:
+    """A function that runs the mechanism from rest."""
+    packed = b.packed()
+    machine, start = prepare(packed), np.zeros(len(b.inertia))
+    more = {} if tolerance is None else {"tolerance": tolerance}
+    return lambda: run(machine, rest(packed, machine, start), commands, period, **more)
+
+
+def swinging(count: int) -> Vector:
+    """Commands that make all sliders stick and slip: 1 Hz, three times their friction together."""
+    return 0.3 * count * np.sin(2.0 * np.pi * PERIOD * np.arange(round(SECONDS / PERIOD)))[:, None]
+
+
+def switching() -> Vector:
+    return HELD * np.array([1.0, -1.0] * (SWITCHES // 2))[:, None]
+
+
+def cost(call: Callable[[], Any]) -> float:
+    """The least seconds of some calls."""
+    call()
+    taken = []
+    for _ in range(ROUNDS):
+        start = time.perf_counter()
+        call()
+        taken.append(time.perf_counter() - start)
+    return min(taken)
+
+
+def mechanism_real_time() -> dict[str, Any]:
+    """Real time over the engine's, 20 sliders with play, commands held for 1 ms; at least 100 is asked for."""
+    call = player(chain(20), swinging(20), PERIOD)
+    ours = cost(call)
+    found = call()
+    happened = np.unique(found.events[:, 0]).size
+    return {
+        "peer": "real time",
+        "ours": ours,
+        "theirs": SECONDS,
+        "unit": "s",
+        "ratio": SECONDS / ours,
+        "accuracy": f"{happened} instants found in {SECONDS:g} s",
+    }
+
+
+def _slope(calls: list[Callable[[], Any]]) -> tuple[float, list[float]]:
+    seconds = [cost(call) for call in calls]
+    return float(np.polyfit(np.log(LENGTHS), np.log(seconds), 1)[0]), seconds
+
+
+def mechanism_length() -> dict[str, Any]:
+    """The exponent of the cost over the chain's length, all sliders slipping; as a ratio to 1, which is linear."""
+    t = PERIOD * np.arange(round(SECONDS / PERIOD))
+    calls = []
+    for count in LENGTHS:
+        commands = count * (0.3 + 0.1 * np.minimum(1.0, t) * np.sin(2.0 * np.pi * t))[:, None]
+        calls.append(player(chain(count, 0), commands, PERIOD))
+    slope, seconds = _slope(calls)
+    events, _ = _slope([player(chain(count), swinging(count), PERIOD) for count in LENGTHS])
+    return {
+        "peer": "linear growth",
+        "ours": slope,
+        "theirs": 1.0,
+        "unit": "exponent",
+        "ratio": 1.0 / slope,
+        "accuracy": ", ".join(f"{n}: {1e3 * s:.3g} ms" for n, s in zip(LENGTHS, seconds, strict=True))
+        + f"; where each slider sticks and slips, so that events grow with the length too: exponent {events:.2f}",
+    }
+
+
+class Switching:
+    """The same chain for solve_ivp: modes held, an event for each slider's stop or breakaway."""
+
+    def __init__(self, count: int) -> None:
+        self.count, self.modes, self.effort = count, np.zeros(count), 0.0
+
+    def pull(self, y: Vector) -> Vector:
+        """Efforts on the sliders without dry friction."""
+        x, v = y[: self.count], y[self.count :]
+        force = STIFFNESS * np.diff(x) + DAMPER * np.diff(v)
+        total = -VISCOUS * v
+        total[:-1] += force
+        total[1:] -= force
+        total[0] += self.effort
+        return np.asarray(total)
+
+    def rates(self, _: float, y: Vector) -> Vector:
+        slip = np.where(self.modes == 0.0, 0.0, (self.pull(y) - COULOMB * self.modes) / MASS)
+        return np.concatenate([y[self.count :], slip])
+
+    def settle(self, y: Vector, stopped: int | None) -> None:
+        """The modes after an event."""
+        pull = self.pull(y)
+        for i in range(self.count):
+            if i == stopped:
+                y[self.count + i], self.modes[i] = 0.0, 0.0
+            if self.modes[i] == 0.0 and abs(pull[i]) >= BREAKAWAY * (1.0 - 1e-12):
+                self.modes[i] = np.sign(pull[i])
+
+    def play(self, rtol: float, atol: float) -> Vector:
+        y = np.zeros(2 * self.count)
+        self.modes[:] = 0.0
+        for effort in switching()[:, 0]:
+            self.effort, t, end = float(effort), 0.0, PEER_SECONDS / SWITCHES
+            self.settle(y, None)
+            while t < end:
+                found = solve_ivp(self.rates, (t, end), y, method="DOP853", rtol=rtol, atol=atol, events=self.events())
+                t, y = float(found.t[-1]), found.y[:, -1].copy()
+                hit = [i for i, times in enumerate(found.t_events) if times.size]
+                if found.status == 1:
+                    self.settle(y, hit[0] if self.modes[hit[0]] != 0.0 else None)
+        return y[: self.count]
+
+    def events(self) -> list[Any]:
+        made = []
+        for i in range(self.count):
+            mode = self.modes[i]
+            if mode == 0.0:
+
+                def event(_: float, y: Vector, i: int = i) -> float:
+                    return BREAKAWAY - abs(float(self.pull(y)[i]))
+            else:
+
+                def event(_: float, y: Vector, i: int = i, mode: float = mode) -> float:
+                    return float(mode * y[self.count + i])
+
+            event.terminal, event.direction = True, -1.0  # type: ignore[attr-defined]  # scipy's way to mark events
+            made.append(event)
+        return made
+
+
+def _against(peer: str, call: Callable[[], Vector], rounds: int) -> dict[str, Any]:
+    b = chain(20, 0)
+    exact = player(b, switching(), PEER_SECONDS / SWITCHES, 1e-12)().positions[:, -1]
+    way = float(np.ptp(player(b, np.repeat(switching(), 50, axis=0), PEER_SECONDS / SWITCHES / 50)().positions[0]))
+    engine = player(b, switching(), PEER_SECONDS / SWITCHES)
+    ours, theirs = pair(engine, call, rounds)
+    errors = [float(np.max(np.abs(found - exact))) / way for found in (engine().positions[:, -1], call())]
+    accuracy = f"{errors[0]:.1e} of the way against {errors[1]:.1e}"
+    return {"peer": peer, "ours": ours, "theirs": theirs, "unit": "s", "ratio": theirs / ours, "accuracy": accuracy}
+
+
+def mechanism_solve_ivp() -> dict[str, Any]:
+    """The chain without play for 1 s against scipy's DOP853, modes and events by hand, tolerances for the same accuracy."""
+    return _against("scipy solve_ivp", lambda: Switching(20).play(1e-7, 1e-9), 1)
+
+
+def mechanism_mujoco() -> dict[str, Any]:
+    """Against MuJoCo: joints with friction loss, springs as tendons; its friction has no breakaway and creeps."""
+    import mujoco
+
+    joints = "".join(
+        f'<body><joint name="j{i}" type="slide" axis="1 0 0" damping="{VISCOUS}" frictionloss="{COULOMB}"/>'
+        f'<geom size=".01" mass="{MASS}" contype="0" conaffinity="0"/></body>'
+        for i in range(20)
+    )
+    springs = "".join(
+        f'<fixed stiffness="{STIFFNESS}" damping="{DAMPER}" springlength="0">'
+        f'<joint joint="j{i}" coef="-1"/><joint joint="j{i + 1}" coef="1"/></fixed>'
+        for i in range(19)
+    )
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><option timestep="{MUJOCO_STEP}" gravity="0 0 0" integrator="implicitfast"/><worldbody>{joints}</worldbody>'
+        f'<tendon>{springs}</tendon><actuator><motor joint="j0"/></actuator></mujoco>'
+    )
+    data = mujoco.MjData(model)
+
+    def call() -> Vector:
+        mujoco.mj_resetData(model, data)
+        for effort in switching()[:, 0]:
+            data.ctrl[0] = effort
+            mujoco.mj_step(model, data, nstep=round(PEER_SECONDS / SWITCHES / MUJOCO_STEP))
+        return np.array(data.qpos)
+
+    return _against(f"mujoco, steps of {MUJOCO_STEP:g} s", call, ROUNDS)
+
+
+ROWS = [mechanism_real_time, mechanism_length, mechanism_solve_ivp, mechanism_mujoco]
+for _row in ROWS:
+    _row.id = _row.__name__.replace("mechanism_", "mechanism.")  # type: ignore[attr-defined]  # a function's attribute
