@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.engine.mechanism.advance import TOLERANCE, advance
 from frictool.engine.mechanism.machine import prepare
+from frictool.engine.mechanism.run import run
 from frictool.engine.mechanism.state import rest
 from frictool.engine.status import OK
 from frictool.plant.mechanism.assembly import Assembled, assemble
@@ -46,13 +46,6 @@ def play(text: str, samples: Sequence[Sequence[float]], period: float = 1e-3) ->
 def moved(assembled: Assembled, samples: Sequence[Sequence[float]], period: float) -> Played:
     """The same of a mechanism that is put together."""
     machine = prepare(assembled.packed)
-    state = rest(assembled.packed, machine, assembled.start)
-    n = len(assembled.blocks)
-    free, events, happened = np.zeros(n), np.zeros((0, 4)), np.zeros(1, np.int64)
-    states = np.empty((len(samples) + 1, 2 * n))
-    states[0] = state.y[: 2 * n]
-    for index, sample in enumerate(samples, start=1):
-        command = np.asarray(sample, dtype=np.float64)
-        assert advance(*machine, *state, command, free, period, TOLERANCE, events, happened) == OK
-        states[index] = state.y[: 2 * n]
-    return Played(period * np.arange(len(samples) + 1), states[:, :n], states[:, n:], assembled.blocks)
+    found = run(machine, rest(assembled.packed, machine, assembled.start), samples, period, room_for_events=1)
+    assert found.status == OK
+    return Played(found.times, found.positions.T, found.speeds.T, assembled.blocks)
