@@ -13,6 +13,7 @@ from frictool.documents.quantity import si_unit
 from frictool.documents.scenario import Scenario
 from frictool.engine.mechanism.closed_loop import Inputs, Sight
 from frictool.plant.mechanism.assembly import Assembled
+from frictool.plant.mechanism.pace import fastest
 from frictool.simulate.agreement import Names, refuse
 from frictool.simulate.mechanism_channels import DRIVE_UNITS, Channels
 from frictool.simulate.mechanism_inputs import inputs_of, mean_efforts
@@ -23,6 +24,8 @@ from frictool.simulate.mechanism_variants import MechanismVariant, mechanism_var
 from frictool.simulate.plant import Loop, Run
 
 Vector = NDArray[np.float64]
+FASTEST = 1e4  # of the sampling rate: a link that is faster is a rigid one
+MOST_TURNS = 1e8  # rad that the fastest link may ring for: some microseconds each, of a few blocks
 
 
 class MechanismPlant:
@@ -113,8 +116,18 @@ def scenario_inputs(assembled: Assembled, scenario: Scenario, samples: int, peri
     return inputs_of(signals, pairs, len(assembled.sources), samples, period)
 
 
+def check_pace(assembled: Assembled, seconds: float, period: float, owner: str) -> None:
+    """Raises DocumentError where a link yields so little that steps short enough for it would not come to an end."""
+    pace = fastest(assembled)
+    if pace.rate * period > FASTEST or pace.rate * seconds > MOST_TURNS:
+        found = f"is so stiff, or so damped, for what it carries that it answers at {pace.rate:.3g} rad/s"
+        allowed = f"at most {min(FASTEST / period, MOST_TURNS / seconds):.3g} rad/s in a test of {seconds:g} s sampled at {period:g} s"
+        refuse(owner, f"links.{pace.link}", f"{found}; allowed: {allowed}; without its compliance it is rigid")
+
+
 def check_asked(document: Mechanism, assembled: Assembled, scenario: Scenario, names: Names, commanded: str | None) -> None:
     """Raises DocumentError where sources, blocks or units are not the mechanism's; `commanded`: the source that a controller has."""
+    check_pace(assembled, scenario.seconds, document.sample_period_s, names.model)
     if scenario.variants == "vertices":
         message = "found vertices, which are numbers of one axis; allowed for a mechanism: nominal, random"
         refuse(names.scenario, "variants", message)

@@ -156,3 +156,10 @@ def test_names_of_signals_are_those_that_ros_takes() -> None:
 def test_what_does_not_fit_is_refused(sources: dict[str, tuple[Signal, ...]], keys: dict[str, object], words: str) -> None:
     with pytest.raises(InputFileError, match=f"scenario.yaml: .*{words}"):
         played(FREE_MASS, sources, **keys)
+
+
+def test_a_link_that_would_take_steps_without_end_is_refused() -> None:
+    held = "  spring: {kind: spring, between: [sled, ground], stiffness: {value: 1.0e15, unit: N/m}}\n"
+    text = FREE_MASS.replace("links:\n", "links:\n" + held) if "links:" in FREE_MASS else FREE_MASS + "links:\n" + held
+    with pytest.raises(InputFileError, match=r"mechanism.yaml: links.spring: is so stiff.*2.24e\+07 rad/s; allowed: at most 1e\+07 rad/s"):
+        played(text, {"push": (signal("step", 1.0),)})
