@@ -24,6 +24,9 @@ from frictool.cli.output import (
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
     from frictool.documents.mechanism import Mechanism
+    from frictool.documents.provenance import Provenance
+    from frictool.reduce.in_loop import InLoop
+    from frictool.reduce.reduction import Reduction
 
 HELP = """\b
 Example:
@@ -62,45 +65,22 @@ def command(
     output: Path | None,
     as_json: bool,
 ) -> None:
-    from frictool.cli.mechanism_file import load_mechanism, wrong_in_file
     from frictool.documents.provenance import record
     from frictool.documents.writing import to_yaml
     from frictool.errors import NoSolutionError
-    from frictool.plant.mechanism.wrong import WrongElement
-    from frictool.reduce.machine import machine
-    from frictool.reduce.reduction import reduction
-    from frictool.reduce.text import lines
 
     if scenario is not None and controller is None:
         raise click.UsageError("--scenario is played under a controller; give --controller")
     inputs = [path for path in (mechanism, controller, scenario, bench) if path is not None]
-    targets = [path for path in (reduced, plot, output) if path is not None]
-    for target in targets:
-        refuse_inputs(target, inputs)
-    if len({target.resolve() for target in targets}) < len(targets):
-        raise click.UsageError("--output, --reduced and --plot name one file twice; give each its own")
-    document, _ = load_mechanism(mechanism)
-    words = {"mechanism": mechanism, "--bandwidth": bandwidth, "--controller": controller}
-    words |= {"--scenario": scenario, "--bench": bench}
+    _refuse_targets([path for path in (reduced, plot, output) if path is not None], inputs)
+    words = {"mechanism": mechanism, "--bandwidth": bandwidth, "--controller": controller, "--scenario": scenario, "--bench": bench}
     words |= {"--tolerance": tolerance if tolerance != 0.05 else None}
-    try:
-        asked = _bandwidth(document, bandwidth, controller)
-        found = reduction(document, asked, tolerance, _bench(bench), record(command_line("reduce", words), inputs), _progress)
-    except WrongElement as wrong:
-        raise wrong_in_file(mechanism, wrong) from None
-    loop = None
-    if scenario is not None and controller is not None and found.checked.refused is None:
-        from frictool.cli.reduce_loop import played_in_loop
-
-        _progress("playing the scenario to both")
-        loop = played_in_loop(mechanism, found.model, controller, scenario, found.chain.one.play.width, tolerance)
-    if as_json:
-        print_json(machine(found.chain, found.checked, found.model, loop), output)
-    else:
-        say("\n".join(lines(found.chain, found.checked, found.model, loop)), output)
+    found = _reduction(mechanism, bandwidth, controller, bench, tolerance, record(command_line("reduce", words), inputs))
+    loop = _in_loop(mechanism, found, controller, scenario)
+    _tell(found, loop, output, as_json)
     refused = found.checked.refused or (loop.refused if loop is not None else None)
     if refused is not None:
-        raise NoSolutionError(f"{document.name}: not reduced: {refused}")
+        raise NoSolutionError(f"{found.chain.whole.name}: not reduced: {refused}")
     if output is not None:
         save_text(output, to_yaml(found.model), inputs)
     if reduced is not None:
@@ -109,6 +89,48 @@ def command(
         from frictool.reduce.picture import picture
 
         save_text(plot, picture(found.chain, found.model) + "\n", inputs)
+
+
+def _refuse_targets(targets: list[Path], inputs: list[Path]) -> None:
+    for target in targets:
+        refuse_inputs(target, inputs)
+    if len({target.resolve() for target in targets}) < len(targets):
+        raise click.UsageError("--output, --reduced and --plot name one file twice; give each its own")
+
+
+def _reduction(
+    path: Path, bandwidth: float | None, controller: Path | None, bench: Path | None, tolerance: float, provenance: Provenance
+) -> Reduction:
+    from frictool.cli.mechanism_file import load_mechanism, wrong_in_file
+    from frictool.plant.mechanism.wrong import WrongElement
+    from frictool.reduce.reduction import reduction
+
+    document, _ = load_mechanism(path)
+    try:
+        asked = _bandwidth(document, bandwidth, controller)
+        return reduction(document, asked, tolerance, _bench(bench), provenance, _progress)
+    except WrongElement as wrong:
+        raise wrong_in_file(path, wrong) from None
+
+
+def _in_loop(path: Path, found: Reduction, controller: Path | None, scenario: Path | None) -> InLoop | None:
+    """Both played under the controller; None where that is not asked for, or the reduction is refused already."""
+    if scenario is None or controller is None or found.checked.refused is not None:
+        return None
+    from frictool.cli.reduce_loop import played_in_loop
+
+    _progress("playing the scenario to both")
+    return played_in_loop(path, found.model, controller, scenario, found.chain.one.play.width, found.checked.tolerance)
+
+
+def _tell(found: Reduction, loop: InLoop | None, output: Path | None, as_json: bool) -> None:
+    from frictool.reduce.machine import machine
+    from frictool.reduce.text import lines
+
+    if as_json:
+        print_json(machine(found.chain, found.checked, found.model, loop), output)
+    else:
+        say("\n".join(lines(found.chain, found.checked, found.model, loop)), output)
 
 
 def _bandwidth(document: Mechanism, given: float | None, controller: Path | None) -> float | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Literal
 
 import msgspec
@@ -27,6 +28,31 @@ SMALLEST_STEP = 1e-6  # of the travel: the encoder of a sensor that measures per
 Ends = Mapping[str, tuple[float, float]]
 
 
+@dataclass(frozen=True)
+class _Estimates:
+    """The numbers of one inertia with their intervals, `ends` by the names of OneInertia.scalars."""
+
+    one: OneInertia
+    ends: Ends
+    axis: Axis
+
+    def of(self, name: str, dimension: str, value: float | None = None) -> Estimate:
+        """One of them; of another value with the interval moved along."""
+        own = self.one.scalars()[name]
+        centre = own if value is None else value
+        low, high = (end + centre - own for end in self.ends.get(name, (own, own)))
+        if low < 0.0 <= centre and name not in ("offset", "stiffness"):
+            low = 0.0
+        known = high - low > ROUNDING * max(abs(low), abs(high))
+        return Estimate(centre, low if known else None, high if known else None, si_unit(dimension, self.axis), source="bench")
+
+    def level(self, name: str, side: Side) -> Estimate:
+        """Coulomb friction of a direction, or its breakaway: the mean of its polynomial."""
+        low, high = self.one.ends
+        terms = side.breakaway_terms if name.endswith("breakaway") else side.coulomb.coefficients
+        return self.of(name, "effort", mean_of(terms, low, high))
+
+
 def model_of(chain: Chain, ends: Ends, provenance: Provenance, bench: Bench | None = None) -> Model:
     """The document; `ends`: intervals by the names of OneInertia.scalars; `bench`: the user's, in place of the mechanism's own.
 
@@ -35,41 +61,9 @@ def model_of(chain: Chain, ends: Ends, provenance: Provenance, bench: Bench | No
     one, axis = chain.one, kind_of(chain.last.blocks[chain.last.sources[chain.source].on])
     own = bench_of(chain, ends, axis)
     used = own if bench is None else merged(bench, own)
-    numbers = one.scalars()
-
-    def estimate(name: str, dimension: str, value: float | None = None) -> Estimate:
-        centre = numbers[name] if value is None else value
-        shift = centre - numbers[name]
-        low, high = (end + shift for end in ends.get(name, (numbers[name], numbers[name])))
-        if low < 0.0 <= centre and dimension != "offset":
-            low = 0.0
-        known = high - low > ROUNDING * max(abs(low), abs(high))
-        unit = si_unit("effort" if dimension == "offset" else dimension, axis)
-        return Estimate(centre, low if known else None, high if known else None, unit, source="bench")
-
-    low, high = one.ends
-    inertia = estimate("inertia", "inertia")
-    if one.play.width > 0.0:  # inside the play the masses behind it rest
-        inertia = msgspec.structs.replace(inertia, low=ends["inner"][0], high=inertia.interval[1])
-    parameters = Parameters(
-        inertia=inertia,
-        viscous=estimate("viscous", "viscous"),
-        coulomb=estimate("coulomb", "effort", one.forward.level(low, high)),
-        breakaway=estimate("breakaway", "effort", _breakaway(one.forward, low, high)),
-        offset=estimate("offset", "offset"),
-        stribeck_velocity=estimate("stribeck_velocity", "velocity") if one.stribeck_velocity > 0.0 else None,
-    )
-    backward = Backward(
-        coulomb=estimate("backward.coulomb", "effort", one.backward.level(low, high)),
-        breakaway=estimate("backward.breakaway", "effort", _breakaway(one.backward, low, high)),
-    )
-    same = one.forward.flat and one.backward.flat and math.isclose(parameters.coulomb.value, backward.coulomb.value)  # type: ignore[union-attr]
-    laws = Laws(
-        backward=None if same else backward,
-        position=_position(one, axis),
-        stribeck_exponent=min(4.0, max(0.5, one.stribeck_exponent)),
-        load=None if one.stiffness == 0.0 else Load(stiffness=estimate("stiffness", "stiffness")),
-    )
+    estimates = _Estimates(one, ends, axis)
+    parameters = _parameters(estimates)
+    laws = _laws(estimates, parameters)
     return Model(
         format="model/1",
         name=used.name,
@@ -85,6 +79,34 @@ def model_of(chain: Chain, ends: Ends, provenance: Provenance, bench: Bench | No
     )
 
 
+def _parameters(estimates: _Estimates) -> Parameters:
+    one = estimates.one
+    inertia = estimates.of("inertia", "inertia")
+    if one.play.width > 0.0:  # inside the play the masses behind it rest
+        inertia = msgspec.structs.replace(inertia, low=estimates.ends["inner"][0], high=inertia.interval[1])
+    return Parameters(
+        inertia=inertia,
+        viscous=estimates.of("viscous", "viscous"),
+        coulomb=estimates.level("coulomb", one.forward),
+        breakaway=estimates.level("breakaway", one.forward),
+        offset=estimates.of("offset", "effort"),
+        stribeck_velocity=estimates.of("stribeck_velocity", "velocity") if one.stribeck_velocity > 0.0 else None,
+    )
+
+
+def _laws(estimates: _Estimates, forward: Parameters) -> Laws:
+    one = estimates.one
+    coulomb, breakaway = (estimates.level(f"backward.{name}", one.backward) for name in ("coulomb", "breakaway"))
+    same = math.isclose(forward.coulomb.value, coulomb.value) and math.isclose(forward.breakaway.value, breakaway.value)
+    return Laws(
+        backward=None if same and one.forward.flat and one.backward.flat else Backward(coulomb=coulomb, breakaway=breakaway),
+        position=_position(one, estimates.axis),
+        stribeck_exponent=min(4.0, max(0.5, one.stribeck_exponent)),
+        restitution=one.restitution,
+        load=None if one.stiffness == 0.0 else Load(stiffness=estimates.of("stiffness", "stiffness")),
+    )
+
+
 def _resonances(one: OneInertia, ends: Ends) -> Resonances | None:
     """With the intervals of their frequencies."""
     if one.resonances is None:
@@ -97,11 +119,6 @@ def _resonances(one: OneInertia, ends: Ends) -> Resonances | None:
         )
 
     return msgspec.structs.replace(one.resonances, poles=known("poles", one.resonances.poles), zeros=known("zeros", one.resonances.zeros))
-
-
-def _breakaway(side: Side, low: float, high: float) -> float:
-    """The mean of both polynomials together."""
-    return mean_of(side.breakaway_terms, low, high)
 
 
 def _position(one: OneInertia, axis: Axis) -> PositionLaw | None:

@@ -78,6 +78,7 @@ class OneInertia:
     inside_breakaway: float
     positions: Vector
     resonances: Resonances | None
+    restitution: float  # at end stops of what does not lie behind a play
     travel: tuple[float, float] | None  # between end stops, of the source's block
 
     @property
@@ -146,6 +147,7 @@ def one_inertia(mechanism: Mechanism, source: str, sensor: str) -> OneInertia:
         inside_breakaway=float(np.mean(first.breakaway)),
         positions=x,
         resonances=resonances(mechanism, source, sensor),
+        restitution=max((one.restitution for one in stiff.links.values() if isinstance(one, Stop) and behind[one.on] == 0.0), default=0.0),
         travel=travel,
     )
 
