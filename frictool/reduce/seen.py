@@ -1,4 +1,5 @@
-"""The first step: everything as the source sees it, each block in the source's coordinate (thesis 2.1.5, (2.16)). Nothing is neglected.
+"""The first step: everything as the source sees it, each block in the source's coordinate (thesis 2.1.5, (2.16)). Nothing is neglected,
+but for a thread with the thesis's own friction (2.12), which takes the whole torque of the motor: it becomes that of a steady speed.
 
 What connects two blocks is then of ratio 1: a coupling, or a gear that keeps its losses. A mechanism whose source slides is seen from the
 block that turns and is nearest to it, as long as links lose: only links of turning blocks do.
@@ -23,6 +24,7 @@ from frictool.documents.mechanism import (
     Gear,
     Link,
     Mechanism,
+    Screw,
     Spring,
     Stop,
 )
@@ -89,7 +91,9 @@ def from_source(mechanism: Mechanism, source: str) -> tuple[Mechanism, Told]:
         source, commanded(mechanism)[1]
     )  # said, since a later step may leave a source without its effort
     reduced = msgspec.structs.replace(expressed(here), control=control)
-    return reduced, Told("coordinates", did, "nothing", figures=tuple(figures))
+    threads = ", ".join(name for name, one in mechanism.links.items() if isinstance(one, Screw) and one.friction_form == "thesis")
+    neglects = f"accelerations in the motor's torque that (2.12) of {threads} takes" if threads else "nothing"
+    return reduced, Told("coordinates", did, neglects, figures=tuple(figures))
 
 
 def at_sensor(mechanism: Mechanism, whole: Mechanism, source: str, sensor: str) -> tuple[Mechanism, Told]:

@@ -9,7 +9,7 @@ import msgspec
 import pytest
 
 from frictool.documents.bench import Bench
-from frictool.documents.mechanism import Compliance, Control, Coupling, Mechanism, Sensor, Source
+from frictool.documents.mechanism import Compliance, Control, Coupling, Mechanism, Sensor, Source, Stop
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
@@ -146,3 +146,16 @@ def test_a_weight_is_an_offset_or_a_part_of_the_friction_that_holds_it(weight: f
 def test_a_sensor_of_the_speed_is_no_models(tmp_path: Path) -> None:
     wide = msgspec.structs.replace(two_plays(), sensors={"speed": Sensor("motor", "velocity")}, travel=None)
     refused(run("reduce", _write(tmp_path / "mechanism.yaml", wide)), 4, "sensors.speed: measures velocity")
+
+
+def test_end_stops_and_what_they_throw_back_are_those_of_the_model(tmp_path: Path) -> None:
+    whole = lift(5.0)
+    ends = Stop("table", Q(-0.2, unit="m"), Q(0.3, unit="m"), restitution=0.3)
+    stopped = msgspec.structs.replace(whole, links={**whole.links, "ends": ends}, travel=None)
+    result = run("reduce", _write(tmp_path / "mechanism.yaml", stopped), "-o", tmp_path / "model.yaml")
+    assert result.code == 0, result.stderr
+    model = load(tmp_path / "model.yaml", Model)
+    assert model.bench.mechanics.travel is not None
+    assert (model.bench.mechanics.travel.low, model.bench.mechanics.travel.high) == pytest.approx((-20.0, 30.0), rel=1e-12)
+    assert model.laws is not None
+    assert model.laws.restitution == 0.3

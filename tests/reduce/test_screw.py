@@ -58,3 +58,9 @@ def test_an_efficiency_alone_is_nowhere_left() -> None:
     assert all("efficiency" not in str(link) or getattr(link, "efficiency", 1.0) == 1.0 for link in found.last.links.values())
     assert np.max(found.one.forward.curve) > 0.0
     assert np.max(found.one.backward.curve) > 0.0
+
+
+def test_a_thread_in_the_thesis_form_tells_that_it_is_taken_at_a_steady_speed() -> None:
+    told = [chain(screw(0.05, form=form), None).steps[0].told.neglects for form in ("angle", "thesis")]
+    assert told[0] == "nothing"
+    assert "(2.12) of thread" in told[1]
