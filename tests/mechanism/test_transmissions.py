@@ -14,6 +14,7 @@ from tests.mechanism.playing import play
 INERTIA = st.floats(1e-5, 1e-2)
 RATIO = st.floats(0.02, 20.0)
 EFFICIENCY = st.floats(0.55, 0.99)
+ANGLE = st.just(0.0) | st.floats(1e-3, 0.8) | st.floats(-0.8, -1e-3)
 EXAMPLES = settings(max_examples=25)
 
 GEAR = """
@@ -127,7 +128,7 @@ sources:
 """
 
 
-@given(st.floats(0.05, 5.0), st.floats(1.0, 1e3), st.floats(-0.8, 0.8), st.floats(0.01, 0.9), st.floats(1.0, 1.5))
+@given(st.floats(0.05, 5.0), st.floats(1.0, 1e3), ANGLE, st.floats(0.01, 0.9), st.floats(1.0, 1.5))
 @EXAMPLES
 def test_a_cam_pushes_and_presses(mass: float, force: float, angle: float, friction: float, ratio: float) -> None:
     """(2.23) with the sign of (2.28): it starts where tan(alpha) is beyond the breakaway, with F_s1 (tan(alpha) - mu_c)."""
@@ -149,7 +150,7 @@ sources:
 """
 
 
-@given(INERTIA, INERTIA, st.floats(0.0, 0.95))
+@given(INERTIA, INERTIA, st.just(0.0) | st.floats(1e-3, 0.95))
 @EXAMPLES
 def test_flanks_that_meet_keep_the_momentum_and_throw_back(a: float, b: float, restitution: float) -> None:
     """A is driven through half the play, 0.1 rad, in 20 ms; Newton's law of impact there."""
@@ -162,8 +163,8 @@ def test_flanks_that_meet_keep_the_momentum_and_throw_back(a: float, b: float, r
     np.testing.assert_allclose(gained, torque * found.time[20:22], rtol=1e-9)
     # a millisecond later: each as the impact left it, A driven on, or both together where they stay in touch
     if restitution > 0.1:
-        np.testing.assert_allclose(found.speed("b")[21], after[1], rtol=1e-9)
-        np.testing.assert_allclose(found.speed("a")[21], after[0] + torque / a * 1e-3, rtol=1e-9)
+        np.testing.assert_allclose(found.speed("b")[21], after[1], atol=1e-9 * meets)
+        np.testing.assert_allclose(found.speed("a")[21], after[0] + torque / a * 1e-3, atol=1e-9 * meets)
 
 
 @given(st.floats(0.02, 0.6), st.floats(200.0, 5000.0))
