@@ -17,4 +17,4 @@ def energy_closes() -> dict[str, Any]:
     return {"passed": bool(errors.max() < CLOSED), "mechanisms": MECHANISMS, "worst": float(errors.max()), "at": int(errors.argmax())}
 
 
-CHECKS = [energy_closes]
+CHECKS = {"mechanisms_energy_closes": energy_closes}

@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 from numba import types
-from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from frictool.engine.mechanism.ends import first_dip, forces_hold, is_broken, way_left
@@ -41,7 +40,7 @@ from frictool.engine.mechanism.image import (
     TIMED,
 )
 from frictool.engine.mechanism.impacts import impacts
-from frictool.engine.mechanism.laws import called
+from frictool.engine.mechanism.laws import by_address, called
 from frictool.engine.mechanism.locate import locate
 from frictool.engine.mechanism.memory import first_reversal, remember
 from frictool.engine.mechanism.settle import align, halt, settle
@@ -117,7 +116,7 @@ def _is_settled(k: Places, y: Vector, out: Vector, inputs: Vector) -> bool:
     for i in range(n, 2 * n):
         if y[i] != 0.0 or out[i] != 0.0:
             return False
-    return k[INNER] == 0 and k[TIMED] == 0
+    return bool(k[INNER] == 0 and k[TIMED] == 0)
 
 
 @inset_kernel
@@ -321,7 +320,7 @@ _f: Any = types.float64
 ADVANCE: Any = types.FunctionType(types.int64(_i, _a, _j, _a, _a, _i, _a, _a, _m, _m, _m, _j, _a, _a, _f, _f, _m, _i))
 
 
-@intrinsic
+@by_address
 def _by_address(
     _: Any,
     address: Any,
@@ -372,7 +371,7 @@ def advance(
     Called by its address, which laws has in its last row: what calls this is compiled without it.
     Returns engine/status.py; where that is not OK, the state is that of the last event or step.
     """
-    return _by_address(
+    status: int = _by_address(
         laws[laws.shape[0] - 1, 0],
         k,
         p,
@@ -393,3 +392,4 @@ def advance(
         events,
         happened,
     )
+    return status

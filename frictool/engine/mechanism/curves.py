@@ -33,7 +33,7 @@ def curve_value(k: Places, p: Vector, curve: int, x: float) -> float:
     """The curve at x."""
     piece, at = _piece(k, p, curve, x)
     s, c = at - p[k[BREAKS] + curve + piece], k[CUBIC] + 4 * piece
-    return p[c] + s * (p[c + 1] + s * (p[c + 2] + s * p[c + 3]))
+    return float(p[c] + s * (p[c + 1] + s * (p[c + 2] + s * p[c + 3])))
 
 
 @inset_kernel

@@ -71,7 +71,7 @@ def drive_at(k: Places, p: Vector, source: int, t: float, inputs: Vector) -> flo
     """What flows t after the command was given. inputs: commands, what flowed at the beginning (u,) each, efforts on blocks (n,)."""
     lag = p[k[SOURCE] + source * SOURCE_WIDTH + LAG]
     target, before = inputs[source], inputs[k[SOURCES] + source]
-    return target if lag == 0.0 else target + (before - target) * math.exp(-t / lag)
+    return float(target if lag == 0.0 else target + (before - target) * math.exp(-t / lag))
 
 
 @inset_kernel

@@ -59,10 +59,10 @@ def is_forced(k: Places, modes: Places, index: int) -> bool:
     """Whether a guard is a force's, not a speed's or a position's."""
     n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
     if index < n:
-        return modes[index] == STUCK
+        return bool(modes[index] == STUCK)
     if index < n + j:
-        return modes[index] != OPEN
-    return index < n + 2 * j + c
+        return bool(modes[index] != OPEN)
+    return bool(index < n + 2 * j + c)
 
 
 @inset_kernel

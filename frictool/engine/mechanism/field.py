@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 from numba import types
-from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from frictool.engine.mechanism.efforts import DRIVEN, FORCE, GROSS, HOLD_HIGH, HOLD_LOW, all_efforts
@@ -42,7 +41,7 @@ from frictool.engine.mechanism.image import (
     STOPS,
     TIMED,
 )
-from frictool.engine.mechanism.laws import called
+from frictool.engine.mechanism.laws import by_address, called
 from frictool.engine.mechanism.state import FREE, OPEN, RIGID, STUCK
 from frictool.engine.mechanism.timed import seen_speeds, timed_frictions
 from frictool.engine.mechanism.transmission import (
@@ -71,9 +70,8 @@ ROUNDING = 1e-15
 @inset_kernel
 def slack_at(k: Places, p: Vector, w: Vector, block: int) -> float:
     """Forces at a block below this are nothing."""
-    return (
-        SLACK * w[GROSS, block] + LEAST_RATE * p[k[MASS] + block] * p[k[SPEED] + block] + 1e-300
-    )  # a block without mass on which nothing acts
+    least = 1e-300  # of a block without mass on which nothing acts
+    return float(SLACK * w[GROSS, block] + LEAST_RATE * p[k[MASS] + block] * p[k[SPEED] + block] + least)
 
 
 @inset_kernel
@@ -93,7 +91,7 @@ def stop_slack(p: Vector, row: int) -> float:
     span = high - low
     if span == math.inf:
         span = abs(low) if low > -math.inf else abs(high)
-    return PLACE_SLACK * 1e-2 * span + 1e-13
+    return float(PLACE_SLACK * 1e-2 * span + 1e-13)
 
 
 @inset_kernel
@@ -302,7 +300,7 @@ _j: Any = types.int64[:, ::1]
 FIELD: Any = types.FunctionType(types.int64(_i, _a, _j, types.float64, _a, _i, _a, _a, _m, _a, _a))
 
 
-@intrinsic
+@by_address
 def _by_address(
     _: Any, address: Any, k: Any, p: Any, laws: Any, t: Any, y: Any, modes: Any, inputs: Any, out: Any, w: Any, guard: Any, power: Any
 ) -> Any:
@@ -327,4 +325,5 @@ def field(
 
     Called by its address, which laws has in its last row: what calls this is compiled without it.
     """
-    return _by_address(laws[laws.shape[0] - 1, 1], k, p, laws, t, y, modes, inputs, out, w, guard, power)
+    status: int = _by_address(laws[laws.shape[0] - 1, 1], k, p, laws, t, y, modes, inputs, out, w, guard, power)
+    return status

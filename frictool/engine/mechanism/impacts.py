@@ -55,7 +55,7 @@ def _approach(k: Places, p: Vector, joint: int, side: int, y: Vector) -> float:
     """Speed at which the flanks of a side approach, at b."""
     n, row = k[BLOCKS], joint_row(k, joint)
     a, b = k[k[JOINT_ENDS] + 2 * joint], k[k[JOINT_ENDS] + 2 * joint + 1]
-    return side * (y[n + b] - p[row + RATIO] * y[n + a])
+    return float(side * (y[n + b] - p[row + RATIO] * y[n + a]))
 
 
 @inset_kernel

@@ -16,7 +16,7 @@ A machine holds the addresses of its laws' kernels, so that what calls them is c
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numba import types
@@ -47,31 +47,36 @@ def called(kind: Any) -> Any:
     return kind.signature.return_type(types.int64, *kind.signature.args), _by_address(kind)
 
 
-@intrinsic
+def by_address(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function of an address and arguments, for kernels; `function` says which with `called`."""
+    return cast(Callable[..., Any], intrinsic(function))
+
+
+@by_address
 def slip_force(_: Any, address: Any, v: Any, direction: Any, p: Any) -> Any:
     """slip_force of friction/law.py `StaticKernels`, at an address."""
     return called(s.SLIP_FORCE)
 
 
-@intrinsic
+@by_address
 def breakaway(_: Any, address: Any, direction: Any, p: Any) -> Any:
     """breakaway of `StaticKernels`."""
     return called(s.BREAKAWAY)
 
 
-@intrinsic
+@by_address
 def rate(_: Any, address: Any, z: Any, v: Any, p: Any, out: Any) -> Any:
     """rate of `DynamicKernels`."""
     return called(s.RATE)
 
 
-@intrinsic
+@by_address
 def force(_: Any, address: Any, z: Any, zdot: Any, v: Any, p: Any) -> Any:
     """force of `DynamicKernels`."""
     return called(s.FORCE)
 
 
-@intrinsic
+@by_address
 def commit(_: Any, address: Any, z: Any, v: Any, p: Any) -> Any:
     """commit of `DynamicKernels`."""
     return called(s.COMMIT)
@@ -107,49 +112,49 @@ def sizes_of(law: Law, p: Vector) -> Vector:
     return sizes
 
 
-@intrinsic
+@by_address
 def band(_: Any, address: Any, p: Any) -> Any:
     """band of `StaticKernels`."""
     return called(s.BAND)
 
 
-@intrinsic
+@by_address
 def seen_velocity(_: Any, address: Any, v: Any, p: Any) -> Any:
     """seen_velocity of `StaticKernels`."""
     return called(s.SEEN_VELOCITY)
 
 
-@intrinsic
+@by_address
 def mode_after(_: Any, address: Any, mode: Any, v: Any, u: Any, z: Any, p: Any) -> Any:
     """mode_after of `HybridKernels`."""
     return called(s.MODE_AFTER)
 
 
-@intrinsic
+@by_address
 def enter(_: Any, address: Any, mode: Any, v: Any, u: Any, z: Any, p: Any) -> Any:
     """enter of `HybridKernels`."""
     return called(s.ENTER)
 
 
-@intrinsic
+@by_address
 def hybrid_force(_: Any, address: Any, mode: Any, v: Any, u: Any, z: Any, p: Any) -> Any:
     """force of `HybridKernels`."""
     return called(s.HYBRID_FORCE)
 
 
-@intrinsic
+@by_address
 def hybrid_acceleration(_: Any, address: Any, mode: Any, v: Any, u: Any, z: Any, p: Any) -> Any:
     """acceleration of `HybridKernels`."""
     return called(s.HYBRID_ACCELERATION)
 
 
-@intrinsic
+@by_address
 def hybrid_rate(_: Any, address: Any, mode: Any, v: Any, z: Any, p: Any, out: Any) -> Any:
     """rate of `HybridKernels`."""
     return called(s.HYBRID_RATE)
 
 
-@intrinsic
+@by_address
 def hybrid_commit(_: Any, address: Any, mode: Any, z: Any, p: Any) -> Any:
     """commit of `HybridKernels`."""
     return called(s.HYBRID_COMMIT)

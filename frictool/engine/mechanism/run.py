@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -99,7 +100,8 @@ def run(
     positions, speeds = np.full((c["blocks"], m), np.nan), np.full((c["blocks"], m), np.nan)
     drives, events, happened = np.full((c["sources"], m), np.nan), np.zeros((room_for_events, EVENT_SIZE)), np.zeros(1, dtype=np.int64)
     start = float(state.pace[1])
-    status, _ = _run(*machine, *state, given, held, period, tolerance, events, happened, positions, speeds, drives)
+    runner: Any = _run
+    status, _ = runner(*machine, *state, given, held, period, tolerance, events, happened, positions, speeds, drives)
     seen = min(int(happened[0]), room_for_events)
     times = start + period * np.arange(m)
     return Run(status, float(state.pace[1]), times, positions, speeds, drives, events[:seen].copy(), int(happened[0]))

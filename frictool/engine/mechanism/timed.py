@@ -77,7 +77,7 @@ def _root_of(k: Places, p: Vector, modes: Places, block: int) -> tuple[int, floa
 
 @inset_kernel
 def _first_mode(k: Places) -> int:
-    return k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS] + k[STOPS]
+    return int(k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS] + k[STOPS])
 
 
 @part_kernel

@@ -23,13 +23,13 @@ Places = NDArray[np.int64]
 @inset_kernel
 def joint_row(k: Places, joint: int) -> int:
     """Where a joint's numbers begin."""
-    return k[JOINT] + joint * JOINT_WIDTH
+    return int(k[JOINT] + joint * JOINT_WIDTH)
 
 
 @inset_kernel
 def is_lossy(p: Vector, row: int) -> bool:
     """Whether the joint takes power."""
-    return p[row + DRIVE_LOSS] != 0.0 or p[row + BACK_LOSS] != 0.0 or p[row + THREAD] != 0.0
+    return bool(p[row + DRIVE_LOSS] != 0.0 or p[row + BACK_LOSS] != 0.0 or p[row + THREAD] != 0.0)
 
 
 @inset_kernel
@@ -43,10 +43,10 @@ def slope_of(p: Vector, row: int, direction: float, above: bool) -> float:
     """The slope of g on one side of its kink while a moves in `direction`."""
     ratio, drive, back = p[row + RATIO], p[row + DRIVE_LOSS], p[row + BACK_LOSS]
     if p[row + THREAD] > 0.0:
-        return ratio + (direction if above else -direction) * p[row + THREAD]
+        return float(ratio + (direction if above else -direction) * p[row + THREAD])
     if (ratio * direction > 0.0) == above:
-        return ratio + (direction if above else -direction) * drive
-    return ratio + (direction if above else -direction) * back
+        return float(ratio + (direction if above else -direction) * drive)
+    return float(ratio + (direction if above else -direction) * back)
 
 
 @inset_kernel
@@ -54,8 +54,8 @@ def transmitted(p: Vector, row: int, kink: float, direction: float, force: float
     """g(force)."""
     slope = slope_of(p, row, direction, force > kink)
     if force == kink or slope == 0.0:
-        return p[row + RATIO] * kink
-    return p[row + RATIO] * kink + (force - kink) * slope
+        return float(p[row + RATIO] * kink)
+    return float(p[row + RATIO] * kink + (force - kink) * slope)
 
 
 @inset_kernel
@@ -65,7 +65,7 @@ def received(p: Vector, row: int, kink: float, direction: float, effort: float) 
     beyond = effort - ratio * kink
     if beyond == 0.0:
         return kink
-    return kink + beyond / slope_of(p, row, direction, beyond * ratio > 0.0)
+    return float(kink + beyond / slope_of(p, row, direction, beyond * ratio > 0.0))
 
 
 @inset_kernel
