@@ -70,27 +70,30 @@ def received(p: Vector, row: int, kink: float, direction: float, effort: float) 
 
 @inset_kernel
 def range_at_driver(p: Vector, row: int, kink: float, low: float, high: float) -> tuple[float, float]:
-    """The forces at a that joint and loss can hold at rest while the force at b is between `low` and `high`."""
+    """The forces at a that joint and loss can hold at rest while the force at b is between `low` and `high`.
+
+    An end stop's force is without bound on one side; it holds against what presses onto it, and wedges no link that its load cannot drive.
+    """
     least, most = math.inf, -math.inf
     for side in range(2):
         direction = 2.0 * side - 1.0
         for point in range(3):
             force = low if point == 0 else high if point == 1 else kink
             if low <= force <= high:
-                g = transmitted(p, row, kink, direction, force)
+                g = transmitted(p, row, kink, direction, force) if math.isfinite(force) else p[row + RATIO] * force
                 least, most = min(least, g), max(most, g)
     return least, most
 
 
 @inset_kernel
 def range_at_load(p: Vector, row: int, kink: float, low: float, high: float) -> tuple[float, float]:
-    """The forces at b that joint and loss can hold at rest while the force at a is between `low` and `high`."""
+    """The forces at b that joint and loss can hold at rest while the force at a is between `low` and `high`; without bound as above."""
     least, most = math.inf, -math.inf
     for side in range(2):
         direction = 2.0 * side - 1.0
         for point in range(3):
             effort = low if point == 0 else high if point == 1 else p[row + RATIO] * kink
             if low <= effort <= high:
-                force = received(p, row, kink, direction, effort)
+                force = received(p, row, kink, direction, effort) if math.isfinite(effort) else effort * p[row + RATIO]
                 least, most = min(least, force), max(most, force)
     return least, most
