@@ -91,3 +91,16 @@ def test_the_printed_form_has_another_efficiency_than_the_text_says(steep: float
     printed, square = 0.6 * steep / starts, math.tan(math.atan(steep)) / math.tan(math.atan(steep) + math.atan(mu))
     assert printed == pytest.approx(steep * (1.0 + mu * steep) / (steep + mu), rel=1e-12)
     assert square == pytest.approx(steep * (1.0 - mu * steep) / (steep + mu), rel=1e-12)
+
+
+def test_a_self_locking_screw_starts_from_its_end_and_leaves_it() -> None:
+    """A stop only holds against what presses onto it: behind it the thread is not wedged. 360 N of spring let go with 0.093 N m."""
+    text = (FOLDER / "irreversible.yaml").read_text()
+    seat = "  seat: {kind: stop, on: nut, low: {value: 0, unit: mm}, high: {value: 18, unit: mm}}\n"
+    text = text.replace("\nsources:", seat + "\nsources:", 1)
+    by_hand = Screw(2e-5, 0.2, 6e-3, 4.0 / (2.0 * math.pi * 6.0), 0.15, 20e3)
+    lets_go = -by_hand.driven * 360.0 / 0.05  # A
+    found = play(text, [[14.0]] * 100 + [[0.0]] * 50 + [[-0.99 * lets_go]] * 50 + [[-1.5 * lets_go]] * 300)
+    end = 0.018 / by_hand.way
+    np.testing.assert_allclose(found.position("screw")[[100, 150, 200]], end, rtol=1e-9)
+    assert found.position("screw")[-1] == pytest.approx(0.0, abs=1e-8)
