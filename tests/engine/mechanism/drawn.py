@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from tests.engine.mechanism.build import Builder
 
 Vector = NDArray[np.float64]
-LAWS = ("none", "none", "coulomb", "svc", "stribeck", "coulomb_tanh", "lugre", "maxwell_slip", "elasto_plastic", "leuven")
+LAWS = ("none", "none", "coulomb", "svc", "stribeck", "coulomb_tanh", "lugre")
 
 
 def _ripple(rng: np.random.Generator, b: Builder, size: float, positive: bool) -> int:
