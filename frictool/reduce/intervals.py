@@ -2,7 +2,8 @@
 
 Each quantity is put at its ends while the others keep their values, and the mechanism is reduced again; effects of several add. Exact for
 sums; of products what several deviations make together is left out. Up to MOST_CORNERS quantities every corner of the box is reduced too,
-so that monotone products are held as well.
+so that monotone products are held as well. Coulomb friction and breakaway of one part are put to their ends together: the one alone would
+meet the other, which bounds it.
 """
 
 from __future__ import annotations
@@ -21,9 +22,10 @@ MOST_CORNERS = 3
 Path = tuple[str, ...]
 Numbers = dict[str, float]
 Ends = dict[str, tuple[float, float]]
+Uncertain = tuple[tuple[Path, Quantity], ...]
 
 
-def uncertain(mechanism: Mechanism) -> tuple[tuple[Path, Quantity], ...]:
+def uncertain(mechanism: Mechanism) -> Uncertain:
     """Every quantity with an interval, and its keys."""
     return tuple((path, one) for path, one in _quantities(mechanism, ()) if one.low is not None or one.high is not None)
 
@@ -49,12 +51,27 @@ def at(node: Any, path: Path, value: float) -> Any:
     return msgspec.structs.replace(node, **{head: at(getattr(node, head), rest, value)})
 
 
-def _at_end(mechanism: Mechanism, path: Path, value: float, numbers: Callable[[Mechanism], Numbers]) -> Numbers:
-    """The numbers there. Raises NoSolutionError naming the quantity whose end has no reduction."""
-    try:
-        return numbers(consistent(at(mechanism, path, value)))
-    except NoSolutionError as error:
-        raise NoSolutionError(f"with {'.'.join(path)} at {value:.6g}, an end of its interval: {error}") from None
+def _together(found: Uncertain) -> list[Uncertain]:
+    """What is moved at once: Coulomb friction and breakaway of one part, everything else by itself."""
+    sets: dict[Path, list[tuple[Path, Quantity]]] = {}
+    for path, one in found:
+        joined = path[-2:] in (("parameters", "coulomb"), ("parameters", "breakaway"))
+        sets.setdefault(path[:-1] if joined else path, []).append((path, one))
+    return [tuple(one) for one in sets.values()]
+
+
+def _at_corners(mechanism: Mechanism, moved: Uncertain, numbers: Callable[[Mechanism], Numbers]) -> Iterator[Numbers]:
+    """The numbers at every corner of these quantities. Raises NoSolutionError naming the quantities where one has no reduction."""
+    for corner in itertools.product(*(one.interval for _, one in moved)):
+        there, said = mechanism, []
+        for (path, _), value in zip(moved, corner, strict=True):
+            there = at(there, path, value)
+            said.append(f"{'.'.join(path)} at {value:.6g}")
+        try:
+            yield numbers(consistent(there))
+        except NoSolutionError as error:
+            ends = "an end of its interval" if len(said) == 1 else "ends of their intervals"
+            raise NoSolutionError(f"with {', '.join(said)}, {ends}: {error}") from None
 
 
 def consistent(mechanism: Mechanism) -> Mechanism:
@@ -74,18 +91,14 @@ def propagated(mechanism: Mechanism, numbers: Callable[[Mechanism], Numbers], pr
     centre = numbers(mechanism)
     low, high = dict(centre), dict(centre)
     found = uncertain(mechanism)
-    for path, one in found:
-        progress(f"interval of {'.'.join(path)}")
-        ends = [_at_end(mechanism, path, value, numbers) for value in one.interval]
+    for moved in _together(found):
+        progress(f"interval of {', '.join('.'.join(path) for path, _ in moved)}")
+        ends = list(_at_corners(mechanism, moved, numbers))
         for name, value in centre.items():
             low[name] += min(0.0, *(each.get(name, value) - value for each in ends))
             high[name] += max(0.0, *(each.get(name, value) - value for each in ends))
     if 2 <= len(found) <= MOST_CORNERS:
-        for corner in itertools.product(*(one.interval for _, one in found)):
-            moved = mechanism
-            for (path, _), value in zip(found, corner, strict=True):
-                moved = at(moved, path, value)
-            for name, value in numbers(consistent(moved)).items():
-                if name in centre:
-                    low[name], high[name] = min(low[name], value), max(high[name], value)
+        for each in _at_corners(mechanism, found, numbers):
+            for name, value in centre.items():
+                low[name], high[name] = min(low[name], each.get(name, value)), max(high[name], each.get(name, value))
     return {name: (low[name], high[name]) for name in centre}
