@@ -6,6 +6,7 @@ loop whose ratios multiply to 1 says nothing new and is dropped where no link of
 
 from __future__ import annotations
 
+import itertools
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -81,7 +82,21 @@ def without_loops(links: Sequence[Transmission], names: Sequence[str]) -> tuple[
             kept.add(link.name)
         else:
             notes.append(_redundant(link, way, names))
+    _refuse_facing(forest, [link for link in links if link.name in kept and link.irreversible], names)
     return [link for link in links if link.name in kept], notes
+
+
+def _refuse_facing(forest: Forest, links: Sequence[Transmission], names: Sequence[str]) -> None:
+    """Raises WrongElement for two links that can be driven from one end, which is the far one of both."""
+    for one, other in itertools.combinations(links, 2):
+        way = forest.way(one.a, other.a)
+        if way is not None and way[0][2] is one and way[-1][2] is other:
+            driven = names[one.b] if one.b == other.b else f"{names[one.b]} and {names[other.b]}, rigidly linked,"
+            raise WrongElement(
+                f"links.{other.name}",
+                f"is irreversible, as {one.name} is: {names[one.a]} and {names[other.a]} both drive {driven} and neither can be driven "
+                "back, so that nothing moves; allowed: one of the two, or a compliant link between them",
+            )
 
 
 def _redundant(link: Transmission, way: list[tuple[int, float, Transmission]], names: Sequence[str]) -> str:

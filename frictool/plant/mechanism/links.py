@@ -49,6 +49,11 @@ class Transmission:
         return self.drive_loss == self.back_loss == self.thread == self.thesis_screw == 0.0
 
     @property
+    def irreversible(self) -> bool:
+        """Whether b cannot drive a."""
+        return abs(self.ratio) <= max(self.back_loss, self.thread)
+
+    @property
     def rigid(self) -> bool:
         """Whether nothing yields; it may still let play."""
         return self.stiffness is None

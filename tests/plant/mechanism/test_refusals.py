@@ -241,3 +241,18 @@ def test_speeds_that_lie_too_far_apart(tmp_path: Path) -> None:
     assert "blocks.shaft: links give it 1e+20 times the speed of motor" in refusal(TRAIN.replace("ratio: 0.25", "ratio: 1.0e+20"), tmp_path)
     soft = "ratio: 1.0e+20, compliance: {stiffness: {value: 1, unit: N m/rad}, damping: {value: 1, unit: N m s/rad}}"
     assert "allowed: 1e-12 to 1e+12 times" in refusal(TRAIN.replace("ratio: 0.25, efficiency: 0.9", soft), tmp_path)
+
+
+def test_two_links_that_what_they_drive_cannot_drive(tmp_path: Path) -> None:
+    """Each may drive the load alone; both are refused, directly or behind a rigid link, and taken where something yields between them."""
+    worm = "  {name}: {{kind: gear, between: [{a}, {b}], ratio: 0.05, efficiency: 0.4}}\n"
+    second = SHAFT + SHAFT.replace("shaft", "other") + SHAFT.replace("shaft", "wheel")
+    gears = worm.format(name="reducer", a="motor", b="shaft") + worm.format(name="worm", a="other", b="wheel")
+    rod = "  rod: {kind: coupling, between: [shaft, wheel]}\n"
+    text = TRAIN.replace(SHAFT, second).replace(GEAR, gears + rod)
+    told = refusal(text, tmp_path)
+    assert "links.worm: is irreversible, as reducer is: motor and other both drive shaft and wheel, rigidly linked," in told
+    soft = "[shaft, wheel], compliance: {stiffness: {value: 1, unit: N m/rad}, damping: {value: 0, unit: N m s/rad}}"
+    path = tmp_path / "soft.yaml"
+    path.write_text(text.replace("[shaft, wheel]", soft))
+    assert load_mechanism(path)[1].joints == ("reducer", "worm", "rack")
