@@ -77,15 +77,15 @@ def chain(whole: Mechanism, bandwidth: float | None, progress: Progress = lambda
             )
         now = take(made_rigid(now, root, bandwidth))
     progress("losses")
-    without, told = as_friction(now, root, whole)
-    now = take((lumped(without, root)[0], told))
+    now, told, felt = as_friction(now, root, whole)
+    steps.append(Step(now, told))
     progress("curves")
     now = take(as_resistance(now))
     there = sensor_frame(whole, source, sensor)
     if (there.ratio, there.offset) != (1.0, 0.0):
         now = take(at_sensor(now, whole, source, sensor))
     root = now.sources[source].on
-    one = one_inertia(now, source, sensor)
+    one = one_inertia(now, source, sensor, felt)
     if one.play.before_sensor > 0.0:
         unit = "rad" if now.blocks[root].inertia is not None else "m"
         names = ", ".join(one.play.hiding)

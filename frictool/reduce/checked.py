@@ -127,7 +127,7 @@ def _distance(a: Vector, b: Vector, whole: Vector) -> float:
 def _refused(told: list[Told], tolerance: float, play: float, kept: bool) -> str | None:
     """The first error beyond what is allowed. Where resonances are kept the one inertia alone is told and not judged."""
     for one in told:
-        if one.predicted > tolerance:
+        if one.predicted > tolerance and one.covered is None:
             error = f"an error of {100 * one.predicted:.3g} % of {one.of}"
             return f"{one.step}: neglecting {one.neglects} makes {error}; allowed: {100 * tolerance:g} %"
         found = one.measured

@@ -2,8 +2,10 @@
 
 A loss is proportional to the effort carried, drive_loss per unit where the source drives and back_loss where the load does. At a steady
 speed the effort carried is that of the loads and the friction beyond the link, so that the loss is a part of their curves C_+ and C_-
-(2.15); what it takes of accelerations is neglected. A link with 1 - back_loss < 0 (mu > tan(alpha)) is irreversible: whatever presses on
-it, it stays.
+(2.15). What accelerates a mass m beyond the link is felt through the same two slopes, as s m with 1 - back_loss <= s <= 1 + drive_loss
+whatever the load: the model's inertia has one value, s = 1, and an interval that holds both ends.
+
+A link with 1 - back_loss < 0 (mu > tan(alpha)) is irreversible: whatever presses on it, it stays.
 
 An efficiency alone (2.14) is nowhere left in place of friction: where the load drives back it would make an oscillator without damping of
 the loop, "which is wrong in practice".
@@ -21,34 +23,78 @@ from frictool.plant.mechanism.assembly import Assembled
 from frictool.plant.mechanism.links import tangent_of_lead
 from frictool.reduce.assembling import put_together
 from frictool.reduce.connections import Connection, Seen, connections, seen_from
+from frictool.reduce.felt import Felt
 from frictool.reduce.grid import positions
 from frictool.reduce.resistance import Loss, as_curves
+from frictool.reduce.rigid import bodies, lumped
 from frictool.reduce.told import Figure, Told
 
 
-def as_friction(mechanism: Mechanism, root: str, whole: Mechanism) -> tuple[Mechanism, Told]:
-    """The mechanism (in one coordinate) without losses in rigid links; `whole`: where threads and efficiencies stand as the user gave them.
+def as_friction(mechanism: Mechanism, root: str, whole: Mechanism) -> tuple[Mechanism, Told, Felt]:
+    """The mechanism (in one coordinate) without losses in rigid links, and the inertia that the source feels through them.
+
+    whole: where threads and efficiencies stand as the user gave them.
 
     Raises NoSolutionError where the source would have to drive an irreversible link backwards.
     """
     x, figures, notes, predicted = positions(mechanism), [], [], 0.0
+    slopes = dict.fromkeys(mechanism.blocks, (1.0, 1.0))
     for name in _deepest_first(mechanism, root):
         assembled = put_together(mechanism)
         link, beyond, near = _placed(assembled, name, root)
         loss = Loss(link.drive_loss, link.back_loss, near)
+        helped, against = loss.slopes
         figures += [Figure(f"{name}: efficiency", 1.0 / loss.factor, ""), Figure(f"{name}: driven back", 1.0 - link.back_loss, "")]
         notes.append(_verdict(name, link, whole))
         inertia = assembled.packed.inertia
         predicted = max(predicted, (loss.factor - 1.0) * float(np.sum(inertia[beyond]) / np.sum(inertia)))
-        for block in beyond:
-            mechanism = as_curves(mechanism, assembled, assembled.blocks[block], x, loss)
+        for block in (assembled.blocks[number] for number in beyond):
+            mechanism = as_curves(mechanism, assembled, block, x, loss)
             assembled = put_together(mechanism)
+            # friction of an irreversible link stops what coasts; no inertia does that, and none is below 0
+            slopes[block] = (slopes[block][0] * max(0.0, helped), slopes[block][1] * against)
         if len(beyond) > 1:
             notes.append(f"{name}: what {len(beyond)} blocks beyond it carry loses each on its own: too much where they balance each other")
         mechanism = msgspec.structs.replace(mechanism, links={**mechanism.links, name: _lossless(mechanism, name)})
-    did = "losses of links as friction by direction over the position (2.15)" if figures else "no rigid link loses"
-    neglects = "what links lose of accelerations" if figures else "nothing"
-    return mechanism, Told("losses", did, neglects, predicted, "the effort of accelerations", tuple(figures), tuple(notes))
+    lossless = lumped(mechanism, root)[0]
+    if not figures:
+        return lossless, Told("losses", "no rigid link loses", "nothing"), Felt()
+    felt, total, unit = _felt(mechanism, root, slopes), _total(lossless), "kg m^2" if _rotary(lossless) else "kg"
+    figures += [Figure("inertia felt, coasting", felt.least * total, unit), Figure("inertia felt, accelerating", felt.most * total, unit)]
+    return lossless, _told(predicted, tuple(figures), tuple(notes)), felt
+
+
+def _told(predicted: float, figures: tuple[Figure, ...], notes: tuple[str, ...]) -> Told:
+    return Told(
+        "losses",
+        "losses of links as friction by direction over the position (2.15)",
+        "what links lose of accelerations",
+        predicted,
+        "the effort of accelerations",
+        figures,
+        notes,
+        covered="the inertia's interval",
+    )
+
+
+def _felt(mechanism: Mechanism, root: str, slopes: Mapping[str, tuple[float, float]]) -> Felt:
+    """Each block's inertia times its slope, coasting and accelerating, against the sum without; of all, and of the root's body."""
+    assembled, into = put_together(mechanism), bodies(mechanism, root)
+    inertia = dict(zip(assembled.blocks, map(float, assembled.packed.inertia), strict=True))
+
+    def share(names: list[str], end: int) -> float:
+        return sum(inertia[name] * slopes[name][end] for name in names) / sum(inertia[name] for name in names)
+
+    inner = [name for name in inertia if into[name] == root]
+    return Felt(share(list(inertia), 0), share(list(inertia), 1), share(inner, 0))
+
+
+def _total(mechanism: Mechanism) -> float:
+    return float(np.sum(put_together(mechanism).packed.inertia))
+
+
+def _rotary(mechanism: Mechanism) -> bool:
+    return put_together(mechanism).kinds[0] == "rotary"
 
 
 def _lossless(mechanism: Mechanism, name: str) -> Coupling:

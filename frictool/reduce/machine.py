@@ -53,6 +53,7 @@ def _step(told: Told, blocks: int) -> dict[str, Any]:
         "neglects": told.neglects,
         "expected_error": told.predicted,
         "of": told.of,
+        "covered_by": told.covered,
         "measured": None
         if measured is None
         else {

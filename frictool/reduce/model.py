@@ -82,8 +82,11 @@ def model_of(chain: Chain, ends: Ends, provenance: Provenance, bench: Bench | No
 def _parameters(estimates: _Estimates) -> Parameters:
     one = estimates.one
     inertia = estimates.of("inertia", "inertia")
-    if one.play.width > 0.0:  # inside the play the masses behind it rest
-        inertia = msgspec.structs.replace(inertia, low=estimates.ends["inner"][0], high=inertia.interval[1])
+    # inside the play the masses behind it rest; through links that lose they are felt as more or as less
+    low = estimates.ends["inner.least" if one.play.width > 0.0 else "inertia.least"][0]
+    high = estimates.ends["inertia.most"][1]
+    if high - low > ROUNDING * high:
+        inertia = msgspec.structs.replace(inertia, low=low, high=high)
     return Parameters(
         inertia=inertia,
         viscous=estimates.of("viscous", "viscous"),
@@ -151,7 +154,7 @@ def bench_of(chain: Chain, ends: Ends, axis: Axis) -> Bench:
         encoder=_encoder(chain, axis),
         actuator=_actuator(source, chain.source, axis),
         mechanics=Mechanics(
-            inertia=quantity("inertia", "inertia", low=ends["inner"][0]),
+            inertia=quantity("inertia", "inertia", low=ends["inner.least"][0], high=ends["inertia.most"][1]),
             viscous=quantity("viscous", "viscous"),
             coulomb=quantity("coulomb", "effort", low=ends["least"][0], high=most),
             backlash=quantity("backlash", "position") if one.play.width > 0.0 else None,

@@ -23,6 +23,7 @@ from frictool.reduce.assembling import put_together
 from frictool.reduce.backlash import Play, play
 from frictool.reduce.curves import in_contact
 from frictool.reduce.efforts import Vector, resisting
+from frictool.reduce.felt import Felt
 from frictool.reduce.grid import POINTS, positions
 from frictool.reduce.polynomial import Fitted, fitted, mean_of
 from frictool.reduce.resistance import Resistance
@@ -79,6 +80,7 @@ class OneInertia:
     positions: Vector
     resonances: Resonances | None
     restitution: float  # at end stops of what does not lie behind a play
+    felt: Felt  # the interval of the inertia that losses make
     travel: tuple[float, float] | None  # between end stops, of the source's block
 
     @property
@@ -104,7 +106,9 @@ class OneInertia:
             "stiffness": self.stiffness,
             "backlash": self.play.width,
             "backlash_coulomb": self.inside,
-            "inner": self.inner,
+            "inertia.least": self.inertia * self.felt.least,
+            "inertia.most": self.inertia * self.felt.most,
+            "inner.least": self.inner * self.felt.inner_least,
             "least": min(float(np.min(side.curve)) for side in (self.forward, self.backward)),
             "most": max(float(np.max(side.curve)) for side in (self.forward, self.backward)),
         }
@@ -114,8 +118,8 @@ class OneInertia:
         return found | ({"stribeck_velocity": self.stribeck_velocity} if self.stribeck_velocity > 0.0 else {})
 
 
-def one_inertia(mechanism: Mechanism, source: str, sensor: str) -> OneInertia:
-    """Of a mechanism in one coordinate whose rigid links lose nothing.
+def one_inertia(mechanism: Mechanism, source: str, sensor: str, felt: Felt) -> OneInertia:
+    """Of a mechanism in one coordinate whose rigid links lose nothing; felt: what those that did make of its inertia.
 
     Raises NoSolutionError where the load that friction does not hold is none that a model.yaml has.
     """
@@ -148,6 +152,7 @@ def one_inertia(mechanism: Mechanism, source: str, sensor: str) -> OneInertia:
         positions=x,
         resonances=resonances(mechanism, source, sensor),
         restitution=max((one.restitution for one in stiff.links.values() if isinstance(one, Stop) and behind[one.on] == 0.0), default=0.0),
+        felt=felt,
         travel=travel,
     )
 

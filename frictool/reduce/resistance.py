@@ -32,18 +32,24 @@ class Loss:
     from_near: bool
 
     def through(self, opposing: Vector) -> Vector:
-        """What the near side feels of an effort `opposing` (n,) the motion at the far one; helps where negative.
-
-        Raises NoSolutionError where a link that its far side would have to drive cannot be driven from there.
-        """
-        against, helped = 1.0 + self.drive, 1.0 - self.back
-        if not self.from_near:  # the near side is where the link is driven back from
-            if helped <= 0.0 and bool(np.any(opposing > 0.0)):
-                raise NoSolutionError(
-                    "the source would have to drive an irreversible link backwards: it does not move; turn the link round"
-                )
-            against, helped = 1.0 / helped if helped > 0.0 else np.inf, 1.0 / (1.0 + self.drive)
+        """What the near side feels of an effort `opposing` (n,) the motion at the far one; helps where negative."""
+        helped, against = self.slopes
         return np.where(opposing > 0.0, opposing * against, opposing * helped)
+
+    @property
+    def slopes(self) -> tuple[float, float]:
+        """Of an effort that helps, and of one that opposes: what the near side feels of it.
+
+        Raises NoSolutionError where the near side is where the link would have to be driven back from, and cannot be.
+        """
+        if self.from_near:
+            return 1.0 - self.back, 1.0 + self.drive
+        if self.back >= 1.0:
+            raise NoSolutionError(
+                "the source would have to drive an irreversible link backwards: it does not move; turn the link round: the "
+                "other of its two blocks first"
+            )
+        return 1.0 / (1.0 + self.drive), 1.0 / (1.0 - self.back)
 
     @property
     def factor(self) -> float:

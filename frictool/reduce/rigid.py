@@ -19,7 +19,7 @@ from frictool.reduce.told import Figure, Told
 
 def lumped(mechanism: Mechanism, root: str) -> tuple[Mechanism, Told]:
     """The mechanism with as many blocks less as it has plain rigid links; what was on them is on the block nearest to `root`."""
-    into = _bodies(mechanism, root)
+    into = bodies(mechanism, root)
     masses: dict[str, list[Quantity]] = {}
     for name, block in mechanism.blocks.items():
         masses.setdefault(into[name], []).append(mass_of(block))
@@ -37,6 +37,19 @@ def lumped(mechanism: Mechanism, root: str) -> tuple[Mechanism, Told]:
         sensors={name: msgspec.structs.replace(one, on=into[one.on]) for name, one in mechanism.sensors.items()},
     )
     return reduced, Told("rigid links", _did(mechanism, into), "nothing", figures=_figures(blocks))
+
+
+def bodies(mechanism: Mechanism, root: str) -> dict[str, str]:
+    """Each block's name to that of the block it becomes a part of: of its body the one nearest to the root."""
+    assembled = put_together(mechanism)
+    names, links = assembled.blocks, connections(assembled)
+    far = {number: len(seen.by) for number, seen in seen_from(names.index(root), links, names).items()}
+    body = list(range(len(names)))
+    for link in links:
+        if link.plain:
+            one, other = sorted((body[link.a], body[link.b]), key=lambda k: (far[k], k))
+            body = [one if number == other else number for number in body]
+    return {name: str(names[body[k]]) for k, name in enumerate(names)}
 
 
 def mass_of(block: Block) -> Quantity:
@@ -57,19 +70,6 @@ def added(one: Quantity, other: Quantity) -> Quantity:
     if any(end is not None for end in (one.low, one.high, other.low, other.high)):
         ends = [a + b for a, b in zip(one.interval, other.interval, strict=True)]
     return Quantity(one.value + other.value, ends[0], ends[1], one.unit)
-
-
-def _bodies(mechanism: Mechanism, root: str) -> dict[str, str]:
-    """Each block's name to that of the block it becomes a part of: of its body the one nearest to the root."""
-    assembled = put_together(mechanism)
-    names, links = assembled.blocks, connections(assembled)
-    far = {number: len(seen.by) for number, seen in seen_from(names.index(root), links, names).items()}
-    body = list(range(len(names)))
-    for link in links:
-        if link.plain:
-            one, other = sorted((body[link.a], body[link.b]), key=lambda k: (far[k], k))
-            body = [one if number == other else number for number in body]
-    return {name: str(names[body[k]]) for k, name in enumerate(names)}
 
 
 def _moved(link: Link, into: Mapping[str, str]) -> Link | None:

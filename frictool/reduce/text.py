@@ -52,6 +52,8 @@ def _in_loop(loop: InLoop, unit: str) -> list[str]:
 
 def _row(told: Told, blocks: int, unit: str) -> tuple[str, ...]:
     expected = "0" if told.predicted == 0.0 else f"{told.predicted:.2g} of {told.of}"
+    if told.predicted > 0.0 and told.covered is not None:
+        expected += f", in {told.covered}"
     if told.measured is None:
         return (told.step, str(blocks), told.neglects, expected, "–", "–")
     return (

@@ -33,7 +33,8 @@ class Measured(NamedTuple):
 
 @dataclass(frozen=True)
 class Told:
-    """One step. predicted: its error in closed form, relative to `of`; 0 where nothing is neglected."""
+    """One step. predicted: its error in closed form, relative to `of`; 0 where nothing is neglected. covered: what of the model holds that
+    error, which then refuses nothing by itself: the measured one decides."""
 
     step: str
     did: str
@@ -43,3 +44,4 @@ class Told:
     figures: tuple[Figure, ...] = ()
     notes: tuple[str, ...] = ()
     measured: Measured | None = field(default=None)
+    covered: str | None = None
