@@ -195,11 +195,18 @@ def step_end(h: float, y: Vector, slopes: Vector, point: Vector) -> None:
 
 
 @inset_kernel
-def step_error(h: float, slopes: Vector, i: int) -> float:
-    """The error of one state (II.10.17): h e5^2 / sqrt(e5^2 + e3^2/100)."""
-    e5, e3 = 0.0, 0.0
+def step_errors(h: float, slopes: Vector, fifth: Vector, third: Vector) -> None:
+    """The error of each state (II.10.17), h e5^2 / sqrt(e5^2 + e3^2/100), in `fifth` (n,) or longer; `third` as long, to work in."""
+    size = slopes.shape[1]
+    for i in range(size):
+        fifth[i], third[i] = 0.0, 0.0
     for j in range(STAGES):
-        e5 += ERRORS_5[j] * slopes[j, i]
-        e3 += ERRORS_3[j] * slopes[j, i]
-    size = e5 * e5 + 0.01 * e3 * e3
-    return float(abs(h) * e5 * e5 / np.sqrt(size)) if size > 0.0 else 0.0
+        weight_5, weight_3 = ERRORS_5[j], ERRORS_3[j]
+        if weight_3 != 0.0:
+            for i in range(size):
+                fifth[i] += weight_5 * slopes[j, i]
+                third[i] += weight_3 * slopes[j, i]
+    for i in range(size):
+        square = fifth[i] * fifth[i]
+        total = square + 0.01 * third[i] * third[i]
+        fifth[i] = abs(h) * square / np.sqrt(total) if total > 0.0 else 0.0

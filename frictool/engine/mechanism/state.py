@@ -59,7 +59,8 @@ Y_LOW, RATES_LOW, Y_HIGH, RATES_HIGH = 3, 4, 5, 6  # states and rates at both en
 GUARD, TRIAL, AT_LOW, AT_HIGH = 7, 8, 9, 10  # (modes,): at a step's beginning, at its end, at both ends of a search
 POWER, FIRST_POWER, SPENT = 11, 12, 13  # (work,): W at a step's end and beginning, J in it
 SPEEDS = 14  # (n,): before an event
-LINES = 15
+ERRORS, THIRD = 15, 16  # (y,): of a step
+LINES = 17
 # rows of Room.places
 BEFORE, FOUND = 0, 1  # (modes,) before an event; places in the order of blocks
 

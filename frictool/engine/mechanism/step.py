@@ -15,8 +15,8 @@ from frictool.engine.mechanism.image import (
     INNER_SIZE,
     SPEED,
 )
-from frictool.engine.mechanism.order_eight import NODES, STAGES, WEIGHTS, stage_point, step_end, step_error
-from frictool.engine.mechanism.state import AFTER, END, FIRST_POWER, INPUTS, POWER, SPENT, STUCK, TRIAL, Room
+from frictool.engine.mechanism.order_eight import NODES, STAGES, WEIGHTS, stage_point, step_end, step_errors
+from frictool.engine.mechanism.state import AFTER, END, ERRORS, FIRST_POWER, INPUTS, POWER, SPENT, STUCK, THIRD, TRIAL, Room
 from frictool.kernels import part_kernel
 
 Vector = NDArray[np.float64]
@@ -61,14 +61,14 @@ def try_step(
             seen = NODES[stage]
     step_end(h, y, slopes, end)
     failed += field(k, p, laws, t + h, end, modes, inputs, after, w, guard, power)
-    worst = 0.0
+    worst, errors = 0.0, room.lines[ERRORS]
+    step_errors(h, slopes, errors, room.lines[THIRD])
     for i in range(n):
         if modes[i] != STUCK:
             size = max(SLOW * p[k[SPEED] + i], abs(end[n + i]))
-            worst = max(worst, step_error(h, slopes, i) / (size * PLACE_TIME))
-            worst = max(worst, step_error(h, slopes, n + i) / size)
+            worst = max(worst, max(errors[i], errors[n + i] * PLACE_TIME) / (size * PLACE_TIME))
     for i in range(k[INNER]):
-        worst = max(worst, step_error(h, slopes, 2 * n + i) / p[k[INNER_SIZE] + i])
+        worst = max(worst, errors[2 * n + i] / p[k[INNER_SIZE] + i])
     total = 0.0
     for i in range(y.shape[0]):
         total += end[i] + after[i]
