@@ -31,6 +31,7 @@ MESSAGES = {
     EVENTS_FULL: "more events happened than there was room for",
     STEP_TOO_SMALL: "the tolerance cannot be kept: the steps would be lost in rounding",
     LAW_FAILED: "the friction law left the range of floating-point numbers, or its memory is full",
-    JAMMED: "a link that its load cannot drive wedges: its friction grows faster than what drives it; lower its friction or the load's inertia",
+    JAMMED: "a link that its load cannot drive wedges: its friction grows faster than what drives it; "
+    "lower its friction or the load's inertia",
     UNRESOLVED: "contacts and sticking parts change without end at one instant",
 }
