@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from frictool.documents.bench import Bench
     from frictool.documents.mechanism import Mechanism
     from frictool.documents.provenance import Provenance
+    from frictool.reduce.chain import Unfinished
     from frictool.reduce.in_loop import InLoop
     from frictool.reduce.reduction import Reduction
 
@@ -37,8 +38,9 @@ Reduce a mechanism to one inertia with friction: rigid links lumped, losses turn
 the motor feels in each direction, backlash brought to the motor and the sensor, resonances above a bandwidth dropped.
 
 Each step tells what it neglects, the error that is expected, and the error that is measured: every step, and the model at the end, are
-played under the same commands as the whole mechanism, and with --controller and --scenario in the closed loop too. Where an error is beyond
---tolerance nothing is written and the exit code is 4.
+played under the same commands as the whole mechanism, and with --controller and --scenario in the closed loop too. Where the measured
+error is beyond --tolerance, or an expected one that no interval of the model holds, nothing is written and the exit code is 4. Where a step
+cannot be made at all --reduced writes the mechanism of the steps before it.
 """
 
 
@@ -68,6 +70,7 @@ def command(
     from frictool.documents.provenance import record
     from frictool.documents.writing import to_yaml
     from frictool.errors import NoSolutionError
+    from frictool.reduce.chain import Unfinished
 
     if scenario is not None and controller is None:
         raise click.UsageError("--scenario is played under a controller; give --controller")
@@ -75,7 +78,11 @@ def command(
     _refuse_targets([path for path in (reduced, plot, output) if path is not None], inputs)
     words = {"mechanism": mechanism, "--bandwidth": bandwidth, "--controller": controller, "--scenario": scenario, "--bench": bench}
     words |= {"--tolerance": tolerance if tolerance != 0.05 else None}
-    found = _reduction(mechanism, bandwidth, controller, bench, tolerance, record(command_line("reduce", words), inputs))
+    try:
+        found = _reduction(mechanism, bandwidth, controller, bench, tolerance, record(command_line("reduce", words), inputs))
+    except Unfinished as stopped:
+        _tell_unfinished(stopped, mechanism, reduced, inputs, as_json)
+        raise
     loop = _in_loop(mechanism, found, controller, scenario)
     _tell(found, loop, output, as_json)
     refused = found.checked.refused or (loop.refused if loop is not None else None)
@@ -89,6 +96,21 @@ def command(
         from frictool.reduce.picture import picture
 
         save_text(plot, picture(found.chain, found.model) + "\n", inputs)
+
+
+def _tell_unfinished(stopped: Unfinished, path: Path, reduced: Path | None, inputs: list[Path], as_json: bool) -> None:
+    """The steps that were made, and the mechanism of the last of them where --reduced asks for it."""
+    from frictool.documents.writing import to_yaml
+    from frictool.reduce.text import unfinished
+
+    if not stopped.steps:
+        return
+    last = stopped.steps[-1]
+    if not as_json:
+        say("\n".join(unfinished(str(path), stopped.steps)), None)
+    if reduced is not None:
+        save_text(reduced, to_yaml(last.mechanism), inputs)
+        note(f"{reduced}: the mechanism after the step '{last.told.step}', not checked by simulation; no model is written")
 
 
 def _refuse_targets(targets: list[Path], inputs: list[Path]) -> None:
@@ -107,7 +129,7 @@ def _reduction(
 
     document, _ = load_mechanism(path)
     try:
-        asked = _bandwidth(document, bandwidth, controller)
+        asked = _bandwidth(document, bandwidth, controller, tolerance)
         return reduction(document, asked, tolerance, _bench(bench), provenance, _progress)
     except WrongElement as wrong:
         raise wrong_in_file(path, wrong) from None
@@ -133,7 +155,7 @@ def _tell(found: Reduction, loop: InLoop | None, output: Path | None, as_json: b
         say("\n".join(lines(found.chain, found.checked, found.model, loop)), output)
 
 
-def _bandwidth(document: Mechanism, given: float | None, controller: Path | None) -> float | None:
+def _bandwidth(document: Mechanism, given: float | None, controller: Path | None, tolerance: float) -> float | None:
     """As given, or of the controller; needed where a link yields."""
     from frictool.reduce.compliance import yielding
 
@@ -149,9 +171,21 @@ def _bandwidth(document: Mechanism, given: float | None, controller: Path | None
     if names:
         raise click.UsageError(
             f"{', '.join(names)} yield{'s' if len(names) == 1 else ''}: say up to which frequency resonances count, by --bandwidth RAD/S "
-            "or by --controller"
+            f"or by --controller{_passing(document, tolerance)}"
         )
     return None
+
+
+def _passing(document: Mechanism, tolerance: float) -> str:
+    """Up to which bandwidth they may all be rigid."""
+    from frictool.errors import NoSolutionError
+    from frictool.reduce.advice import passing_bandwidth
+
+    try:
+        passing = passing_bandwidth(document, tolerance)
+    except NoSolutionError:  # told as soon as a bandwidth is given
+        return ""
+    return "" if passing is None else f"; up to --bandwidth {passing:g} all of it rigid is within {100 * tolerance:g} % of the gain"
 
 
 def _bench(path: Path | None) -> Bench | None:

@@ -46,19 +46,34 @@ class Chain:
         return self.steps[-1].mechanism
 
 
+class Unfinished(NoSolutionError):
+    """A reduction that stops before its end; steps: those that it made."""
+
+    def __init__(self, message: str, steps: tuple[Step, ...]) -> None:
+        super().__init__(message)
+        self.steps = steps
+
+
 def chain(whole: Mechanism, bandwidth: float | None, progress: Progress = lambda _: None) -> Chain:
     """Every step. bandwidth [rad/s]: resonances above are dropped; needed where a link yields.
 
     Raises WrongElement where the mechanism is wrong; NoSolutionError where it has more than one motion, more than one command, a sensor
-    behind a play, or a load that no model.yaml has.
+    behind a play, or a load that no model.yaml has: Unfinished, with the steps that were made.
     """
+    steps: list[Step] = []
+    try:
+        return _chain(whole, bandwidth, progress, steps)
+    except NoSolutionError as error:
+        raise Unfinished(str(error), tuple(steps)) from None
+
+
+def _chain(whole: Mechanism, bandwidth: float | None, progress: Progress, steps: list[Step]) -> Chain:
     source, sensor = commanded(whole)
     _one_command(whole, source)
     if whole.sensors[sensor].measures != "position":
         raise NoSolutionError(
             f"sensors.{sensor}: measures {whole.sensors[sensor].measures}; a model.yaml needs a position: name one by control"
         )
-    steps: list[Step] = []
 
     def take(result: tuple[Mechanism, Told]) -> Mechanism:
         steps.append(Step(*result))
@@ -85,7 +100,7 @@ def chain(whole: Mechanism, bandwidth: float | None, progress: Progress = lambda
     if (there.ratio, there.offset) != (1.0, 0.0):
         now = take(at_sensor(now, whole, source, sensor))
     root = now.sources[source].on
-    one = one_inertia(now, source, sensor, felt)
+    one = one_inertia(now, source, sensor, felt, 1.0 if there.ratio > 0.0 else -1.0)
     if one.play.before_sensor > 0.0:
         unit = "rad" if now.blocks[root].inertia is not None else "m"
         names = ", ".join(one.play.hiding)

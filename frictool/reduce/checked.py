@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model
 from frictool.errors import NoSolutionError
+from frictool.reduce.advice import other_tolerance, passing_bandwidth
 from frictool.reduce.chain import Chain
 from frictool.reduce.played import mechanism_positions, model_positions
 from frictool.reduce.runs import Run, runs
@@ -86,7 +87,7 @@ def checked(chain: Chain, model: Model, final: Told, tolerance: float = TOLERANC
     now = _ways(tests, lambda run: model_positions(model, run.place, run.command))
     told.append(replace(final, measured=_measured(tests, before, now, whole)))
     play = chain.one.play.width
-    return Checked(tuple(told), tolerance, play, len(tests), _refused(told, tolerance, play, bool(chain.kept)))
+    return Checked(tuple(told), tolerance, play, len(tests), _refused(told, tolerance, play, chain))
 
 
 def _player(mechanism: Mechanism, chain: Chain, size: float, place: Callable[[float], float]) -> Callable[[Run], Vector]:
@@ -124,18 +125,26 @@ def _distance(a: Vector, b: Vector, whole: Vector) -> float:
     return float(np.max(np.abs(a[:count] - b[:count]), initial=0.0))
 
 
-def _refused(told: list[Told], tolerance: float, play: float, kept: bool) -> str | None:
-    """The first error beyond what is allowed. Where resonances are kept the one inertia alone is told and not judged."""
+def _refused(told: list[Told], tolerance: float, play: float, chain: Chain) -> str | None:
+    """The first error beyond what is allowed, and what to try. Where resonances are kept the one inertia alone is told and not judged."""
+    judged = told[:-1] if chain.kept else told
     for one in told:
         if one.predicted > tolerance and one.covered is None:
             error = f"an error of {100 * one.predicted:.3g} % of {one.of}"
-            return f"{one.step}: neglecting {one.neglects} makes {error}; allowed: {100 * tolerance:g} %"
+            allowed = f"{one.step}: neglecting {one.neglects} makes {error}; allowed: {100 * tolerance:g} %"
+            return f"{allowed}; try {_other(one.step, chain.whole, tolerance)}{other_tolerance(judged, play)}"
         found = one.measured
-        if found is None or (kept and one is told[-1]):
+        if found is None or (chain.kept and one is told[-1]):
             continue
         if found.distance > tolerance * found.way + play:
             return (
                 f"{one.step}: {found.where}, {found.distance:.3g} from the step before on a way of {found.way:.3g}; allowed: "
-                f"{100 * tolerance:g} % of the way and the play of {play:.3g}"
+                f"{100 * tolerance:g} % of the way and the play of {play:.3g}; try {other_tolerance(judged, play)}"
             )
     return None
+
+
+def _other(step: str, whole: Mechanism, tolerance: float) -> str:
+    """Another bandwidth, where that is what it takes."""
+    passing = passing_bandwidth(whole, tolerance) if step == "compliance" else None
+    return "" if passing is None else f"--bandwidth {passing:g}, or "

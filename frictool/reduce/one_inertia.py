@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from frictool.documents.mechanism import Coupling, Gear, Mechanism, Stop
 from frictool.documents.resonances import Resonances
 from frictool.errors import NoSolutionError
+from frictool.reduce.advice import widest_part
 from frictool.reduce.assembling import put_together
 from frictool.reduce.backlash import Play, play
 from frictool.reduce.curves import in_contact
@@ -118,8 +119,9 @@ class OneInertia:
         return found | ({"stribeck_velocity": self.stribeck_velocity} if self.stribeck_velocity > 0.0 else {})
 
 
-def one_inertia(mechanism: Mechanism, source: str, sensor: str, felt: Felt) -> OneInertia:
-    """Of a mechanism in one coordinate whose rigid links lose nothing; felt: what those that did make of its inertia.
+def one_inertia(mechanism: Mechanism, source: str, sensor: str, felt: Felt, side: float = 1.0) -> OneInertia:
+    """Of a mechanism in one coordinate whose rigid links lose nothing; felt: what those that did make of its inertia;
+    side: -1 where the sensor counts against that coordinate.
 
     Raises NoSolutionError where the load that friction does not hold is none that a model.yaml has.
     """
@@ -131,7 +133,7 @@ def one_inertia(mechanism: Mechanism, source: str, sensor: str, felt: Felt) -> O
     x = _positions(stiff, travel, behind)
     found = in_contact(stiff, x, behind)
     first = resisting(assembled, assembled.blocks.index(root), x)
-    offset, stiffness = load_beside(stiff, x, found)
+    offset, stiffness = load_beside(stiff, x, found, side)
     load = offset + stiffness * x
     falls = [one for one in found.falling if one.drop > 0.0 and one.velocity > 0.0]
     drop, at_rest = (sum(one.drop for one in parts) for parts in (falls, found.falling))
@@ -189,28 +191,44 @@ def stiffened(mechanism: Mechanism) -> Mechanism:
     return msgspec.structs.replace(mechanism, links=links)
 
 
-def load_beside(mechanism: Mechanism, x: Vector, found: Resistance) -> tuple[float, float]:
+def load_beside(mechanism: Mechanism, x: Vector, found: Resistance, side: float = 1.0) -> tuple[float, float]:
     """(offset [N m | N], stiffness) of the load that has to be told beside friction: none where friction holds all of it (2.27), else the
-    line nearest to the load, where friction holds what remains.
+    line nearest to the load, where friction holds what remains. side: -1 where the sensor counts against x.
 
-    Raises NoSolutionError where it does not.
+    Raises NoSolutionError where it does not, with the part of the travel on which it would.
     """
     mean, half = found.mean, found.half
-    if np.all(half >= np.abs(mean)):
-        return 0.0, 0.0
+    load, remains = _line(x, mean, half)
+    if load is not None:
+        return load
+    worst = int(np.argmax(remains))
+    unit, place = ("N m", "rad") if put_together(mechanism).kinds[0] == "rotary" else ("N", "m")
+    part = widest_part(x, lambda points: _line(x[points], mean[points], half[points])[0] is not None)
+    if part is None:
+        tried = "simulate the mechanism itself, or that of --reduced"
+    else:
+        low, high = sorted(side * end for end in part)
+        tried = f"give a travel from {low:.4g} to {high:.4g} {place}, and end stops within it: there they do"
+    raise NoSolutionError(
+        f"{mechanism.name}: at {side * x[worst]:.4g} {place} the load is {side * mean[worst]:.4g} {unit} and friction holds "
+        f"{half[worst]:.4g} {unit} of it; a constant and a spring leave {remains[worst]:.3g} {unit}, which no law of model.yaml has; "
+        f"try: {tried}"
+    )
+
+
+def _line(x: Vector, mean: Vector, half: Vector) -> tuple[tuple[float, float] | None, Vector]:
+    """(offset, stiffness) that leave what friction `half` holds of the load `mean`, None where none do; what the last try leaves, (n,)."""
+    remains = np.abs(mean) - half
+    if np.all(remains <= 0.0):
+        return (0.0, 0.0), remains
+    scale = max(float(np.max(np.abs(mean))), 1e-300)
     for degree in (0, 1):
         terms = np.polynomial.polynomial.polyfit(x, mean, degree)
         offset, stiffness = float(terms[0]), float(terms[1]) if degree else 0.0
         remains = np.abs(mean - offset - stiffness * x) - half
-        scale = max(float(np.max(np.abs(mean))), 1e-300)
         if np.max(remains) <= 1e-9 * scale:
-            return _rounded(offset, scale), _rounded(stiffness, scale / max(abs(float(x[0])), abs(float(x[-1]))))
-    worst = int(np.argmax(remains))
-    unit, place = ("N m", "rad") if put_together(mechanism).kinds[0] == "rotary" else ("N", "m")
-    raise NoSolutionError(
-        f"{mechanism.name}: at {x[worst]:.4g} {place} the load is {mean[worst]:.4g} {unit} and friction holds {half[worst]:.4g} {unit} of "
-        f"it; a constant and a spring leave {remains[worst]:.3g} {unit}, which no law of model.yaml has; use the mechanism (--reduced)"
-    )
+            return (_rounded(offset, scale), _rounded(stiffness, scale / max(abs(float(x[0])), abs(float(x[-1]))))), remains
+    return None, remains
 
 
 def _rounded(value: float, scale: float) -> float:

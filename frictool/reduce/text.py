@@ -5,7 +5,7 @@ from __future__ import annotations
 from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
 from frictool.documents.resonances import Oscillation
-from frictool.reduce.chain import Chain
+from frictool.reduce.chain import Chain, Step
 from frictool.reduce.checked import Checked
 from frictool.reduce.in_loop import InLoop
 from frictool.reduce.told import Figure, Told
@@ -30,6 +30,12 @@ def lines(chain: Chain, checked: Checked, model: Model, loop: InLoop | None = No
         found += ["backlash:", *(f"  {_figure(one)}" for one in chain.play)]
     found += [*_model(model), "", checked.verdict]
     return found if loop is None else [*found, "", *_in_loop(loop, unit)]
+
+
+def unfinished(name: str, steps: tuple[Step, ...]) -> list[str]:
+    """The steps of a reduction that stopped; nothing was played."""
+    rows = [HEADING, *(_row(step.told, len(step.mechanism.blocks), "") for step in steps)]
+    return [f"{name}: {len(steps)} steps, then no further", "", *_aligned(rows)]
 
 
 def _in_loop(loop: InLoop, unit: str) -> list[str]:

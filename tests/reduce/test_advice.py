@@ -1,0 +1,91 @@
+"""What a refusal says to try passes, and a little beyond it does not."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from frictool.documents.mechanism import Curve, Mechanism, Spring
+from frictool.documents.quantity import Series, Span
+from frictool.documents.registry import load
+from frictool.documents.writing import to_yaml
+from frictool.errors import NoSolutionError
+from frictool.plant.mechanism.assembly import assemble
+from frictool.reduce.advice import passing_bandwidth, widest_part
+from frictool.reduce.chain import chain
+from tests.cli.run import run
+from tests.reduce.building import belt, coulomb, lossy_train, mechanism, rotor
+
+
+def _error(bandwidth: float) -> float:
+    return next(step.told.predicted for step in chain(belt(), bandwidth).steps if step.told.step == "compliance")
+
+
+@pytest.mark.parametrize("tolerance", [0.01, 0.05, 0.2])
+def test_the_bandwidth_told_is_the_largest_that_passes(tolerance: float) -> None:
+    passing = passing_bandwidth(belt(), tolerance)
+    assert passing is not None
+    assert _error(passing) <= tolerance < _error(1.02 * passing)
+
+
+def test_a_mechanism_that_does_not_yield_has_none() -> None:
+    assert passing_bandwidth(lossy_train(), 0.05) is None
+
+
+def returned(low: float, high: float) -> Mechanism:
+    """A rotor between two springs that change at 0.2 rad, by more than friction holds."""
+    force = Curve(Series((-1.0, 0.19, 0.21, 2.0), "rad"), Series((-0.6, -0.5, 0.5, 0.7), "N m"))
+    links = {"springs": Spring(("plate", "ground"), force=force), "shaft": coulomb("plate", 0.05)}
+    return mechanism({"plate": rotor(1e-3)}, links, "plate", "plate", travel=(low, high))
+
+
+def test_a_kink_is_refused_with_the_side_of_it_that_passes() -> None:
+    with pytest.raises(NoSolutionError, match="which no law of model") as caught:
+        chain(returned(-1.0, 2.0), None)
+    found = re.search(r"give a travel from (\S+) to (\S+) rad", str(caught.value))
+    assert found is not None
+    low, high = map(float, found.groups())
+    assert 0.21 <= low <= 0.4  # beyond the kink, whose curve is smooth between its points
+    assert high == 2.0
+    part = chain(returned(low, high), None).one
+    assert part.offset + 2.0 * part.stiffness == pytest.approx(0.7, abs=0.05)  # what friction holds of it
+    with pytest.raises(NoSolutionError):
+        chain(returned(low - 0.1, high), None)
+
+
+def test_a_part_that_is_little_of_the_travel_is_not_told() -> None:
+    x = np.linspace(0.0, 1.0, 101)
+    assert widest_part(x, lambda part: x[part][-1] - x[part][0] < 0.05) is None
+
+
+def test_steps_before_the_one_that_cannot_be_made_are_told_and_written(tmp_path: Path) -> None:
+    (tmp_path / "mechanism.yaml").write_text(to_yaml(returned(-1.0, 2.0)))
+    result = run("reduce", tmp_path / "mechanism.yaml", "--reduced", tmp_path / "reduced.yaml", "-o", tmp_path / "model.yaml")
+    assert result.code == 4
+    assert "resisting curve" in result.stdout
+    assert "the mechanism after the step 'resisting curve', not checked by simulation; no model is written" in result.stderr
+    assert not (tmp_path / "model.yaml").exists()
+    assert list(assemble(load(tmp_path / "reduced.yaml", Mechanism)).blocks) == ["plate"]
+
+
+def test_the_tolerance_told_passes(tmp_path: Path) -> None:
+    short = msgspec.structs.replace(lossy_train(0.6), travel=Span(-4.0, 4.0, "rad"))
+    path = tmp_path / "mechanism.yaml"
+    path.write_text(to_yaml(short))
+    result = run("reduce", path)
+    assert result.code == 4
+    found = re.search(r"try --tolerance (\S+)$", result.stderr.strip())
+    assert found is not None, result.stderr
+    assert run("reduce", path, "--tolerance", found[1]).code == 0
+    assert run("reduce", path, "--tolerance", f"{float(found[1]) - 0.015:g}").code == 4
+
+
+def test_a_link_that_yields_is_told_the_bandwidth_at_which_it_may_be_rigid(tmp_path: Path) -> None:
+    (tmp_path / "mechanism.yaml").write_text(to_yaml(belt()))
+    result = run("reduce", tmp_path / "mechanism.yaml")
+    assert result.code == 2
+    assert f"up to --bandwidth {passing_bandwidth(belt(), 0.05):g} all of it rigid is within 5 % of the gain" in result.stderr
