@@ -182,7 +182,7 @@ def _through(
         return LAW_FAILED
     status = OK
     if pace[0] == 0.0 or not forces_hold(k, modes, guard) or not _are_finite(slopes[0]):
-        status = impacts(k, p, y, modes, work) if pace[0] == 0.0 else OK
+        status = impacts(k, p, y, modes, room.w, work) if pace[0] == 0.0 else OK
         if status == OK:
             status = settle(k, p, laws, t, y, modes, room, work, start, events, happened)
         if pace[0] != 0.0:
@@ -253,7 +253,7 @@ def _through(
         for i in range(n):
             speeds[i] = y[n + i]
         if _happen(k, p, start + t, y, modes, guard, events, happened):
-            status = impacts(k, p, y, modes, work)
+            status = impacts(k, p, y, modes, room.w, work)
         align(k, p, y, modes)
         if status == OK:
             status = settle(k, p, laws, t, y, modes, room, work, start + t, events, happened)
