@@ -6,16 +6,17 @@ of each direction at its own level; at rest nothing changes, stuck is stuck betw
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from frictool.documents.mechanism import Cam, FrictionOf, Mechanism, Spring
+from frictool.friction.table import LAWS
 from frictool.reduce.assembling import put_together
 from frictool.reduce.efforts import Vector, resisting
 from frictool.reduce.grid import positions
-from frictool.reduce.resistance import NO_LOSS, Resistance, as_curves, position_elements, resistance
+from frictool.reduce.resistance import NO_LOSS, NOTHING, Resistance, as_curves, position_elements, resistance
 from frictool.reduce.told import Figure, Told
 
 
@@ -60,12 +61,14 @@ def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, Told]:
     between = 0.5 * (x[1:] + x[:-1])
     wanted = in_contact(mechanism, between)
     replaced: list[str] = []
+    given = mechanism
     for block in mechanism.blocks:
         assembled = put_together(mechanism)
         found = resisting(assembled, assembled.blocks.index(block), x)
         if not _is_curve(mechanism, block) and (np.max(np.abs(found.load)) > 0.0 or np.ptp(found.friction) > 0.0):
             replaced += position_elements(mechanism, block)
             mechanism = as_curves(mechanism, assembled, block, x)
+    left_out = remembered(given, replaced)
     held = irreversible(x, exact)
     largest = max(float(np.max(np.abs(exact.forward))), float(np.max(np.abs(exact.backward))), 1e-300)
     if replaced:
@@ -81,7 +84,7 @@ def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, Told]:
         Figure("irreversible (2.27) by at least", held.margin, unit),
         Figure("where friction holds the load least", held.place, place),
     ]
-    did = f"{', '.join(replaced)} as C_r(theta, sign) (2.28)-(2.29)" if replaced else "no load depends on the position"
+    did = f"{', '.join(replaced)} as C_r(theta, sign) (2.28)-(2.29)" if replaced else _unchanged(exact, largest)
     note = (
         "irreversible over the whole travel (2.27): without a command it stays where it is, and the load is a part of friction"
         if held.margin >= 0.0
@@ -90,12 +93,28 @@ def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, Told]:
     return mechanism, Told(
         "resisting curve",
         did,
-        "the curves between their points" if replaced else "nothing",
+        ", ".join(["the curves between their points", *left_out]) if replaced else "nothing",
         error,
         "the largest effort",
         tuple(figures),
         (note,),
     )
+
+
+def _unchanged(found: Resistance, largest: float) -> str:
+    """What the step says of itself where it replaces nothing."""
+    varies = max(float(np.ptp(found.forward)), float(np.ptp(found.backward))) > NOTHING * largest
+    return "the loads are a curve for each direction already" if varies else "no load depends on the position"
+
+
+def remembered(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
+    """Of these links, friction that depends on more than the speed at this moment, which no curve has: what leaving it out neglects."""
+    links = [(name, mechanism.links[name]) for name in names]
+    return [
+        f"presliding and memory of {name} ({link.law})"
+        for name, link in links
+        if isinstance(link, FrictionOf) and LAWS[link.law].kind != "static"
+    ]
 
 
 def _is_curve(mechanism: Mechanism, block: str) -> bool:

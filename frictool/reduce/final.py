@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from frictool.documents.mechanism import FrictionOf
 from frictool.documents.quantity import Axis, si_unit
 from frictool.reduce.backlash import steepest
 from frictool.reduce.chain import Chain
+from frictool.reduce.curves import remembered
 from frictool.reduce.one_inertia import OneInertia, Side
 from frictool.reduce.told import Figure, Told
 
@@ -25,6 +27,10 @@ def final(chain: Chain, axis: Axis) -> Told:
             predicted = max(predicted, error / float(np.mean(side.curve)))
     if not (one.forward.flat and one.backward.flat):
         neglects.append("what polynomials miss of the curves")
+    neglects += remembered(chain.last, chain.last.links)
+    velocities = {link.parameters["stribeck_velocity"].value for link in _stribeck(chain)}
+    if len(velocities) > 1:
+        neglects.append(f"that {len(velocities)} Stribeck velocities are not one")
     if one.play.width > 0.0:
         figures += _of_play(one, inertia, effort, place)
         neglects.append("masses behind the play")
@@ -39,6 +45,11 @@ def final(chain: Chain, axis: Axis) -> Told:
         neglects.append("the twist of links that still yield")
     did = "one inertia, C_r(theta, sign) by polynomials, one backlash (2.24)-(2.29), (4.45)"
     return Told("one inertia", did, ", ".join(neglects) or "nothing", predicted, "the mean friction", tuple(figures), tuple(notes))
+
+
+def _stribeck(chain: Chain) -> list[FrictionOf]:
+    links = chain.last.links.values()
+    return [link for link in links if isinstance(link, FrictionOf) and "stribeck_velocity" in link.parameters]
 
 
 def _of_play(one: OneInertia, inertia: str, effort: str, place: str) -> list[Figure]:

@@ -78,7 +78,7 @@ def _aligned(rows: list[tuple[str, ...]]) -> list[str]:
 
 
 def _figure(one: Figure) -> str:
-    return f"{one.name} {one.value:.5g}{f' {one.unit}' if one.unit else ''}"
+    return f"{one.name} {one.value + 0.0:.5g}{f' {one.unit}' if one.unit else ''}"
 
 
 def _model(model: Model) -> list[str]:
