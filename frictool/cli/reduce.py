@@ -51,7 +51,11 @@ cannot be made at all --reduced writes the mechanism of the steps before it.
 @click.option("--scenario", type=existing, help="Play it too, under --controller, to the mechanism and to its one inertia.")
 @click.option("--bench", type=existing, help="The bench of the model, in place of the mechanism's own source and sensor.")
 @click.option("--tolerance", type=FiniteRange(0.0, 0.5, min_open=True), default=0.05, show_default=True, help="Error allowed, of the way.")
-@click.option("--reduced", type=click.Path(path_type=Path), help="Where to write the last mechanism, with the blocks of kept resonances.")
+@click.option(
+    "--reduced",
+    type=click.Path(path_type=Path, readable=False),
+    help="Where to write the last mechanism, with the blocks of kept resonances.",
+)
 @click.option("--plot", type=click.Path(path_type=Path), help="The curves that the motor feels, as a picture (SVG).")
 @output_option(required=False)
 @json_option

@@ -32,7 +32,6 @@ from frictool.engine.mechanism.image import (
     FRICTIONS,
     GAP,
     INNER_END,
-    IS_STRAIGHT,
     JOINTS,
     KIND,
     LAG,
@@ -175,7 +174,7 @@ def _couplings(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard:
 @inset_kernel
 def _frictions(k: Places, p: Vector, laws: Places, y: Vector, modes: Places, out: Vector, w: Vector, power: Vector) -> int:
     n, status = k[BLOCKS], OK
-    at, row, first_value, straight = k[SOURCES] + n + k[JOINTS] + k[COUPLINGS], k[FRICTION_PLACES], k[LAW_VALUES], k[STRAIGHT]
+    at, row, first_value = k[SOURCES] + n + k[JOINTS] + k[COUPLINGS], k[FRICTION_PLACES], k[LAW_VALUES]
     for f in range(k[FRICTIONS]):
         block, kind, curve = k[row + BLOCK], k[row + KIND], k[row + LEVEL]
         values = p[first_value + k[row + VALUES] : first_value + k[row + VALUES_END]]
@@ -187,8 +186,8 @@ def _frictions(k: Places, p: Vector, laws: Places, y: Vector, modes: Places, out
             w[HOLD_HIGH, block] += held
             w[HOLD_LOW, block] -= level * breakaway(laws[f, 1], -1.0, values)
             w[GROSS, block] += held
-        elif kind == EXACT and k[row + IS_STRAIGHT] != 0:
-            force = level * (motion * p[straight + 2 * f] + p[straight + 2 * f + 1] * v)
+        elif kind == EXACT and k[row + STRAIGHT] > 0:
+            force = level * (motion * values[0] + values[k[row + STRAIGHT]] * v)
         elif kind == EXACT:
             force = level * slip_force(laws[f, 0], v, float(motion), values)
         elif kind == DYNAMIC:

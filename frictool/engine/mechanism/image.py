@@ -31,14 +31,13 @@ JOINT_ENDS, COUPLING_ENDS, FRICTION_PLACES, PRESSING_PLACES, PUSH_PLACES, STOP_B
 ORDER, PARENT, PARENT_JOINT, OUTWARD, GROUP, DRY, SPAN = range(17, 24)
 # sections of numbers
 MASS, SPEED, JOINT, COUPLING, LAW_VALUES, PRESSING, PUSH, STOP, SOURCE, BREAKS, CUBIC, GROUP_RATIO, GROUP_MASS, INNER_SIZE = range(24, 38)
-STRAIGHT = 39  # of each friction: Coulomb friction and viscous coefficient, where IS_STRAIGHT
 HEADER = 40
 
 # columns of JOINT, of COUPLING
 RATIO, OFFSET, GAP, RESTITUTION, DRIVE_LOSS, BACK_LOSS, THREAD, THESIS_SCREW, JOINT_WIDTH = range(9)
 STIFFNESS, DAMPING, COUPLING_WIDTH = 6, 7, 8
 # of FRICTION_PLACES; kinds of law
-BLOCK, LAW, KIND, VALUES, VALUES_END, LEVEL, FIRST_INNER, INNER_END, IS_STRAIGHT, FRICTION_WIDTH = range(10)
+BLOCK, LAW, KIND, VALUES, VALUES_END, LEVEL, FIRST_INNER, INNER_END, STRAIGHT, FRICTION_WIDTH = range(10)
 COEFFICIENT, BREAKAWAY_RATIO = 0, 1
 LOW, HIGH, THROW_BACK, STOP_WIDTH = 0, 1, 2, 3
 CONSTANT, LIMIT, LAG, RESISTANCE, SUPPLY, SOURCE_WIDTH = range(6)
@@ -202,8 +201,7 @@ def image(packed: Packed) -> Machine:
     out.put_whole(JOINT_ENDS, j.a, j.b)
     out.put_whole(COUPLING_ENDS, c.a, c.b, c.curve)
     straight = [straight_of(ROWS[row], p) for row, p in zip(f.law.tolist(), values, strict=True)]
-    known = [line is not None for line in straight]
-    out.put_whole(FRICTION_PLACES, f.block, f.law, kinds, f.law_start[:-1], f.law_start[1:], f.level, ends[:-1], ends[1:], known)
+    out.put_whole(FRICTION_PLACES, f.block, f.law, kinds, f.law_start[:-1], f.law_start[1:], f.level, ends[:-1], ends[1:], straight)
     out.put_whole(PRESSING_PLACES, packed.pressings.block, packed.pressings.force)
     out.put_whole(PUSH_PLACES, packed.pushes.block, packed.pushes.curve)
     out.put_whole(STOP_BLOCKS, packed.stops.block)
@@ -218,7 +216,6 @@ def image(packed: Packed) -> Machine:
     out.put(JOINT, j.ratio, j.offset, j.gap, j.restitution, j.drive_loss, j.back_loss, j.thread, j.thesis_screw)
     out.put(COUPLING, c.ratio, c.offset, c.gap, np.zeros(c.a.size), c.drive_loss, c.back_loss, c.stiffness, c.damping)
     out.put(LAW_VALUES, f.law_values)
-    out.put(STRAIGHT, np.array([line or (0.0, 0.0) for line in straight]).reshape(-1, 2))
     out.put(PRESSING, packed.pressings.coefficient, packed.pressings.breakaway_ratio)
     out.put(PUSH, packed.pushes.constant)
     out.put(STOP, packed.stops.low, packed.stops.high, packed.stops.restitution)

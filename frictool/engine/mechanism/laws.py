@@ -30,6 +30,7 @@ from frictool.kernels import pointer
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 EXACT, SMOOTH, DYNAMIC, HYBRID, BANDED = range(5)
+PROBES = (0.0, 1e-6, 1e-3, 1.0, 1e3)  # speeds at which a law that is a line is told from one that is none
 
 
 def _by_address(kind: Any) -> Callable[..., Any]:
@@ -93,14 +94,17 @@ def kind_of(law: Law, p: Vector) -> int:
     return SMOOTH if law.approximation else EXACT
 
 
-def straight_of(law: Law, p: Vector) -> tuple[float, float] | None:
-    """Coulomb friction and viscous coefficient of a law that is exactly these in slip; None for any other.
+def straight_of(law: Law, p: Vector) -> int:
+    """Where the viscous coefficient lies in p, of a law that is Coulomb friction p[0] and that in slip; 0 for any other.
 
-    Such a force is a sum, which is quicker than a call.
+    Such a force is a sum, which is quicker than a call. The numbers stay those of p, which may drift.
     """
-    if kind_of(law, p) != EXACT or any(parameter.name == "stribeck_velocity" for parameter in law.parameters):
-        return None
-    return float(law.kernels.slip_force(0.0, 1.0, p)), float(law.kernels.slip_slope(0.0, 1.0, p))  # type: ignore[union-attr]
+    names = [parameter.name for parameter in law.parameters]
+    if kind_of(law, p) != EXACT or "viscous" not in names:
+        return 0
+    place = names.index("viscous")
+    line = all(law.kernels.slip_force(v, 1.0, p) == p[0] + p[place] * v for v in PROBES)  # type: ignore[union-attr]
+    return place if line else 0
 
 
 def rest_of(law: Law, p: Vector) -> Vector:
