@@ -45,7 +45,7 @@ def test_the_golden_mechanism_has_every_key() -> None:
     walk(load(GOLDEN, Mechanism))
     assert len(given) > 20
     for kind, keys in given.items():
-        assert keys == set(kind.__struct_fields__), kind  # type: ignore[attr-defined]
+        assert keys == set(kind.__struct_fields__), kind
 
 
 def test_the_schema_tells_the_kinds_apart() -> None:

@@ -100,17 +100,17 @@ class Screw:
                 direction = self.starts(state[0], torque(now if direction else now + 1e-9))  # just past the breakaway
         return angle, speed
 
-    def _slip(self, torque: Torque, now: float, end: float, state: Vector, direction: int):  # type: ignore[no-untyped-def]
+    def _slip(self, torque: Torque, now: float, end: float, state: Vector, direction: int):
         def field(t: float, y: Vector) -> list[float]:
             return [y[1], self.acceleration(y[0], torque(t), direction)]
 
         def stops(t: float, y: Vector) -> float:
             return y[1] * direction if t > now + 1e-9 else 1.0
 
-        stops.terminal, stops.direction = True, -1  # type: ignore[attr-defined]
+        stops.terminal, stops.direction = True, -1
         return solve_ivp(field, (now, end), state, events=stops, rtol=1e-10, atol=1e-12, max_step=2e-3, dense_output=True)
 
-    def _rest(self, torque: Torque, now: float, end: float, state: Vector):  # type: ignore[no-untyped-def]
+    def _rest(self, torque: Torque, now: float, end: float, state: Vector):
         def still(t: float, y: Vector) -> list[float]:
             return [0.0, 0.0]
 
@@ -118,5 +118,5 @@ class Screw:
             forward, backward = (self.acceleration(y[0], torque(t), way) * way for way in (1, -1))
             return max(forward, backward)
 
-        breaks_away.terminal, breaks_away.direction = True, 1  # type: ignore[attr-defined]
+        breaks_away.terminal, breaks_away.direction = True, 1
         return solve_ivp(still, (now, end), state, events=breaks_away, rtol=1e-10, atol=1e-12, max_step=2e-3, dense_output=True)

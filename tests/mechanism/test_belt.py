@@ -36,12 +36,12 @@ sensors:
 """
 
 
-def belt(a: float, b: float, k: float, c: float, radius_a: float = 1.0, radius_b: float = 1.0):  # type: ignore[no-untyped-def]
+def belt(a: float, b: float, k: float, c: float, radius_a: float = 1.0, radius_b: float = 1.0):
     """The belt as a mechanism, put together."""
     return assemble(mechanism(TEXT.format(a=a, b=b, k=k, c=c, radius_a=radius_a, radius_b=radius_b)))
 
 
-def response(assembled, s: Complex) -> Complex:  # type: ignore[no-untyped-def]
+def response(assembled, s: Complex) -> Complex:
     """theta_B/u of the linearised mechanism."""
     found = linearise(assembled).transfer("torque", "out")
     return np.array([(found.c @ np.linalg.solve(one * np.eye(len(found.a)) - found.a, found.b))[0, 0] for one in s])

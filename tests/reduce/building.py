@@ -63,7 +63,7 @@ def screw(coefficient: float, lead: float = 4e-3, radius: float = 6e-3, stiffnes
     links: dict[str, Link] = {
         "thread": Screw(
             ("screw", "nut"), Q(radius, unit="m"), lead=Q(lead, unit="m"), friction_coefficient=coefficient, friction_form=form
-        ),  # type: ignore[arg-type]
+        ),
         "spring": Spring(("nut", "ground"), stiffness=Q(stiffness, unit="N/m")),
     }
     return mechanism({"screw": rotor(2e-5), "nut": slide(1.0)}, links, "screw", "screw", travel=(0.0, 12.0))

@@ -33,7 +33,10 @@ from tests.simulate.test_step_test import HERE
 from tests.synth.example import ROOT
 
 AXIS = {"position_true", "velocity", "load_position", "current_true", "command", "position", "current", "effort"}
-torque = lambda value: Quantity(value=value, unit="N m")  # noqa: E731
+
+
+def torque(value: float) -> Quantity:
+    return Quantity(value=value, unit="N m")
 
 
 def log_of(text: str, played: Scenario | None = None) -> Log:

@@ -100,10 +100,10 @@ def straight_of(law: Law, p: Vector) -> int:
     Such a force is a sum, which is quicker than a call. The numbers stay those of p, which may drift.
     """
     names = [parameter.name for parameter in law.parameters]
-    if kind_of(law, p) != EXACT or "viscous" not in names:
+    if not isinstance(law.kernels, StaticKernels) or kind_of(law, p) != EXACT or "viscous" not in names:
         return 0
     place = names.index("viscous")
-    line = all(law.kernels.slip_force(v, 1.0, p) == p[0] + p[place] * v for v in PROBES)  # type: ignore[union-attr]
+    line = all(law.kernels.slip_force(v, 1.0, p) == p[0] + p[place] * v for v in PROBES)
     return place if line else 0
 
 

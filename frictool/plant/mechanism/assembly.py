@@ -61,7 +61,7 @@ def assemble(document: Mechanism) -> Assembled:
     blocks = Blocks(document)
     start = _starts(document, blocks)
     links = [transmission(name, link, blocks) for name, link in document.links.items() if isinstance(link, get_args(Transmitting))]
-    inertia = [(block.inertia or block.mass).value for block in document.blocks.values()]  # type: ignore[union-attr]
+    inertia = [(block.inertia or block.mass).value for block in document.blocks.values()]  # type: ignore[union-attr]  # a block has one
     joints, notes = without_loops([link for link in links if link.rigid], blocks.names)
     groups = groups_of(joints, inertia, blocks.names)
     collected = _gathered(document, blocks, Collected(document, blocks, start, notes), links, groups)

@@ -197,7 +197,7 @@ class Collected:
         """As kernels take them."""
         columns = np.array(self._couplings, dtype=np.float64).reshape(-1, 10).T
         whole = {0, 1, 7}
-        return Couplings(*(c.astype(np.int64) if i in whole else np.ascontiguousarray(c) for i, c in enumerate(columns)))  # type: ignore[arg-type]
+        return Couplings(*(c.astype(np.int64) if i in whole else np.ascontiguousarray(c) for i, c in enumerate(columns)))  # type: ignore[arg-type]  # by column
 
     def packed_frictions(self) -> Frictions:
         """As kernels take them."""
