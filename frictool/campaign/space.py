@@ -1,0 +1,69 @@
+"""What a campaign varies: a box of factors, each between two ends, all independent; a draw is a point of the unit cube.
+
+u in [0, 1]^d ──Space.values──▶ value of each factor ──campaign/drawn.py──▶ a scenario that plays just this plant
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = NDArray[np.float64]
+# of a plant: the model's parameters, a mechanism's quantities; what else the scenario's `spread` varies
+Kind = Literal["plant", "wear", "temperature", "drive", "start", "sensor", "load"]
+
+
+@dataclass(frozen=True)
+class Factor:
+    """One quantity that is drawn uniformly from [low, high], in SI as `unit` says ("1" of a pure number).
+
+    name: its key, `coulomb`, `links.screw.backlash`, `spread.wear`; label: what people call it. nominal: where it is not varied.
+    whole: it takes whole numbers only, each as likely as the others.
+    """
+
+    name: str
+    low: float
+    high: float
+    unit: str
+    label: str
+    nominal: float
+    kind: Kind
+    whole: bool = False
+
+    def at(self, unit: Vector) -> Vector:
+        """Its values (n,) for points (n,) of [0, 1]."""
+        if self.whole:
+            steps = np.floor(unit * (self.high - self.low + 1.0))
+            return np.asarray(self.low + np.minimum(steps, self.high - self.low))
+        return np.clip(self.low + unit * (self.high - self.low), self.low, self.high)
+
+
+@dataclass(frozen=True)
+class Space:
+    """The factors in their order, each of which varies: low < high."""
+
+    factors: tuple[Factor, ...]
+
+    @property
+    def size(self) -> int:
+        """d, the number of factors."""
+        return len(self.factors)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the factors."""
+        return tuple(factor.name for factor in self.factors)
+
+    def values(self, units: Vector) -> Vector:
+        """Values (n, d) in SI for points (n, d) of the unit cube."""
+        columns = [factor.at(units[:, index]) for index, factor in enumerate(self.factors)]
+        return np.stack(columns, axis=1) if columns else np.empty((units.shape[0], 0))
+
+
+def space_of(factors: Iterable[Factor]) -> Space:
+    """The factors of which low < high."""
+    return Space(tuple(factor for factor in factors if factor.low < factor.high))

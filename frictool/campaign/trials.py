@@ -1,0 +1,79 @@
+"""What the trials of a campaign have given: a row a draw, in the order of the draws' indices, whoever has played them and when."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.campaign.space import Space
+
+Vector = NDArray[np.float64]
+Marks = NDArray[np.int8]
+MET, BROKEN, UNDECIDED = 1, 0, -1
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A requirement of the specification: its name as `report` has it, its key, what it allows in SI."""
+
+    name: str
+    key: str
+    unit: str
+    limit: float
+    relation: Literal["<=", ">="]
+
+
+class Trial(NamedTuple):
+    """Draw number `draw`, played and judged. found, met: a value for each metric, as in Trials. failed: why it could not be simulated, or empty."""
+
+    draw: int
+    found: tuple[float, ...]
+    met: tuple[int, ...]
+    passed: int
+    failed: str = ""
+
+
+@dataclass(frozen=True)
+class Trials:
+    """n trials of d factors, judged by m metrics.
+
+    units (n, d): the draws in the unit cube; values (n, d): the same in SI (space.py). found (n, m): the worst value over a trial's run,
+    inf where it is beyond any (an axis that never settles), nan where the metric does not exist or nothing was simulated. met (n, m),
+    passed (n,): MET 1, BROKEN 0, UNDECIDED -1, as `report` decides. failed: index -> why a trial could not be simulated; it has not passed
+    (BROKEN), and of no metric is it decided.
+    """
+
+    space: Space
+    metrics: tuple[Metric, ...]
+    units: Vector
+    values: Vector
+    found: Vector
+    met: Marks
+    passed: Marks
+    failed: Mapping[int, str] = field(default_factory=dict)
+
+    @property
+    def count(self) -> int:
+        """n."""
+        return int(self.passed.size)
+
+
+def gathered(space: Space, metrics: Sequence[Metric], units: Vector, trials: Iterable[Trial]) -> Trials:
+    """All trials of the draws `units` (n, d), which come in any order. Raises ValueError where one is missing."""
+    n, m = units.shape[0], len(metrics)
+    found, met, passed = np.full((n, m), np.nan), np.full((n, m), UNDECIDED, dtype=np.int8), np.full(n, UNDECIDED, dtype=np.int8)
+    there, failed = np.zeros(n, dtype=bool), dict[int, str]()
+    for trial in trials:
+        there[trial.draw] = True
+        passed[trial.draw] = trial.passed
+        if trial.failed:
+            failed[trial.draw] = trial.failed
+        else:
+            found[trial.draw], met[trial.draw] = trial.found, trial.met
+    if not there.all():
+        raise ValueError(f"trial {int(np.argmin(there))} is missing")
+    return Trials(space, tuple(metrics), units, space.values(units), found, met, passed, dict(sorted(failed.items())))

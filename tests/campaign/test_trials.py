@@ -1,0 +1,51 @@
+"""Trials: put in order whatever order they come in; what could not be simulated is there and has not passed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from frictool.campaign.space import Factor, Space, space_of
+from frictool.campaign.trials import BROKEN, MET, UNDECIDED, Metric, Trial, gathered
+from tests.campaign.example import factors, trials_of
+
+METRIC = Metric("overshoot", "overshoot_percent", "%", 5.0, "<=")
+
+
+def test_trials_are_in_the_order_of_their_indices() -> None:
+    units = np.array([[0.1], [0.2], [0.3]])
+    of = [Trial(0, (1.0,), (MET,), MET), Trial(1, (9.0,), (BROKEN,), BROKEN), Trial(2, (np.nan,), (UNDECIDED,), UNDECIDED)]
+    for order in ([0, 1, 2], [2, 0, 1], [1, 2, 0]):
+        trials = gathered(factors(1), [METRIC], units, [of[k] for k in order])
+        np.testing.assert_array_equal(trials.found[:, 0], [1.0, 9.0, np.nan])
+        np.testing.assert_array_equal(trials.passed, [MET, BROKEN, UNDECIDED])
+        assert trials.count == 3
+
+
+def test_a_trial_that_is_missing_is_named() -> None:
+    with pytest.raises(ValueError, match="trial 1 is missing"):
+        gathered(factors(1), [METRIC], np.zeros((3, 1)), [Trial(0, (1.0,), (MET,), MET), Trial(2, (1.0,), (MET,), MET)])
+
+
+def test_what_could_not_be_simulated_has_not_passed_and_no_metric_of_it_is_decided() -> None:
+    trials = trials_of(factors(2), [lambda x: x[:, 0]], [0.5], 50, failed=(7,))
+    assert trials.failed == {7: "the plant is out of range"}
+    assert trials.passed[7] == BROKEN
+    assert trials.met[7, 0] == UNDECIDED
+    assert np.isnan(trials.found[7, 0])
+    assert np.sum(trials.passed == MET) == np.sum(np.delete(trials.values[:, 0], 7) <= 0.5)
+
+
+def test_values_fill_their_range_and_whole_numbers_are_equally_likely() -> None:
+    units = np.linspace(0.0, 1.0, 10_001)[:, None]
+    counts = Factor("lost", -2.0, 2.0, "1", "counts lost", 0.0, "sensor", whole=True)
+    found, times = np.unique(Space((counts,)).values(units), return_counts=True)
+    np.testing.assert_array_equal(found, [-2.0, -1.0, 0.0, 1.0, 2.0])
+    assert np.ptp(times) <= 1
+    line = Space((Factor("coulomb", 0.02, 0.07, "N m", "Coulomb friction", 0.033, "plant"),)).values(units)
+    assert (line.min(), line.max()) == (0.02, 0.07)
+
+
+def test_what_does_not_vary_is_no_factor() -> None:
+    fixed = Factor("inertia", 1.0, 1.0, "kg", "inertia", 1.0, "plant")
+    assert space_of([fixed, *factors(2).factors]).names == ("x1", "x2")
