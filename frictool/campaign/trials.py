@@ -28,7 +28,10 @@ class Metric:
 
 
 class Trial(NamedTuple):
-    """Draw number `draw`, played and judged. found, met: a value for each metric, as in Trials. failed: why it could not be simulated, or empty."""
+    """Draw number `draw`, played and judged: found and met have a value for each metric, as in Trials.
+
+    failed: why it could not be simulated, or empty.
+    """
 
     draw: int
     found: tuple[float, ...]
