@@ -1,0 +1,165 @@
+"""How a metric is distributed over the trials: quantiles with their intervals, a bound that a share of all plants keeps, a histogram.
+
+All from order statistics, so that no form of the distribution is assumed: the r-th of n sorted values has at least the share beta of all
+plants below it with the confidence gamma where P(Binomial(n, beta) <= r - 1) >= gamma (Wilks, Annals of Mathematical Statistics 12, 1941),
+and that is Clopper and Pearson's lower bound of the count r (binomial.py). 59 draws are the fewest of which the largest is such a bound for
+95 % with 95 %.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.campaign.binomial import CONFIDENCE, Method, lower
+from frictool.campaign.trials import BROKEN, MET, UNDECIDED, Metric, Trials
+
+Vector = NDArray[np.float64]
+Counts = NDArray[np.int64]
+QUANTILES = (0.05, 0.5, 0.95)
+COVERED = 0.95  # of all plants, by the bound
+BINS, SPREAD = 40, 4.0  # of a histogram; a limit farther off than so many widths of the values is not drawn into it
+
+
+@dataclass(frozen=True)
+class Quantile:
+    """The value that a share `level` of the plants is at most; inf where that is beyond any. low, high: with the confidence, inf where
+    unknown.
+    """
+
+    level: float
+    value: float
+    low: float | None
+    high: float | None
+
+
+@dataclass(frozen=True)
+class Histogram:
+    """edges (k + 1,) and counts (k,) of the finite values; one edge is the limit where it lies among them. Both empty where there is
+    none.
+    """
+
+    edges: Vector
+    counts: Counts
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """Of one metric.
+
+    met, broken, undecided: trials; beyond: of those, the ones whose value is beyond any; missing: without a value, those not simulated
+    included. bound: what COVERED of all plants keep with the confidence (None where too few trials, or more than that share have no finite
+    value); trials_for_bound: how many trials give one at least. worst: the worst finite value; worst_trial: its draw.
+    """
+
+    metric: Metric
+    met: int
+    broken: int
+    undecided: int
+    beyond: int
+    missing: int
+    quantiles: tuple[Quantile, ...]
+    bound: float | None
+    trials_for_bound: int
+    worst: float | None
+    worst_trial: int | None
+    histogram: Histogram
+
+    @property
+    def has_values(self) -> bool:
+        """Whether any trial has given a finite value."""
+        return self.worst is not None
+
+
+def distribution(trials: Trials, index: int, method: Method, confidence: float = CONFIDENCE) -> Distribution:
+    """Of the metric number `index`."""
+    metric, found, met = trials.metrics[index], trials.found[:, index], trials.met[:, index]
+    finite, known = np.isfinite(found), ~np.isnan(found)
+    upward = metric.relation == "<="
+    worse = np.where(finite, found if upward else -found, -np.inf)
+    worst = int(np.argmax(worse)) if finite.any() else None
+    whole = method == "vertices"
+    passed, broken, undecided = (int(np.count_nonzero(met == mark)) for mark in (MET, BROKEN, UNDECIDED))
+    return Distribution(
+        metric,
+        passed,
+        broken,
+        undecided,
+        beyond=int(np.count_nonzero(known & ~finite)),
+        missing=int(np.count_nonzero(~known)),
+        quantiles=_quantiles(np.sort(found[known]), None if whole else method, confidence),
+        bound=None if whole else _bound(found, upward, method, confidence),
+        trials_for_bound=fewest(method, confidence),
+        worst=None if worst is None else float(found[worst]),
+        worst_trial=worst,
+        histogram=_histogram(found[finite], metric.limit),
+    )
+
+
+def fewest(method: Method, confidence: float = CONFIDENCE) -> int:
+    """The fewest draws whose largest value COVERED of all plants keep."""
+    return _first(lambda n: lower(n, n, confidence, method) >= COVERED, 1, 1 << 20)
+
+
+def rank(draws: int, level: float, confidence: float, method: Method) -> int | None:
+    """The least r with which the r-th smallest of the draws has the share `level` of all plants below it; None of too few draws."""
+    if draws == 0 or lower(draws, draws, confidence, method) < level:
+        return None
+    return _first(lambda r: lower(r, draws, confidence, method) >= level, 1, draws)
+
+
+def _first(holds: Callable[[int], bool], low: int, high: int) -> int:
+    """The first whole number of low..high from which on `holds` does."""
+    while low < high:
+        middle = (low + high) // 2
+        low, high = (low, middle) if holds(middle) else (middle + 1, high)
+    return low
+
+
+def _bound(found: Vector, upward: bool, method: Method, confidence: float) -> float | None:
+    """The r-th value, counted from the good side; a trial without a value is taken as the worst there can be."""
+    worst_last = np.sort(np.where(np.isnan(found), np.inf, found if upward else -found))
+    place = rank(found.size, COVERED, confidence, method)
+    if place is None or not np.isfinite(worst_last[place - 1]):
+        return None
+    return float(worst_last[place - 1] if upward else -worst_last[place - 1])
+
+
+def _quantiles(ordered: Vector, method: Method | None, confidence: float) -> tuple[Quantile, ...]:
+    """Of sorted values (n,); without a method, no interval."""
+    return tuple(_quantile(ordered, level, method, confidence) for level in QUANTILES) if ordered.size else ()
+
+
+def _quantile(ordered: Vector, level: float, method: Method | None, confidence: float) -> Quantile:
+    n = ordered.size
+    value = float(ordered[max(0, int(np.ceil(level * n)) - 1)])
+    if method is None:
+        return Quantile(level, value, None, None)
+    side = 0.5 * (1.0 + confidence)
+    above = rank(n, level, side, method)
+    below = rank(n, 1.0 - level, side, method)  # the same, counted from above
+    low = float(ordered[n - below]) if below is not None else -np.inf
+    return Quantile(level, value, low, float(ordered[above - 1]) if above is not None else np.inf)
+
+
+def _histogram(values: Vector, limit: float) -> Histogram:
+    """Bins of one width, moved so that the limit is an edge where it is near the values."""
+    if values.size == 0:
+        return Histogram(np.empty(0), np.empty(0, dtype=np.int64))
+    low, high = float(values.min()), float(values.max())
+    width = (high - low) / BINS
+    if not width > 1e-12 * max(abs(low), abs(high)):  # one value: a bin around it
+        around = 0.5 * max(abs(low), abs(limit), 1e-300) / BINS
+        return Histogram(np.array([low - around, high + around]), np.array([values.size]))
+    start = low
+    if np.isfinite(limit) and low - width < limit < high + width:
+        start = limit - np.ceil((limit - low) / width) * width
+    steps = int(np.ceil((high - start) / width * (1.0 - 1e-12)))
+    edges: Vector = np.asarray(start + width * np.arange(steps + 1.0), dtype=float)
+    edges[-1] = max(edges[-1], high)
+    # a value at the limit meets it, and belongs to the bin below: bins are (a, b]
+    counts = np.bincount(np.clip(np.searchsorted(edges, values, side="left") - 1, 0, edges.size - 2), minlength=edges.size - 1)
+    return Histogram(edges, counts)

@@ -1,0 +1,193 @@
+"""Which factors the failures come from, and which the values of each metric: tables for text, page and machine.
+
+    Trials ──slices.py──▶ regional.py: fails against passes ────────┐
+                    └───▶ variance_shares.py: metric by metric ─────┴─holm.py──▶ Sensitivity
+
+Of vertices that were all played nothing is random, so that shares are exact and have no probability.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.campaign.holm import corrected
+from frictool.campaign.regional import TENTHS, Region, region
+from frictool.campaign.slices import Slices, crossed, sliced, slices_for
+from frictool.campaign.trials import BROKEN, MET, Trials
+from frictool.campaign.variance_shares import Share, chance_of_ranks, rank_correlation, variance_share
+
+Mask = NDArray[np.bool_]
+LEVEL = 0.05  # of a table: the probability that it names a factor without influence
+LEAST = 0.01  # of the variance, or of the distance, below which vertices say no influence
+FEWEST = 20  # trials with a value, below which no influence is estimated
+FINEST = 12  # slices a factor of a plane
+
+
+@dataclass(frozen=True)
+class Question:
+    """Trials that fail against those that pass. name: of the requirement that is broken, or "" for any, "not simulated" for those that
+    failed.
+
+    regions (d,): of each factor, the chances corrected for all questions of the table; order: the factors, the clearest first.
+    """
+
+    name: str
+    failing: int
+    passing: int
+    regions: tuple[Region, ...]
+
+    @property
+    def order(self) -> tuple[int, ...]:
+        """The factors, the clearest first."""
+        return tuple(sorted(range(len(self.regions)), key=lambda i: (self.regions[i].chance or 0.0, -self.regions[i].distance)))
+
+    @property
+    def named(self) -> tuple[int, ...]:
+        """The factors that the failures come from, the clearest first."""
+        return tuple(i for i in self.order if _believed(self.regions[i].chance, self.regions[i].distance))
+
+
+@dataclass(frozen=True)
+class Influence:
+    """On one metric. shares (d,): of each factor; used: trials with a finite value; reason: why there are no shares."""
+
+    used: int
+    shares: tuple[Share, ...] = ()
+    reason: str = ""
+
+    @property
+    def rest(self) -> float | None:
+        """Of the variance what no factor explains by itself: factors that act together, noise, what slices are too coarse for."""
+        return max(0.0, 1.0 - sum(share.share for share in self.shares)) if self.shares else None
+
+    @property
+    def order(self) -> tuple[int, ...]:
+        """The factors, the largest share first."""
+        return tuple(sorted(range(len(self.shares)), key=lambda i: -self.shares[i].share))
+
+    @property
+    def named(self) -> tuple[int, ...]:
+        """The factors with an influence, the largest share first."""
+        return tuple(i for i in self.order if _believed(self.shares[i].chance, self.shares[i].share))
+
+
+@dataclass(frozen=True)
+class Pair:
+    """The two factors that explain the failures best. joint: their share of the variance of pass or fail; beyond: what neither has alone.
+
+    error: of beyond, one standard deviation where there is nothing beyond.
+    """
+
+    first: int
+    second: int
+    joint: float
+    beyond: float
+    error: float
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """questions: any failure first, then each requirement; influences (m,): of the metrics; pair: None without failures or a second
+    factor.
+    """
+
+    questions: tuple[Question, ...]
+    influences: tuple[Influence, ...]
+    pair: Pair | None
+
+
+def sensitivity(trials: Trials, drawn: bool) -> Sensitivity:
+    """Of the trials. drawn: whether they were drawn at random, and are not all vertices."""
+    questions, influences = _questions(trials, drawn), _influences(trials, drawn)
+    return Sensitivity(questions, influences, _pair(trials, drawn) if questions and questions[0].name == "" else None)
+
+
+def masks(trials: Trials) -> list[tuple[str, Mask, Mask]]:
+    """Name, failing and passing trials of each question that can be asked; one that repeats another is left out."""
+    asked = [("", trials.passed == BROKEN, trials.passed == MET)]
+    asked += [(metric.name, trials.met[:, j] == BROKEN, trials.met[:, j] == MET) for j, metric in enumerate(trials.metrics)]
+    not_run = np.isin(np.arange(trials.count), list(trials.failed))
+    asked.append(("not simulated", not_run, ~not_run))
+    kept: list[tuple[str, Mask, Mask]] = []
+    for name, failing, passing in asked:
+        same = any(np.array_equal(failing, other) and np.array_equal(passing, good) for _, other, good in kept)
+        if failing.any() and passing.any() and not same:
+            kept.append((name, failing, passing))
+    return kept
+
+
+def _believed(chance: float | None, size: float) -> bool:
+    return size > LEAST if chance is None else chance <= LEVEL
+
+
+def _questions(trials: Trials, drawn: bool) -> tuple[Question, ...]:
+    asked = masks(trials)
+    regions: list[Region] = []
+    for _, failing, passing in asked:
+        chosen = failing | passing
+        for factor in range(trials.space.size):
+            slices = sliced(trials, factor, TENTHS, chosen)
+            regions.append(region(trials.units[chosen, factor], failing[chosen], slices, drawn))
+    if drawn and regions:
+        chances = corrected(np.array([one.chance for one in regions]))
+        regions = [dataclasses.replace(one, chance=float(chance)) for one, chance in zip(regions, chances, strict=True)]
+    d = trials.space.size
+    return tuple(
+        Question(name, int(failing.sum()), int(passing.sum()), tuple(regions[k * d : (k + 1) * d]))
+        for k, (name, failing, passing) in enumerate(asked)
+    )
+
+
+def _influences(trials: Trials, drawn: bool) -> tuple[Influence, ...]:
+    found = [_influence(trials, j, drawn) for j in range(len(trials.metrics))]
+    shares = [share for influence in found for share in influence.shares]
+    if not drawn or not shares:
+        return tuple(found)
+    chances = iter(corrected(np.array([share.chance for share in shares])))
+    return tuple(
+        dataclasses.replace(one, shares=tuple(dataclasses.replace(share, chance=float(next(chances))) for share in one.shares))
+        for one in found
+    )
+
+
+def _influence(trials: Trials, metric: int, drawn: bool) -> Influence:
+    values = trials.found[:, metric]
+    known, finite = ~np.isnan(values), np.isfinite(values)
+    used = int(finite.sum())
+    if used < FEWEST and drawn:
+        return Influence(used, reason=f"{used} trials have a value, {FEWEST} are needed")
+    if used == 0 or np.ptp(values[finite]) == 0.0:
+        return Influence(used, reason="no trial has a value" if used == 0 else "it is the same in every trial")
+    shares = []
+    for factor in range(trials.space.size):
+        slices = sliced(trials, factor, slices_for(used), finite)
+        ranked = slices if known.sum() == used else sliced(trials, factor, slices_for(int(known.sum())), known)
+        share, error = variance_share(slices, values[finite], drawn)
+        chance = chance_of_ranks(ranked, values[known]) if drawn else None
+        shares.append(Share(share, error, chance, rank_correlation(trials.units[known, factor], values[known])))
+    return Influence(used, tuple(shares))
+
+
+def _pair(trials: Trials, drawn: bool) -> Pair | None:
+    """The pair whose plane separates failing from passing trials best."""
+    decided = trials.passed != -1
+    failing = (trials.passed[decided] == BROKEN).astype(float)
+    n = failing.size
+    each = int(np.clip(round(n**0.25), 2, FINEST))
+    slices = [sliced(trials, factor, each, decided) for factor in range(trials.space.size)]
+    alone = [variance_share(one, failing, drawn)[0] for one in slices]
+    pairs = [_joint(slices, alone, failing, drawn, i, j) for i, j in combinations(range(trials.space.size), 2)]
+    return max(pairs, key=lambda pair: pair.joint, default=None)
+
+
+def _joint(slices: list[Slices], alone: list[float], failing: NDArray[np.float64], drawn: bool, i: int, j: int) -> Pair:
+    cells = crossed(slices[i], slices[j])
+    joint = variance_share(cells, failing, drawn)[0]
+    freedom = max(1, cells.count - slices[i].count - slices[j].count + 1)
+    error = (1.0 - joint) * np.sqrt(2.0 * freedom) / failing.size if drawn else 0.0
+    return Pair(i, j, joint, joint - alone[i] - alone[j], float(error))

@@ -1,0 +1,60 @@
+"""The draws of a factor in slices of equal counts, in its order: what every estimate of its influence compares."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.campaign.trials import Trials
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+FEWEST, MOST = 4, 50
+
+
+@dataclass(frozen=True)
+class Slices:
+    """of (n,): the number of the slice that each draw is in, 0..count - 1; every slice has a draw at least."""
+
+    of: Places
+    count: int
+
+    def sums(self, values: Vector) -> Vector:
+        """(count,) of values (n,)."""
+        return np.asarray(np.bincount(self.of, weights=values, minlength=self.count), dtype=float)
+
+    @property
+    def sizes(self) -> Places:
+        """(count,) draws in each."""
+        return np.bincount(self.of, minlength=self.count)
+
+
+def slices_for(draws: int) -> int:
+    """How many: 2 n^(1/3), so that what varies inside of a slice and what is noise of its mean shrink together."""
+    return int(np.clip(round(2.0 * draws ** (1.0 / 3.0)), FEWEST, MOST))
+
+
+def sliced(trials: Trials, factor: int, count: int, chosen: NDArray[np.bool_]) -> Slices:
+    """The draws `chosen` (n,) of a factor, in `count` slices; in one for each value where it has no more values than that."""
+    if trials.space.factors[factor].whole or _at_ends(trials.units[:, factor]):
+        values, of = np.unique(trials.values[chosen, factor], return_inverse=True)
+        if values.size <= count:
+            return Slices(of.astype(np.int64), int(values.size))
+    order = np.argsort(trials.units[chosen, factor], kind="stable")
+    of = np.empty(order.size, dtype=np.int64)
+    count = min(count, order.size)
+    of[order] = np.arange(order.size) * count // max(order.size, 1)
+    return Slices(of, count)
+
+
+def crossed(first: Slices, second: Slices) -> Slices:
+    """The cells of two factors; those without a draw are left out."""
+    cell = first.of * second.count + second.of
+    filled = np.bincount(cell, minlength=first.count * second.count) > 0
+    return Slices((np.cumsum(filled) - 1)[cell], int(filled.sum()))
+
+
+def _at_ends(units: Vector) -> bool:
+    return bool(np.all((units == 0.0) | (units == 1.0)))
