@@ -56,18 +56,33 @@ class Signal(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
         _check_course(self)
 
 
-def _check_course(one: Disturbance | Signal) -> None:
-    """Raises ValueError where the keys do not belong to the kind of course over time."""
-    if one.kind == "step" and one.duration_s is not None:
+def check_course(kind: str, lasts: bool, swings: bool) -> None:
+    """Raises ValueError where duration_s or frequency_hz, which are given or not, do not belong to the kind of course over time."""
+    if kind == "step" and lasts:
         raise ValueError("a step lasts to the end; one with duration_s is a pulse: write kind: pulse")
-    if one.kind == "pulse" and one.duration_s is None:
+    if kind == "pulse" and not lasts:
         raise ValueError("a pulse needs duration_s; without an end it is a step: write kind: step")
-    if one.kind == "ramp" and one.duration_s is None:
+    if kind == "ramp" and not lasts:
         raise ValueError("a ramp needs duration_s, in which it reaches its level")
-    if (one.kind == "sine") != (one.frequency_hz is not None):
+    if (kind == "sine") != swings:
         raise ValueError("frequency_hz belongs to kind sine, which needs it")
+
+
+def _check_course(one: Disturbance | Signal) -> None:
+    check_course(one.kind, one.duration_s is not None, one.frequency_hz is not None)
     if one.phase_deg != 0.0 and one.kind != "sine":
         raise ValueError("phase_deg belongs to kind sine")
+
+
+def check_fault(kind: str, counts: object, offset: object, gain_error: object) -> None:
+    """Raises ValueError where what is given, not None, is not what the kind of fault needs."""
+    for key, needed, given in (
+        ("counts", "lost_counts", counts),
+        ("offset", "drive_offset", offset),
+        ("gain_error", "drive_gain", gain_error),
+    ):
+        if (given is not None) != (kind == needed):
+            raise ValueError(f"{key} belongs to kind {needed}, which needs it")
 
 
 class DriftPoint(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -111,10 +126,7 @@ class SensorFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     gain_error: GainError | None = None
 
     def __post_init__(self) -> None:
-        needs = {"lost_counts": "counts", "drive_offset": "offset", "drive_gain": "gain_error"}
-        for kind, key in needs.items():
-            if (getattr(self, key) is not None) != (self.kind == kind):
-                raise ValueError(f"{key} belongs to kind {kind}, which needs it")
+        check_fault(self.kind, self.counts, self.offset, self.gain_error)
         if self.counts == 0:
             raise ValueError("counts: found 0; allowed: a whole number other than 0")
         if self.kind == "lost_counts" and self.until_s is not None:

@@ -9,7 +9,8 @@ import msgspec
 
 from frictool.documents.bench import Name, PositiveNumber
 from frictool.documents.conditions import Disturbance, Drifts, SensorFault, Signal
-from frictool.documents.quantity import Axis, Position, PositiveLength
+from frictool.documents.quantity import AnyQuantity, Axis, Position, PositiveLength
+from frictool.documents.spread import Spread
 
 SHORTEST_HOLD_S = 15.0  # a limit cycle is not called absent before; some need a minute to show (docs/theory/simulate.md)
 Hold = Annotated[float, msgspec.Meta(ge=SHORTEST_HOLD_S)]
@@ -82,8 +83,9 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
     start: position at rest before it begins; of a replay the reference's first value unless it is given. variants: `nominal` is the model's
     values; `vertices` adds one run at each vertex of the controller's polytope, `random` one for each of `plants` plants drawn from the
-    bench's ranges. drive: what drives the rig, where a quantity here is one of it. drive_noise: standard deviation of the measured drive, A
-    or V. seed: of the noise and the plants. sources: by their names; under a controller those that it does not command.
+    bench's ranges; `given` is the one plant that differs from the model in the parameters that `given` names. spread: what a campaign
+    varies. drive: what drives the rig, where a quantity here is one of it. drive_noise: standard deviation of the measured drive, A or V.
+    seed: of the noise and the plants. sources: by their names; under a controller those that it does not command.
     """
 
     format: Literal["scenario/1"]
@@ -92,7 +94,8 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     start: Position | None = None
     steps: tuple[Step, ...] = ()
     reference: Replay | None = None
-    variants: Literal["nominal", "vertices", "random"] = "nominal"
+    variants: Literal["nominal", "vertices", "random", "given"] = "nominal"
+    given: dict[str, AnyQuantity] = {}
     plants: Annotated[int, msgspec.Meta(ge=1, le=MOST_PLANTS)] | None = None
     drive: Literal["current", "voltage"] = "current"
     drive_noise: Annotated[float, msgspec.Meta(ge=0)] = 0.0
@@ -102,6 +105,7 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     sensor_faults: tuple[SensorFault, ...] = ()
     sources: dict[str, tuple[Signal, ...]] = {}
     duration_s: PositiveNumber | None = None
+    spread: Spread | None = None
 
     def __post_init__(self) -> None:
         if self.reference is not None and self.steps:
@@ -119,6 +123,12 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
             raise ValueError("start is missing; write the position at rest before the first step")
         if (self.variants == "random") != (self.plants is not None):
             raise ValueError("plants, how many, belongs to variants: random, which needs it")
+        if self.given and self.variants != "given":
+            raise ValueError("given, the parameters of one plant, belongs to variants: given")
+        if self.spread is not None and self.spread.within_count and self.start is None and self.spread.start is None:
+            raise ValueError("spread.within_count is about the start: write start, the position at rest before it begins")
+        if self.spread is not None and self.is_open:
+            raise ValueError("spread is what a campaign varies, under a controller; a test without one has none")
 
     @property
     def is_open(self) -> bool:

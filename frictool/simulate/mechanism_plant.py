@@ -15,13 +15,14 @@ from frictool.engine.mechanism.closed_loop import Inputs, Sight
 from frictool.plant.mechanism.assembly import Assembled
 from frictool.plant.mechanism.pace import fastest
 from frictool.simulate.agreement import Names, refuse
+from frictool.simulate.given import check_given
 from frictool.simulate.mechanism_channels import DRIVE_UNITS, Channels
 from frictool.simulate.mechanism_inputs import inputs_of, mean_efforts
 from frictool.simulate.mechanism_playing import Moved, Task, play_all
 from frictool.simulate.mechanism_rig import Controlled, placed_at, rig_of_mechanism
 from frictool.simulate.mechanism_told import metadata_of, warnings_of
-from frictool.simulate.mechanism_variants import MechanismVariant, mechanism_variants
-from frictool.simulate.plant import Loop, Run
+from frictool.simulate.mechanism_variants import MechanismVariant, mechanism_variants, ranges
+from frictool.simulate.plant import Loop, Range, Run
 
 Vector = NDArray[np.float64]
 FASTEST = 1e4  # of the sampling rate: a link that is faster is a rigid one
@@ -58,6 +59,10 @@ class MechanismPlant:
     def variants(self, controller: Controller, scenario: Scenario, owner: str) -> list[MechanismVariant]:
         """See Plant."""
         return mechanism_variants(self.document, self.assembled, scenario, owner)
+
+    def ranges(self) -> dict[str, Range]:
+        """See Plant."""
+        return ranges(self.document)
 
     def known(self, variant: MechanismVariant) -> Mapping[str, float]:
         """Nothing: a scheduled parameter is one of a single axis."""
@@ -129,8 +134,9 @@ def check_asked(document: Mechanism, assembled: Assembled, scenario: Scenario, n
     """Raises DocumentError where sources, blocks or units are not the mechanism's; `commanded`: the source that a controller has."""
     check_pace(assembled, scenario.seconds, document.sample_period_s, names.model)
     if scenario.variants == "vertices":
-        message = "found vertices, which are numbers of one axis; allowed for a mechanism: nominal, random"
+        message = "found vertices, which are numbers of one axis; allowed for a mechanism: nominal, random, given"
         refuse(names.scenario, "variants", message)
+    check_given(scenario, ranges(document), names)
     for name, signals in scenario.sources.items():
         key = f"sources.{name}"
         if name not in document.sources:

@@ -20,6 +20,8 @@ from frictool.friction.table import LAWS
 from frictool.logs.log import MAIN_TOPIC, MECHANISM_TOPIC
 from frictool.plant.mechanism.assembly import Assembled, assemble
 from frictool.plant.mechanism.wrong import WrongElement
+from frictool.simulate.given import GIVEN, given_values
+from frictool.simulate.plant import Range
 from frictool.simulate.variants import PLANTS_STREAM
 
 
@@ -49,28 +51,42 @@ class MechanismVariant:
 
 
 def mechanism_variants(document: Mechanism, assembled: Assembled, scenario: Scenario, owner: str) -> list[MechanismVariant]:
-    """The nominal mechanism, and `plants` drawn ones where the scenario asks for them; `owner` is what messages call the document.
+    """The nominal mechanism, and `plants` drawn ones where the scenario asks for them; or the one that it gives.
 
-    Raises FrictoolError where the document has no range to draw from, or a drawn mechanism cannot be put together.
+    `owner` is what messages call the document. Raises FrictoolError where it has no range to draw from, or a mechanism cannot be put
+    together.
     """
+    if scenario.variants == GIVEN:
+        return [_variant(document, GIVEN, given_values(scenario, ranges(document)), f"{owner} as given: ", "give another")]
     found = [MechanismVariant("", document, assembled)]
     if scenario.variants != "random":
         return found
     assert scenario.plants is not None
-    ranged = {key: quantity for key, quantity in _quantities(document, "") if quantity.interval[0] < quantity.interval[1]}
+    ranged = {key: one for key, one in ranges(document).items() if one.low < one.high}
     if not ranged:
         raise FrictoolError(f"{owner}: variants: random draws from ranges, and no quantity has one; give low and high beside a value")
-    lows, highs = (np.array([quantity.interval[side] for quantity in ranged.values()]) for side in (0, 1))
+    lows, highs = np.array([one.low for one in ranged.values()]), np.array([one.high for one in ranged.values()])
     parts = np.random.Generator(np.random.PCG64([scenario.seed, PLANTS_STREAM])).random((scenario.plants, len(ranged)))
-    width, units = len(str(scenario.plants)), {key: quantity.unit for key, quantity in ranged.items()}
+    width = len(str(scenario.plants))
     for index, row in enumerate(lows + parts * (highs - lows), start=1):
         name, values = f"p{index:0{width}d}", dict(zip(ranged, map(float, row), strict=True))
-        drawn = changed(document, values)
-        try:
-            found.append(MechanismVariant(name, drawn, assemble(drawn), values, units))
-        except WrongElement as wrong:
-            raise FrictoolError(f"{owner}, plant {name}: {wrong.key}: {wrong}; narrow the ranges that it is drawn from") from None
+        found.append(_variant(document, name, values, f"{owner}, plant {name}: ", "narrow the ranges that it is drawn from"))
     return found
+
+
+def ranges(document: Mechanism) -> dict[str, Range]:
+    """Of every quantity, by its key, as simulate/plant.py `Plant.ranges`."""
+    return {key: Range(*one.interval, one.value, one.unit, key) for key, one in _quantities(document, "")}
+
+
+def _variant(document: Mechanism, name: str, values: dict[str, float], owner: str, remedy: str) -> MechanismVariant:
+    """The mechanism with these values. Raises FrictoolError where it cannot be put together."""
+    made = changed(document, values)
+    units = {key: one.unit for key, one in _quantities(document, "") if key in values}
+    try:
+        return MechanismVariant(name, made, assemble(made), values, units)
+    except WrongElement as wrong:
+        raise FrictoolError(f"{owner}{wrong.key}: {wrong}; {remedy}") from None
 
 
 def changed(document: Mechanism, values: Mapping[str, float]) -> Mechanism:

@@ -9,16 +9,16 @@ from numpy.typing import NDArray
 
 from frictool.documents.controller import Controller
 from frictool.documents.model import Model
-from frictool.documents.quantity import si_unit
 from frictool.documents.scenario import Scenario
 from frictool.engine import closed_loop
 from frictool.plant.axis_model import load_of
 from frictool.simulate.agreement import Names, refuse
-from frictool.simulate.plant import Loop, Run
+from frictool.simulate.given import check_given
+from frictool.simulate.plant import Loop, Range, Run
 from frictool.simulate.playing import play
 from frictool.simulate.playing_target import play_target
 from frictool.simulate.rig import rig_of
-from frictool.simulate.variants import Variant, count, known, variants_of
+from frictool.simulate.variants import Variant, count, known, parameters_of, variants_of
 
 Vector = NDArray[np.float64]
 
@@ -47,6 +47,7 @@ class OneAxis:
             key = f"disturbances[{index}]"
             if disturbance.on is not None:
                 refuse(names.scenario, f"{key}.on", f"names a block of a mechanism; {names.model} is one axis: leave it out")
+        check_given(scenario, self.ranges(), names)
 
     def count(self, controller: Controller, scenario: Scenario) -> int:
         """See Plant."""
@@ -55,6 +56,10 @@ class OneAxis:
     def variants(self, controller: Controller, scenario: Scenario, owner: str) -> list[Variant]:
         """See Plant."""
         return variants_of(self.model, controller, scenario, owner)
+
+    def ranges(self) -> dict[str, Range]:
+        """See Plant."""
+        return parameters_of(self.model)
 
     def known(self, variant: Variant) -> dict[str, float]:
         """See Plant."""
@@ -69,9 +74,8 @@ class OneAxis:
 
     def described(self, variant: Variant) -> str:
         """See Plant."""
-        of_constant = "effort per ampere" if self.rig.drive == "current" else "effort per volt"
-        dimensions = {"inertia": "inertia", "viscous": "viscous", "coulomb": "effort", "constant": of_constant}
-        return ", ".join(f"{name} {value:.6g} {si_unit(dimensions[name], self.rig.axis)}" for name, value in variant.values.items())
+        units = {name: one.unit for name, one in self.ranges().items()}
+        return ", ".join(f"{name} {value:.6g} {units[name]}" for name, value in variant.values.items())
 
     def _against_stops(self, variant: Variant, record: Vector) -> Iterator[str]:
         """A warning where the axis runs against an end stop of its travel: no rig should."""

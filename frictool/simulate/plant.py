@@ -38,6 +38,16 @@ class Played(Protocol):
 V = TypeVar("V", bound=Played)
 
 
+class Range(NamedTuple):
+    """Where a parameter of a plant lies, and where it is in the document, SI; low == high: it is known. label: what people call it."""
+
+    low: float
+    high: float
+    nominal: float
+    unit: str
+    label: str
+
+
 class Run(NamedTuple):
     """record (n, 7): engine/closed_loop.py, of the controlled axis. streams: what else is known of the plant. metadata: further records."""
 
@@ -89,6 +99,9 @@ class Plant(Protocol[V]):
 
         Raises FrictoolError where a plant's parameters are out of range, or there is no range to draw from.
         """
+
+    def ranges(self) -> Mapping[str, Range]:
+        """Of the parameters that `given` of a scenario may name, by their names."""
 
     def known(self, variant: V) -> Mapping[str, float]:
         """What a scheduled controller can be told of it, by the parameters' names [SI]."""

@@ -1,4 +1,4 @@
-"""The plants that a scenario is played to: the model itself, each vertex at which the controller was verified, or plants drawn at random.
+"""What a scenario is played to: the model, each vertex at which the controller was verified, plants drawn at random, or a given one.
 
 A random plant has inertia, viscous and Coulomb friction and constant drawn independently and uniformly from the ranges that the bench gives
 over the product's life; where it gives none, from the model's interval. Plant number i of a seed is the same however many there are.
@@ -14,15 +14,26 @@ import numpy as np
 
 from frictool.documents.controller import Controller
 from frictool.documents.model import Model
-from frictool.documents.quantity import Quantity
+from frictool.documents.quantity import Quantity, drive_dimension, si_unit
 from frictool.documents.scenario import Scenario
 from frictool.errors import FrictoolError
 from frictool.logs.log import MAIN_TOPIC
 from frictool.plant.axis import AxisParameters
 from frictool.plant.axis_model import axis_of
 from frictool.plant.friction_levels import coulomb_level, viscous_level
+from frictool.simulate.given import GIVEN, given_values
+from frictool.simulate.plant import Range
 
 PARAMETERS = ("inertia", "viscous", "coulomb", "constant")
+LABELS = {
+    "inertia": "inertia",
+    "viscous": "viscous friction",
+    "coulomb": "Coulomb friction",
+    "constant": "drive constant",
+    "breakaway": "breakaway",
+    "offset": "offset",
+    "backlash": "backlash",
+}
 PLANTS_STREAM = 1 << 32  # beside the seed: noise is drawn from (seed, variant)
 
 
@@ -42,15 +53,19 @@ class Variant:
 
 def count(controller: Controller, scenario: Scenario) -> int:
     """How many variants there are, the nominal one among them."""
-    return 1 + {"nominal": 0, "vertices": len(controller.verified.vertices), "random": scenario.plants or 0}[scenario.variants]
+    more = {"nominal": 0, "vertices": len(controller.verified.vertices), "random": scenario.plants or 0, GIVEN: 0}
+    return 1 + more[scenario.variants]
 
 
 def variants_of(model: Model, controller: Controller, scenario: Scenario, owner: str = "model") -> list[Variant]:
-    """The nominal plant, then the controller's vertices or the random plants, where the scenario asks for them.
+    """The nominal plant, then the controller's vertices or the random plants, where the scenario asks for them; or the one that it gives.
 
     `owner` is what messages call the model. Raises FrictoolError where a plant's parameters are out of range, or there is no range to draw
     from.
     """
+    if scenario.variants == GIVEN:
+        values = given_values(scenario, parameters_of(model))
+        return [Variant(GIVEN, _axis(f"{owner} as given", model, **values), values)]
     found = [Variant("", _axis(owner, model))]
     if scenario.variants == "vertices":
         for vertex in controller.verified.vertices:
@@ -65,11 +80,28 @@ def variants_of(model: Model, controller: Controller, scenario: Scenario, owner:
 
 def known(model: Model, variant: Variant) -> dict[str, float]:
     """PARAMETERS of a variant's plant [SI], as what a scheduled controller is told of it; of a range its middle."""
-    if variant.values:
-        return variant.values
     coulomb, viscous = coulomb_level(model), viscous_level(model)
     values = (model.parameters.inertia.value, 0.5 * sum(viscous), 0.5 * sum(coulomb), model.bench.actuator.constant.value)
-    return dict(zip(PARAMETERS, values, strict=True))
+    return {name: variant.values.get(name, value) for name, value in zip(PARAMETERS, values, strict=True)}
+
+
+def parameters_of(model: Model) -> dict[str, Range]:
+    """What of a model may be given or varied: PARAMETERS in their `ranges`, offset, backlash, breakaway.
+
+    The breakaway has no range of its own: it goes with the Coulomb friction, of which it is a multiple, unless it is given.
+    """
+    bench, nominal = model.bench, known(model, Variant("", axis_of(model)))
+    drive = drive_dimension(bench.actuator.drive, constant=True)
+    dimensions = {"inertia": "inertia", "viscous": "viscous", "coulomb": "effort", "constant": drive}
+    found = {name: Range(*ends, nominal[name], si_unit(dimensions[name], model.axis), LABELS[name]) for name, ends in ranges(model).items()}
+    effort, position = si_unit("effort", model.axis), si_unit("position", model.axis)
+    breakaway, offset, backlash = model.parameters.breakaway.value, model.parameters.offset, bench.mechanics.backlash
+    found["breakaway"] = Range(breakaway, breakaway, breakaway, effort, LABELS["breakaway"])
+    ends = offset.interval if bench.mechanics.offset is None else _range(bench.mechanics.offset, offset.interval)
+    found["offset"] = Range(*ends, offset.value, effort, LABELS["offset"])
+    if backlash is not None:
+        found["backlash"] = Range(*backlash.interval, backlash.value, position, LABELS["backlash"])
+    return found
 
 
 def ranges(model: Model) -> dict[str, tuple[float, float]]:

@@ -11,6 +11,7 @@ import pytest
 
 from frictool.documents.registry import load
 from frictool.documents.scenario import Scenario
+from frictool.documents.spread import Spread
 from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import read_mcap
 from frictool.logs.log import Log
@@ -274,14 +275,21 @@ def test_every_key_of_a_scenario_is_in_the_help() -> None:
 def test_the_scenario_of_the_formats_page_is_one(tmp_path: Path) -> None:
     """Its examples have every key; a replay and a test without a controller stand in place of the steps."""
     page = (ROOT / "docs/formats.md").read_text().partition("### What a scenario plays")[2].partition("\n### ")[0]
-    whole, replay, torques = (block.partition("\n```")[0] for block in page.split("```yaml\n")[1:])
+    whole, replay, torques, given, spread = (block.partition("\n```")[0] for block in page.split("```yaml\n")[1:])
     example, other, played = tmp_path / "example.yaml", tmp_path / "replay.yaml", tmp_path / "torques.yaml"
     example.write_text(whole)
+    varied = tmp_path / "varied.yaml"
+    varied.write_text(f"{whole}\n{given}\n{spread}".replace("variants: random", "").replace("plants: 1000", ""))
     other.write_text("format: scenario/1\nname: replay\naxis: rotary\n" + replay)
     played.write_text("format: scenario/1\nname: torques\naxis: rotary\n" + torques)
     found = load(example, Scenario)
     left = {name for name in Scenario.__struct_fields__ if f"\n{name}:" not in f"\n{whole}"}
-    assert left == {"reference", "sources", "duration_s"}
+    assert left == {"reference", "sources", "duration_s", "given", "spread"}
+    drawn = load(varied, Scenario)
+    assert drawn.given["coulomb"].value == 0.1
+    assert all(f"\n  {name}:" in spread for name in Spread.__struct_fields__)
+    assert drawn.spread.parameters["coulomb"].high == 60.0
+    assert {fault.kind for fault in drawn.spread.sensor_faults} == {fault.kind for fault in found.sensor_faults}
     assert [signal.kind for signal in load(played, Scenario).sources["motor"]] == ["step", "pulse", "ramp", "sine"]
     assert len(found.steps) == 4
     assert {fault.kind for fault in found.sensor_faults} == {"lost_counts", "encoder_stuck", "drive_offset", "drive_gain"}
