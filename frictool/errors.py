@@ -16,6 +16,7 @@ A message is one line: what was found, what is allowed, what to try.
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 EXIT_DONE = 0
 EXIT_NO = 1
@@ -31,6 +32,15 @@ class FrictoolError(Exception):
 
     def __init__(self, message: str) -> None:
         super().__init__(" ".join(message.split()))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """From another process it comes back as it was, whatever its constructor takes."""
+        return _rebuilt, (type(self), self.args), self.__dict__
+
+
+def _rebuilt(kind: type[FrictoolError], arguments: tuple[Any, ...]) -> FrictoolError:
+    """An error with these `args`, its constructor not called."""
+    return kind.__new__(kind, *arguments)
 
 
 class InputFileError(FrictoolError):
@@ -63,3 +73,15 @@ class NoSolutionError(FrictoolError):
     """Infeasible, not converged, or found and then not verified."""
 
     exit_code = EXIT_NO_SOLUTION
+
+
+class WorkerLost(FrictoolError):
+    """A job that several processes in turn did not outlive. job: its index among those that were shared, None where none began."""
+
+    def __init__(self, job: int | None, message: str) -> None:
+        self.job = job
+        super().__init__(message)
+
+
+class ClusterError(FrictoolError):
+    """A cluster that cannot be reached, is gone, or whose workers are not what this machine is."""

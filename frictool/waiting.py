@@ -1,4 +1,6 @@
-"""What is called before a wait that the user should know of: the command line puts its own in place, a library waits in silence."""
+"""What is called before a wait that the user should know of, or of a remark on the way: the command line puts its own in place, a library
+is silent.
+"""
 
 from __future__ import annotations
 
@@ -9,4 +11,9 @@ def _silently() -> None:
     """Nobody asked to be told."""
 
 
+def _unsaid(text: str) -> None:
+    """Nobody asked to be told."""
+
+
 compiling: Callable[[], None] = _silently  # before a kernel is compiled, which its first use in an installation does
+remark: Callable[[str], None] = _unsaid  # of what changes no result: a process that was ended and replaced, a machine that compiles

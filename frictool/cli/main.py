@@ -95,6 +95,7 @@ def _prepare() -> None:
     A wait for the compiler is told, whichever command meets it.
     """
     waiting.compiling = _tell_of_compiling
+    waiting.remark = _remark
     os.environ.update(OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1")
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
@@ -105,6 +106,12 @@ def _tell_of_compiling() -> None:
     from frictool.cli.progress import tell_of_compiling
 
     tell_of_compiling()
+
+
+def _remark(text: str) -> None:
+    from frictool.cli.output import note
+
+    note(text)
 
 
 def _abandon_stdout() -> None:
