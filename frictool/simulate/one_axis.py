@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,8 +58,12 @@ class OneAxis:
         """See Plant."""
         return variants_of(self.model, controller, scenario, owner)
 
-    def ranges(self) -> dict[str, Range]:
+    def ranges(self) -> Mapping[str, Range]:
         """See Plant."""
+        return self._ranges
+
+    @cached_property
+    def _ranges(self) -> dict[str, Range]:
         return parameters_of(self.model)
 
     def known(self, variant: Variant) -> dict[str, float]:

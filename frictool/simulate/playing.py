@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.control.machine import Machine, hold
+from frictool.control.machine import Machine, copied, hold, start_at
 from frictool.documents.controller import Controller
 from frictool.engine.batch import closed_loops
-from frictool.engine.closed_loop import RECORD_SIZE
+from frictool.engine.closed_loop import RECORD_SIZE, measure, run
 from frictool.engine.status import MESSAGES, OK
 from frictool.errors import NoSolutionError
-from frictool.plant.axis import rest
+from frictool.plant.axis import ENCODER_STEP, POSITION, rest
 from frictool.plant.load import Load
 from frictool.simulate.variants import Variant
 
@@ -43,16 +43,35 @@ def play(
     progress(0, total)
     while done < total:
         chosen = variants[done : done + batch]
-        axes = np.stack([variant.axis.as_array() for variant in chosen])
+        axes = np.stack([variant.array for variant in chosen])
         states, references = np.stack([rest(start)] * len(chosen)), np.stack([reference] * len(chosen))
         records, statuses = np.zeros((len(chosen), samples, RECORD_SIZE)), np.zeros(len(chosen), dtype=np.int64)
         for place, value in told[done].items() if told else ():
             hold(running, place, value)
         timing = controller.sample_period_s, controller.delay_samples
-        closed_loops(axes, states, running, references, *timing, records, statuses, load.as_array(), conditions)
+        rest_of = (*timing, records, statuses, load.as_array(), conditions)
+        (closed_loops if len(chosen) > 1 else _alone)(axes, states, running, references, *rest_of)
         for variant, status in zip(chosen, statuses, strict=True):
             if status != OK:
                 raise NoSolutionError(f"{variant.topic}: {MESSAGES[int(status)]}; check the model's parameters")
         yield from zip(chosen, records, strict=True)
         done += len(chosen)
         progress(done, total)
+
+
+def _alone(
+    axes: Vector,
+    states: Vector,
+    running: Machine,
+    references: Vector,
+    period: float,
+    delay_samples: int,
+    records: Vector,
+    statuses: NDArray[np.int64],
+    load: Vector,
+    conditions: Vector,
+) -> None:
+    """engine/batch.py `closed_loops` of one loop: without threads, whose start takes longer than a short run."""
+    own = copied(running)
+    start_at(own, measure(states[0, POSITION], axes[0, ENCODER_STEP]))
+    statuses[0] = run(axes[0], states[0], own, references[0], period, delay_samples, records[0], load, conditions)

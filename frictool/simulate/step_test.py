@@ -9,6 +9,8 @@ to sample and drawn for each variant from PCG64 seeded with (seed, the variant's
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from typing import Generic
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +39,12 @@ from frictool.simulate.timeline import conditions_of, felt
 from frictool.simulate.used_speed import used_speed
 
 Vector = NDArray[np.float64]
+Progress = Callable[[int, int], None]
 DOCUMENTS = Names()
+
+
+def untold(done: int, total: int) -> None:
+    """Progress that nobody watches."""
 
 
 def step_test(
@@ -46,7 +53,7 @@ def step_test(
     scenario: Scenario,
     provenance: Provenance,
     names: Names = DOCUMENTS,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = untold,
     recorded: Log | None = None,
     number: Number = "double",
     target: Target | None = None,
@@ -59,44 +66,80 @@ def step_test(
     variant cannot be simulated.
     """
     if isinstance(plant, Model):
-        return _step_test(OneAxis(plant), controller, scenario, provenance, names, progress, recorded, number, target)
-    return _step_test(plant, controller, scenario, provenance, names, progress, recorded, number, target)
+        return StepTest(OneAxis(plant), controller, names, number, target).log(scenario, provenance, progress, recorded)
+    return StepTest(plant, controller, names, number, target).log(scenario, provenance, progress, recorded)
 
 
-def _step_test(
-    plant: Plant[V],
-    controller: Controller,
-    scenario: Scenario,
-    provenance: Provenance,
-    names: Names,
-    progress: Callable[[int, int], None],
-    recorded: Log | None,
-    number: Number,
-    target: Target | None,
-) -> Log:
-    rig = plant.rig
-    plant.check(controller, scenario, names)
-    check_agreement(rig, controller, scenario, names)
-    reference, start = _reference(plant, controller, scenario, names, recorded)
-    check_instants(scenario, reference.size * rig.sample_period_s, rig.sample_period_s, names.scenario)
-    variants, conditions = plant.variants(controller, scenario, names.model), conditions_of(scenario, reference.size, rig.sample_period_s)
-    sensors = Sensors(rig, scenario, reference.size, reference, conditions, controller.velocity.source == "measured")
-    streams, warnings, metadata = [], _of_log(scenario, recorded), dict[str, dict[str, str]]()
-    program = controller_program(controller)
-    told = _told(plant, variants, scheduled(controller, program))
-    running = _machine(controller, program, number if target is None else target.number)
-    loop = Loop(controller, scenario, running, target, start, reference, felt(conditions, rig), told, progress)
-    for index, (variant, run) in enumerate(plant.play(variants, loop)):
-        used = _used(controller, program, running, reference, run.record, rig.resolution, told[index] if told else {})
-        streams += [sensors.stream(variant.topic, index, run.record, used), *run.streams]
-        warnings += run.warnings
-        metadata |= run.metadata
-    about = {"kind": "simulated", "scenario": scenario.name, "model": plant.name, "controller": controller.name}
-    if controller.velocity.observer is not None:
-        about["speed_from"] = f"{controller.velocity.observer.kind} observer"
-    plants = {variant.topic: plant.described(variant) for variant in variants if variant.values}
-    metadata = {"log": about, **({"plants": plants} if plants else {}), **metadata}
-    return with_provenance(Log(tuple(streams), metadata, scenario.name, tuple(warnings)), provenance)
+class StepTest(Generic[V]):
+    """A plant under its controller, for one scenario after another: what they share is made once. Arguments: see `step_test`."""
+
+    def __init__(
+        self, plant: Plant[V], controller: Controller, names: Names = DOCUMENTS, number: Number = "double", target: Target | None = None
+    ) -> None:
+        self.plant, self.controller, self.names, self.target = plant, controller, names, target
+        self._number: Number = number if target is None else target.number
+
+    def log(
+        self,
+        scenario: Scenario,
+        provenance: Provenance | None = None,
+        progress: Progress = untold,
+        recorded: Log | None = None,
+        with_speed: bool = True,
+    ) -> Log:
+        """The scenario's log, as of `step_test`. with_speed: with what the controller took for the speed, which costs its program again."""
+        plant, controller, rig = self.plant, self.controller, self.plant.rig
+        reference, start = self.reference(scenario, recorded)
+        variants, conditions = (
+            plant.variants(controller, scenario, self.names.model),
+            conditions_of(scenario, reference.size, rig.sample_period_s),
+        )
+        sensors = Sensors(rig, scenario, reference.size, reference, conditions, controller.velocity.source == "measured")
+        streams, warnings, metadata = [], _of_log(scenario, recorded), dict[str, dict[str, str]]()
+        told = _told(plant, variants, scheduled(controller, self._program))
+        loop = Loop(controller, scenario, self._running, self.target, start, reference, felt(conditions, rig), told, progress)
+        for index, (variant, run) in enumerate(plant.play(variants, loop)):
+            used = self._used(reference, run.record, told[index] if told else {}) if with_speed else None
+            streams += [sensors.stream(variant.topic, index, run.record, used), *run.streams]
+            warnings += run.warnings
+            metadata |= run.metadata
+        about = {"kind": "simulated", "scenario": scenario.name, "model": plant.name, "controller": controller.name}
+        if controller.velocity.observer is not None:
+            about["speed_from"] = f"{controller.velocity.observer.kind} observer"
+        plants = {variant.topic: plant.described(variant) for variant in variants if variant.values}
+        metadata = {"log": about, **({"plants": plants} if plants else {}), **metadata}
+        made = Log(tuple(streams), metadata, scenario.name, tuple(warnings))
+        return made if provenance is None else with_provenance(made, provenance)
+
+    def reference(self, scenario: Scenario, recorded: Log | None = None) -> tuple[Vector, float]:
+        """The reference (n,), and where the axis rests at first [rad | m]. Raises InputFileError where they do not fit together."""
+        self.plant.check(self.controller, scenario, self.names)
+        check_agreement(self.plant.rig, self.controller, scenario, self.names)
+        reference, start = _reference(self.plant, self.controller, scenario, self.names, recorded)
+        period = self.plant.rig.sample_period_s
+        check_instants(scenario, reference.size * period, period, self.names.scenario)
+        return reference, start
+
+    @cached_property
+    def _program(self) -> Program:
+        return controller_program(self.controller)
+
+    @cached_property
+    def _running(self) -> Machine:
+        """The controller as the simulation runs it in its number format."""
+        try:
+            return machine_in(self._program, self._number)
+        except DoesNotFit as error:
+            raise NoSolutionError(
+                f"{self.controller.name}: {self._number} cannot be scaled: {error}; bound what is measured in the bench, or use float"
+            ) from None
+
+    def _used(self, reference: Vector, record: Vector, told: Mapping[int, float]) -> Vector | None:
+        """What the controller took for the speed; None where it asks for none, or a sensor of its own tells it."""
+        speed = self._program.speed
+        if speed is None or self.controller.velocity.source == "measured" or not uses_speed(self.controller):
+            return None
+        return used_speed(self._running, speed.index, reference, record, self.plant.rig.resolution, told)
 
 
 def _told(plant: Plant[V], variants: Sequence[V], places: Mapping[str, int]) -> list[dict[int, float]]:
@@ -110,31 +153,6 @@ def scheduled(controller: Controller, program: Program) -> dict[str, int]:
     """The places of the parameters that a scheduled controller is told, by their names; none where it has no schedule."""
     names = controller.schedule.parameters if controller.schedule is not None else ()
     return {str(name): program.states[name].index for name in names if name in program.states}
-
-
-def _used(
-    controller: Controller,
-    program: Program,
-    running: Machine,
-    reference: Vector,
-    record: Vector,
-    resolution: float,
-    told: Mapping[int, float],
-) -> Vector | None:
-    """What the controller took for the speed; None where it asks for none, or a sensor of its own tells it."""
-    if program.speed is None or controller.velocity.source == "measured" or not uses_speed(controller):
-        return None
-    return used_speed(running, program.speed.index, reference, record, resolution, told)
-
-
-def _machine(controller: Controller, program: Program, number: Number) -> Machine:
-    """The controller as the simulation runs it in a number format."""
-    try:
-        return machine_in(program, number)
-    except DoesNotFit as error:
-        raise NoSolutionError(
-            f"{controller.name}: {number} cannot be scaled: {error}; bound what is measured in the bench, or use float"
-        ) from None
 
 
 def _reference(plant: Plant[V], controller: Controller, scenario: Scenario, names: Names, recorded: Log | None) -> tuple[Vector, float]:

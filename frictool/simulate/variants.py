@@ -9,8 +9,10 @@ A vertex and a drawn plant are four numbers; what they mean for a model that say
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from frictool.documents.controller import Controller
 from frictool.documents.model import Model
@@ -50,6 +52,11 @@ class Variant:
         """`/axis`, or `/axis/NAME`."""
         return f"{MAIN_TOPIC}/{self.name}" if self.name else MAIN_TOPIC
 
+    @cached_property
+    def array(self) -> NDArray[np.float64]:
+        """The axis for the kernels."""
+        return self.axis.as_array()
+
 
 def count(controller: Controller, scenario: Scenario) -> int:
     """How many variants there are, the nominal one among them."""
@@ -80,9 +87,14 @@ def variants_of(model: Model, controller: Controller, scenario: Scenario, owner:
 
 def known(model: Model, variant: Variant) -> dict[str, float]:
     """PARAMETERS of a variant's plant [SI], as what a scheduled controller is told of it; of a range its middle."""
+    return {name: variant.values.get(name, value) for name, value in _levels(model).items()}
+
+
+def _levels(model: Model) -> dict[str, float]:
+    """PARAMETERS of the model itself."""
     coulomb, viscous = coulomb_level(model), viscous_level(model)
     values = (model.parameters.inertia.value, 0.5 * sum(viscous), 0.5 * sum(coulomb), model.bench.actuator.constant.value)
-    return {name: variant.values.get(name, value) for name, value in zip(PARAMETERS, values, strict=True)}
+    return dict(zip(PARAMETERS, values, strict=True))
 
 
 def parameters_of(model: Model) -> dict[str, Range]:
@@ -90,7 +102,7 @@ def parameters_of(model: Model) -> dict[str, Range]:
 
     The breakaway has no range of its own: it goes with the Coulomb friction, of which it is a multiple, unless it is given.
     """
-    bench, nominal = model.bench, known(model, Variant("", axis_of(model)))
+    bench, nominal = model.bench, _levels(model)
     drive = drive_dimension(bench.actuator.drive, constant=True)
     dimensions = {"inertia": "inertia", "viscous": "viscous", "coulomb": "effort", "constant": drive}
     found = {name: Range(*ends, nominal[name], si_unit(dimensions[name], model.axis), LABELS[name]) for name, ends in ranges(model).items()}
