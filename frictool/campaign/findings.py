@@ -1,0 +1,95 @@
+"""Trials to what a campaign says: the answer, the pass rate, a distribution a metric, and where failures and variance come from.
+
+Trials ──pass_rate.py, distribution.py, sensitivity.py──▶ Findings ──▶ text.py, page.py, machine.py
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from frictool.campaign.binomial import CONFIDENCE, Method, draws_to_show
+from frictool.campaign.distribution import Distribution, distribution
+from frictool.campaign.pass_rate import Rate, pass_rate
+from frictool.campaign.sensitivity import Sensitivity, sensitivity
+from frictool.campaign.trials import Trials
+
+
+class Worst(Protocol):
+    """A worst case of one requirement, found by a search and kept as a scenario: what it is, and the command that replays it."""
+
+    @property
+    def requirement(self) -> str: ...
+    @property
+    def value(self) -> float: ...
+    @property
+    def limit(self) -> float: ...
+    @property
+    def unit(self) -> str: ...
+    @property
+    def relation(self) -> str: ...
+    @property
+    def met(self) -> bool | None: ...
+    @property
+    def values(self) -> Mapping[str, float]: ...
+    @property
+    def scenario(self) -> str: ...
+    @property
+    def command(self) -> str: ...
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What is said of the trials. asked: the pass rate that was asked for, 0..1; None where every trial has to pass."""
+
+    trials: Trials
+    rate: Rate
+    distributions: tuple[Distribution, ...]
+    sensitivity: Sensitivity
+    worst: tuple[Worst, ...]
+    asked: float | None
+
+    @property
+    def answer(self) -> bool:
+        """Whether the campaign is passed: all trials pass, or the rate that was asked for is shown."""
+        if self.asked is None:
+            return 0 < self.rate.count == self.rate.passed
+        return self.rate.count > 0 and self.rate.reaches(self.asked)
+
+    @property
+    def outcome(self) -> str:
+        """MET, NOT MET, CANNOT TELL (nothing fails, something is undecided), or NOT SHOWN: more draws might show the rate that was asked
+        for.
+        """
+        if self.answer:
+            return "MET"
+        if self.rate.count == 0 or self.rate.undecided == self.rate.count or (self.asked is None and self.rate.failed == 0):
+            return "CANNOT TELL"
+        high = self.rate.high
+        return "NOT SHOWN" if self.asked is not None and high is not None and high >= self.asked else "NOT MET"
+
+    @property
+    def draws_needed(self) -> int | None:
+        """Where the rate asked for is not shown: how many draws would show it if the share that passes stayed as it is."""
+        if self.outcome != "NOT SHOWN" or self.asked is None:
+            return None
+        return draws_to_show(self.asked, self.rate.share, self.rate.confidence, self.rate.method)
+
+
+def find(
+    trials: Trials, method: Method, worst: Sequence[Worst] = (), at_least: float | None = None, confidence: float = CONFIDENCE
+) -> Findings:
+    """What n trials say, of draws that `method` chose. at_least: the pass rate, 0..1, that has to be shown; None: every trial passes.
+
+    Raises ValueError where at_least or confidence is none, or there is no trial.
+    """
+    if trials.count == 0:
+        raise ValueError("there is no trial")
+    if not 0.0 < confidence < 1.0:
+        raise ValueError(f"the confidence is {confidence:g}; it lies between 0 and 1")
+    if at_least is not None and not 0.0 < at_least <= 1.0:
+        raise ValueError(f"a pass rate of {at_least:g} cannot be asked for; it is above 0 and at most 1")
+    rate = pass_rate(trials, method, confidence)
+    distributions = tuple(distribution(trials, index, method, confidence) for index in range(len(trials.metrics)))
+    return Findings(trials, rate, distributions, sensitivity(trials, drawn=not rate.whole), tuple(worst), at_least)

@@ -1,0 +1,140 @@
+"""A campaign for programs: what `frictool campaign --json` prints. A value that does not exist, or is beyond any, is null."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from frictool.campaign.distribution import COVERED, Distribution
+from frictool.campaign.findings import Findings, Worst
+from frictool.campaign.regional import Region
+from frictool.campaign.sensitivity import Influence, Question
+from frictool.campaign.trials import Trials
+from frictool.campaign.words import caveat, headline
+
+
+def as_json(found: Findings) -> dict[str, Any]:
+    """Counts, rate, each metric, where failures and variance come from; `verdict` is `pass` where the campaign's answer is yes."""
+    rate, pair, factors = found.rate, found.sensitivity.pair, found.trials.space.factors
+    return {
+        "verdict": "pass" if found.answer else "fail",
+        "outcome": found.outcome,
+        "summary": headline(found),
+        "method": rate.method,
+        "trials": rate.count,
+        "passed": rate.passed,
+        "failed": rate.failed,
+        "undecided": rate.undecided,
+        "not_simulated": [{"draw": draw, "reason": reason} for draw, reason in found.trials.failed.items()],
+        "pass_rate": {
+            "share": rate.share,
+            "low": rate.low,
+            "high": rate.high,
+            "at_least": rate.at_least,
+            "confidence": rate.confidence,
+            "asked": found.asked,
+            "draws_needed": found.draws_needed,
+            "of": caveat(rate),
+        },
+        "factors": [
+            {"name": f.name, "label": f.label, "kind": f.kind, "unit": f.unit, "low": f.low, "high": f.high, "nominal": f.nominal}
+            for f in factors
+        ],
+        "metrics": [_metric(found.trials, one, rate.confidence) for one in found.distributions],
+        "failures": [_question(found.trials, question) for question in found.sensitivity.questions],
+        "influences": [
+            _influence(found.trials, one.metric.name, influence)
+            for one, influence in zip(found.distributions, found.sensitivity.influences, strict=True)
+        ],
+        "pair": None
+        if pair is None
+        else {
+            "factors": [factors[pair.first].name, factors[pair.second].name],
+            "joint": pair.joint,
+            "only_together": pair.beyond,
+            "error": pair.error,
+        },
+        "worst": [_worst(one) for one in found.worst],
+    }
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None
+
+
+def _draw(trials: Trials, draw: int | None) -> dict[str, float] | None:
+    return None if draw is None else {name: float(value) for name, value in zip(trials.space.names, trials.values[draw], strict=True)}
+
+
+def _metric(trials: Trials, one: Distribution, confidence: float) -> dict[str, Any]:
+    metric, histogram = one.metric, one.histogram
+    return {
+        "name": metric.name,
+        "key": metric.key,
+        "unit": metric.unit,
+        "relation": metric.relation,
+        "limit": metric.limit,
+        "met": one.met,
+        "broken": one.broken,
+        "undecided": one.undecided,
+        "beyond_any_value": one.beyond,
+        "without_value": one.missing,
+        "quantiles": [{"level": q.level, "value": _finite(q.value), "low": _finite(q.low), "high": _finite(q.high)} for q in one.quantiles],
+        "tolerance": {"share": COVERED, "confidence": confidence, "bound": one.bound, "draws_needed": one.trials_for_bound},
+        "worst": {"value": one.worst, "draw": one.worst_trial, "values": _draw(trials, one.worst_trial)},
+        "histogram": {"edges": histogram.edges.tolist(), "counts": histogram.counts.tolist()},
+    }
+
+
+def _question(trials: Trials, question: Question) -> dict[str, Any]:
+    return {
+        "question": question.name or "any",
+        "failing": question.failing,
+        "passing": question.passing,
+        "named": [trials.space.names[i] for i in question.named],
+        "factors": [_region(trials, i, question.regions[i]) for i in question.order],
+    }
+
+
+def _region(trials: Trials, factor: int, place: Region) -> dict[str, Any]:
+    one = trials.space.factors[factor]
+    middles = one.low + place.places * (one.high - one.low)
+    slices = zip(middles.tolist(), place.failing.tolist(), place.sizes.tolist(), strict=True)
+    return {
+        "factor": one.name,
+        "distance": place.distance,
+        "chance": place.chance,
+        "direction": place.direction,
+        "leans": place.leans,
+        "spread": place.spread,
+        "slices": [{"value": value, "failing": failing, "trials": size} for value, failing, size in slices],
+    }
+
+
+def _influence(trials: Trials, metric: str, influence: Influence) -> dict[str, Any]:
+    shares = ((trials.space.names[i], influence.shares[i]) for i in influence.order)
+    return {
+        "metric": metric,
+        "trials": influence.used,
+        "missing": influence.reason or None,
+        "named": [trials.space.names[i] for i in influence.named],
+        "rest": influence.rest,
+        "factors": [
+            {"factor": name, "share": s.share, "error": s.error, "chance": s.chance, "direction": s.direction, "rank_correlation": s.rises}
+            for name, s in shares
+        ],
+    }
+
+
+def _worst(one: Worst) -> dict[str, Any]:
+    return {
+        "requirement": one.requirement,
+        "value": _finite(one.value),
+        "limit": one.limit,
+        "unit": one.unit,
+        "relation": one.relation,
+        "met": one.met,
+        "values": dict(one.values),
+        "scenario": one.scenario,
+        "command": one.command,
+    }

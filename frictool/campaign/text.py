@@ -1,0 +1,184 @@
+"""What `campaign` tells people at a terminal: a row a requirement, where failures come from, what the metrics depend on, worst cases."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import click
+
+from frictool.campaign.distribution import COVERED, Distribution
+from frictool.campaign.findings import Findings
+from frictool.campaign.regional import Region
+from frictool.campaign.sensitivity import Influence, Question
+from frictool.campaign.words import caveat, headline, number, quantity, unit_shown
+
+COLOURS = {"MET": "green", "NOT MET": "red", "CANNOT TELL": "yellow", "NOT SHOWN": "yellow"}
+REASONS = 5  # told why trials could not be simulated
+MOST = 8  # factors told of one question
+
+
+def lines(found: Findings, colour: bool = False) -> list[str]:
+    """The whole account; the answer is the last line."""
+    answer = printable(headline(found))
+    told = [
+        *_requirements(found),
+        *_not_simulated(found),
+        *_failures(found),
+        *_influences(found),
+        *_worst(found),
+        "",
+        caveat(found.rate),
+        click.style(answer, fg=COLOURS[found.outcome], bold=True) if colour else answer,
+    ]
+    return [told[-1] if line is told[-1] else printable(line) for line in told]
+
+
+def printable(text: str) -> str:
+    """Without control characters, which a terminal would obey; names come from files."""
+    return "".join(c if c.isprintable() else "?" for c in text)
+
+
+def aligned(rows: Sequence[Sequence[str]], words: int = 1) -> list[str]:
+    """Rows of one length as lines; the first columns, which are words, to the left, numbers to the right."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    cells = [[text.ljust(w) if k < words else text.rjust(w) for k, (text, w) in enumerate(zip(row, widths, strict=True))] for row in rows]
+    return ["  ".join(row).rstrip() for row in cells]
+
+
+def fails_where(found: Findings, factor: int, place: Region) -> str:
+    """Around which values of a factor most and fewest fail: "fails 40 % around 0.14 N m, 0 % around 0.11 N m"."""
+    one, shares = found.trials.space.factors[factor], place.failing
+
+    def around(k: int) -> str:
+        value = one.low + float(place.places[k]) * (one.high - one.low)
+        return f"{shares[k]:.0%} around {value:.3g} {unit_shown(one.unit)}".replace("%", " %").rstrip()
+
+    return f"fails {around(int(shares.argmax()))}, {around(int(shares.argmin()))}"
+
+
+def influence_told(found: Findings, influence: Influence) -> str:
+    """The factors with an influence and their shares, in one line."""
+    if influence.reason:
+        return influence.reason
+    if not influence.named:
+        return "no factor is told apart from chance"
+    named = [_share_told(found, influence, i) for i in influence.named[:MOST]]
+    left = len(influence.named) - MOST
+    rest = influence.rest or 0.0
+    return "; ".join(named) + (f"; {left} more" if left > 0 else "") + (f"; together or unexplained {rest:.0%}".replace("%", " %"))
+
+
+def _share_told(found: Findings, influence: Influence, i: int) -> str:
+    share, label = influence.shares[i], found.trials.space.factors[i].label
+    if share.share < max(0.01, 2.0 * share.error):
+        return f"{label} only with others"
+    return f"{label} {share.share:.0%} ({share.direction})".replace("%", " %")
+
+
+def _requirements(found: Findings) -> list[str]:
+    head = (
+        "requirement",
+        "met",
+        "broken",
+        "cannot tell",
+        "median",
+        "5 to 95 %",
+        f"{COVERED:.0%} keep".replace("%", " %"),
+        "worst",
+        "limit",
+    )
+    return aligned([head, *(_row(one) for one in found.distributions)])
+
+
+def _row(one: Distribution) -> tuple[str, ...]:
+    unit, relation = unit_shown(one.metric.unit), one.metric.relation
+    values = {quantile.level: quantile.value for quantile in one.quantiles}
+    spread = f"{number(values[0.05])} to {number(values[0.95])}" if values else "–"
+    worst = "never" if one.beyond else number(one.worst)
+    limit = f"{relation} {number(one.metric.limit)} {unit}".rstrip()
+    counts = (str(one.met), str(one.broken), str(one.undecided))
+    bound = f"{relation} {number(one.bound)}" if one.bound is not None else "–"
+    return (one.metric.name.replace("_", " "), *counts, number(values.get(0.5)), spread, bound, worst, limit)
+
+
+def _not_simulated(found: Findings) -> list[str]:
+    failed = found.trials.failed
+    if not failed:
+        return []
+    counts: dict[str, list[int]] = {}
+    for draw, reason in failed.items():
+        counts.setdefault(reason, []).append(draw)
+    common = sorted(counts.items(), key=lambda item: (-len(item[1]), item[1][0]))
+    told = [f"  {len(draws)} x {reason} (first: draw {draws[0]})" for reason, draws in common[:REASONS]]
+    left = len(common) - REASONS
+    return ["", f"not simulated, counted as failing: {len(failed)}", *told, *([f"  {left} more reasons"] if left > 0 else [])]
+
+
+def _failures(found: Findings) -> list[str]:
+    told: list[str] = []
+    for question in found.sensitivity.questions:
+        told += ["", f"{asked(question)}: {question.failing} against {question.passing}", *(f"  {row}" for row in _causes(found, question))]
+        if question.name == "":
+            told += [f"  {sentence}" for sentence in pair_told(found)]
+    return told
+
+
+def pair_told(found: Findings) -> list[str]:
+    """What the two leading factors do together, where that is more than chance."""
+    pair = found.sensitivity.pair
+    if pair is None or pair.beyond <= max(0.01, 3.0 * pair.error):
+        return []
+    first, second = (found.trials.space.factors[i].label for i in (pair.first, pair.second))
+    shares = f"{pair.joint:.0%} of the variance of pass or fail, {pair.beyond:.0%}".replace("%", " %")
+    return [f"{first} and {second} explain {shares} of it only together"]
+
+
+def asked(question: Question) -> str:
+    """What is compared, in words."""
+    return {"": "what fails", "not simulated": "what could not be simulated"}.get(
+        question.name, f"what breaks {question.name.replace('_', ' ')}"
+    )
+
+
+def _causes(found: Findings, question: Question) -> list[str]:
+    if not question.named:
+        return ["no factor is told apart from chance"]
+    rows = [_cause(found, i, question.regions[i]) for i in question.named[:MOST]]
+    left = len(question.named) - MOST
+    return [*aligned(rows, len(rows[0])), *([f"{left} more factors are in --json"] if left > 0 else [])]
+
+
+def _cause(found: Findings, factor: int, place: Region) -> tuple[str, ...]:
+    return (found.trials.space.factors[factor].label, place.direction, fails_where(found, factor, place), chance_told(place.chance))
+
+
+def chance_told(chance: float | None) -> str:
+    """That it is chance; nothing where nothing is random."""
+    if chance is None:
+        return ""
+    return "chance below 1e-6" if chance < 1e-6 else f"chance {chance:.1g}"
+
+
+def _influences(found: Findings) -> list[str]:
+    if not found.trials.space.size:
+        return []
+    names = [one.metric.name.replace("_", " ") for one in found.distributions]
+    width = max(map(len, names), default=0)
+    told = [f"  {name.ljust(width)}  {influence_told(found, one)}" for name, one in zip(names, found.sensitivity.influences, strict=True)]
+    return ["", "where the variance comes from", *told] if told else []
+
+
+def _worst(found: Findings) -> list[str]:
+    told: list[str] = []
+    labels = {factor.name: factor for factor in found.trials.space.factors}
+    for one in found.worst:
+        values = ", ".join(
+            f"{labels[name].label} {quantity(value, labels[name].unit)}" if name in labels else f"{name} {number(value)}"
+            for name, value in one.values.items()
+        )
+        limit = f"{one.relation} {number(one.limit)} {unit_shown(one.unit)}".rstrip()
+        told += [
+            f"  {one.requirement.replace('_', ' ')} {quantity(one.value, one.unit)} where {limit} is asked: {values}",
+            f"    {one.command}",
+        ]
+    return ["", "worst cases found by search", *told] if told else []
