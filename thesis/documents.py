@@ -1,0 +1,79 @@
+"""Reads published.yaml, words.yaml and figures.yaml; the cells of tables 2.1 and 3.2, and their words, are those of `frictool compare`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import msgspec
+
+from frictool.compare.published import OTHER_PARAMETERS, PROPERTIES, REASONS, TABLE_2_1, TABLE_3_2, TESTS
+
+HERE = Path(__file__).parent
+GRIDS = {"2.1": (TABLE_2_1, PROPERTIES), "3.2": (TABLE_3_2, (*TESTS, "parameters"))}
+
+
+class Row(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A published value. within: how far ours may be off, relative; 0 where text or a count has to be the same."""
+
+    value: float | str
+    name: str = ""
+    unit: str = ""
+    within: float = 0.0
+
+
+class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A table of the thesis, or the figures that a section's text gives. where: section and table; ours: what made ours.
+
+    grid: the published cells are those that `frictool compare` holds for this table, rows above columns.
+    """
+
+    title: str
+    where: str
+    ours: str
+    rows: dict[str, Row] = {}
+    grid: str = ""
+
+
+class Figure(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A figure of the thesis: its title, what it shows there, its section."""
+
+    title: str
+    shows: str
+    where: str
+
+
+class Documents(msgspec.Struct, frozen=True):
+    """All three files; words: "TABLE KEY" -> why ours differs."""
+
+    tables: dict[str, Table]
+    words: dict[str, str]
+    figures: dict[str, Figure]
+
+
+def read(folder: Path = HERE) -> Documents:
+    """Raises msgspec.ValidationError where a file is not as described above, ValueError where a word stands twice."""
+    tables = msgspec.yaml.decode((folder / "published.yaml").read_bytes(), type=dict[str, Table])
+    words = msgspec.yaml.decode((folder / "words.yaml").read_bytes(), type=dict[str, str])
+    figures = msgspec.yaml.decode((folder / "figures.yaml").read_bytes(), type=dict[str, Figure])
+    for name, table in tables.items():
+        if table.grid:
+            rows, own = _grid(name, table.grid)
+            tables[name] = msgspec.structs.replace(table, rows={**rows, **table.rows})
+            both = own.keys() & words.keys()
+            if both:
+                raise ValueError(f"words.yaml and frictool/compare/published.py both say why: {', '.join(sorted(both))}")
+            words |= own
+    return Documents(tables, words, figures)
+
+
+def _grid(name: str, grid: str) -> tuple[dict[str, Row], dict[str, str]]:
+    """The cells of a table of `frictool compare`, LAW.ROW, and its words for those that come out otherwise."""
+    printed, heads = GRIDS[grid]
+    rows = {f"{law}.{head}": Row(cell) for law, cells in printed.items() for head, cell in zip(heads, cells, strict=True)}
+    words = {
+        f"{name} {law}.{head}": why
+        for law, reasons in REASONS.items()
+        for (head, _), why in reasons.items()
+        if f"{law}.{head}" in rows and why != OTHER_PARAMETERS
+    }
+    return rows, words

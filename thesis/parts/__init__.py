@@ -1,0 +1,1 @@
+"""The parts of the reproduction: each a function without arguments, with the tables and figures that it makes."""
