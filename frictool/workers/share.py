@@ -14,7 +14,6 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Sized
 from typing import TypeVar
 
-from frictool.errors import ClusterError
 from frictool.workers.batch import tasks, unpacked
 from frictool.workers.processes import Pool
 
@@ -45,7 +44,11 @@ def share(
     if (cores is not None and cores < 1) or batch < 1:
         raise ValueError(f"cores and batch are at least 1; found {cores} and {batch}")
     if cluster is not None:
-        raise ClusterError("no cluster yet")
+        from frictool.workers.cluster import among_workers
+
+        for task, results in among_workers(function, tasks(jobs, batch), cluster, instead):
+            yield from unpacked(task, results)
+        return
     workers = cores or cores_here()
     if isinstance(jobs, Sized):
         workers = min(workers, -(-len(jobs) // batch))

@@ -1,0 +1,224 @@
+"""The workers of a Dask cluster: any of them may be ended, join late, or be on another machine.
+
+    here                          scheduler             worker, one of many
+    task ──submit──▶ future ──▶  queue  ──────────────▶ remote.py
+         ◀── results, or that all workers at it died ◀─┘
+
+The scheduler gives what a dead worker was at to another, and gives a task up when it was on so many dead workers (its setting
+`allowed-failures`), which may be another task's fault. What is given up is done again at the end, one job at a time with nothing beside it,
+so that only a job that ends its workers by itself is lost.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import logging
+import pickle
+import re
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from frictool import waiting
+from frictool.errors import ClusterError, WorkerLost
+from frictool.workers import remote
+from frictool.workers.batch import Task
+from frictool.workers.installation import Installation, differences, installation
+
+ADDRESS = re.compile(r"(tcp|tls)://(\[[0-9a-fA-F:.]+\]|[^\s:/\[\]]+):\d{1,5}")
+CONNECT_S = 10.0  # for a scheduler to answer, and for its first worker
+NO_WORKER_S = 60.0  # without any worker, until it is given up: where one was ended, its supervisor starts another
+LOOK_S, POLL_S = 2.0, 0.005  # between two looks at the workers, and at the results
+AHEAD = 3  # tasks a worker that are under way, so that none waits for the next
+Instead = Callable[[Any, str], Any] | None
+
+
+def among_workers(
+    function: Callable[[Any], Any], source: Iterator[Task], address: str, instead: Instead
+) -> Iterator[tuple[Task, list[Any]]]:
+    """Tasks with their results, in the order in which they are done.
+
+    Raises ClusterError where the scheduler cannot be reached or is gone, where it has no workers, or where their installation is another;
+    WorkerLost where a job ends each worker that it is given to, if there is no result to take `instead`.
+    """
+    with connected(address) as client:
+        _check(client, address)
+        run = Run(client, address, pickle.dumps(function), instead)
+        try:
+            yield from run.answers(source)
+        finally:
+            run.close()
+
+
+@contextlib.contextmanager
+def connected(address: str) -> Iterator[Any]:
+    """A client of the scheduler, which says nothing by itself. Raises ClusterError."""
+    if not ADDRESS.fullmatch(address):
+        raise ClusterError(f"{address!r} is no address of a Dask scheduler; allowed: tcp://HOST:PORT, tls://HOST:PORT")
+    try:
+        distributed = importlib.import_module("distributed")
+    except ModuleNotFoundError:
+        raise ClusterError(f"{address}: needs dask.distributed, which is not installed: pip install 'frictool[cluster]'") from None
+    for name in ("distributed.client", "distributed.core"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # one line of ours tells of a lost connection
+    with importlib.import_module("dask").config.set({"distributed.admin.large-graph-warning-threshold": "1 GiB"}):
+        client = _client(distributed, address)
+        try:
+            yield client
+        finally:
+            with contextlib.suppress(Exception):  # a scheduler that is gone is told of nothing
+                client.close(timeout=1.0)
+
+
+def _client(distributed: Any, address: str) -> Any:
+    try:
+        return distributed.Client(address, timeout=CONNECT_S, set_as_default=False, name="frictool")
+    except (OSError, TimeoutError):
+        raise ClusterError(
+            f"{address}: no Dask scheduler answers within {CONNECT_S:g} s; start one with `dask scheduler`, or check the address"
+        ) from None
+    except (TypeError, ValueError) as error:  # certificates that are missing, or no good
+        raise ClusterError(f"{address}: cannot be connected to: {error}; certificates are in Dask's configuration, comm.tls") from None
+
+
+def _check(client: Any, address: str) -> None:
+    """Raises ClusterError where there is no worker, or one is not as this machine is; remarks on other processors, and on threads."""
+    try:
+        client.wait_for_workers(1, timeout=CONNECT_S)
+    except TimeoutError:
+        raise ClusterError(f"{address}: the scheduler has no worker; start some with `dask worker {address} --nthreads 1`") from None
+    here, found = installation(), client.run(installation, on_error="return")
+    unlike = {name: _unlike(here, there) for name, there in found.items()}
+    unlike = {name: text for name, text in unlike.items() if text}
+    if unlike:
+        raise ClusterError(f"{address}: workers differ from this machine: {'; '.join(f'{name}: {text}' for name, text in unlike.items())}")
+    others = {there.processor for there in found.values()} - {here.processor}
+    if others:
+        waiting.remark(f"workers have another processor ({', '.join(sorted(others))}, here {here.processor}): last digits may differ")
+    if any(threads > 1 for threads in client.nthreads().values()):
+        waiting.remark("workers have several threads, of which one is used; start more of them with --nthreads 1 --nworkers N")
+
+
+def _unlike(here: Installation, there: Any) -> str:
+    """What is other in a worker's answer; empty where nothing is."""
+    if isinstance(there, Exception):
+        missing = isinstance(there, ImportError | AttributeError)
+        return "no frictool, or another version" if missing else f"{type(there).__name__}: {there}"
+    return differences(here, there)
+
+
+class Run:
+    """What is under way on a cluster."""
+
+    def __init__(self, client: Any, address: str, function: bytes, instead: Instead) -> None:
+        self._client, self._address, self._function, self._instead = client, address, function, instead
+        self._distributed = importlib.import_module("distributed")
+        self._completed = self._distributed.as_completed([], loop=client.loop, with_results=True, raise_errors=False)
+        self._under_way: dict[str, tuple[Any, Task]] = {}  # key of a future -> itself and its task
+        self._suspects: deque[Task] = deque()
+        self._workers, self._looked, self._last_seen = 1, 0.0, time.monotonic()
+        self._topic, self._told = f"frictool-{client.id}", set[str]()
+        client.subscribe_topic(self._topic, self._hear)
+
+    def answers(self, source: Iterator[Task]) -> Iterator[tuple[Task, list[Any]]]:
+        """Each task with its results, the suspects last."""
+        while True:
+            self._look()
+            self._submit(source)
+            if not self._under_way:
+                break
+            for future, result in self._ready():
+                yield from self._answer(future, result)
+        while self._suspects:
+            task = self._suspects.popleft()
+            self._submit(iter((task,)))
+            while self._under_way:
+                for future, result in self._ready():
+                    yield self._answer_of_suspect(future, result)
+                self._look()
+
+    def close(self) -> None:
+        """Nothing more is begun; what runs in a worker comes to its end there."""
+        with contextlib.suppress(Exception):  # a scheduler that is gone has forgotten all
+            self._client.unsubscribe_topic(self._topic)
+            self._client.cancel([future for future, _ in self._under_way.values()], force=True)
+        self._under_way.clear()
+
+    def _submit(self, source: Iterator[Task]) -> None:
+        while len(self._under_way) < AHEAD * self._workers and (task := next(source, None)) is not None:
+            arguments = self._topic, installation(), self._function, pickle.dumps(task)
+            try:
+                future = self._client.submit(remote.run, *arguments, pure=False)
+            except Exception as error:
+                raise self._gone() from error
+            self._under_way[future.key] = future, task
+            self._completed.add(future)
+
+    def _look(self) -> None:
+        """How many workers there are. Raises ClusterError where there have been none for long."""
+        now = time.monotonic()
+        if now - self._looked < LOOK_S:
+            return
+        try:
+            workers = len(self._client.nthreads())
+        except Exception as error:  # of every kind, as the connection is cut here or there
+            raise self._gone() from error
+        self._looked, self._workers = now, max(1, workers)
+        if workers:
+            self._last_seen = now
+        elif now - self._last_seen > NO_WORKER_S:
+            raise ClusterError(f"{self._address}: the scheduler has had no worker for {NO_WORKER_S:g} s; what was done before is kept")
+
+    def _ready(self) -> list[tuple[Any, Any]]:
+        """Futures that are done, with their results; waits for one, but not beyond the next look."""
+        until = time.monotonic() + LOOK_S
+        while not self._completed.has_ready() and time.monotonic() < until:
+            time.sleep(POLL_S)
+        return list(self._completed.next_batch(block=False))
+
+    def _answer(self, future: Any, result: Any) -> Iterator[tuple[Task, list[Any]]]:
+        """Results; none where the workers at the task died, which makes its jobs suspects."""
+        task = self._under_way.pop(future.key)[1]
+        if self._killed(future, result):
+            waiting.remark(f"{self._address}: workers were ended; what they were at is done again at the end")
+            self._suspects.extend((one,) for one in task)
+        else:
+            yield task, self._results(future, result)
+
+    def _answer_of_suspect(self, future: Any, result: Any) -> tuple[Task, list[Any]]:
+        task = self._under_way.pop(future.key)[1]
+        if not self._killed(future, result):
+            return task, self._results(future, result)
+        ((index, job),) = task
+        reason = "each worker that was given it was ended"
+        if self._instead is None:
+            raise WorkerLost(index, f"job {index}: {reason}; if memory is short, give the workers more")
+        return task, [self._instead(job, reason)]
+
+    def _killed(self, future: Any, result: Any) -> bool:
+        return future.status == "error" and isinstance(result[1], self._distributed.KilledWorker)
+
+    def _results(self, future: Any, result: Any) -> list[Any]:
+        """Raises ClusterError where they are not there."""
+        if future.status == "error":
+            raise ClusterError(f"{self._address}: a worker cannot do its task: {type(result[1]).__name__}: {result[1]}")
+        if future.status != "finished":
+            raise self._gone()
+        results = pickle.loads(result)
+        if isinstance(results, remote.Unlike):
+            raise ClusterError(f"{self._address}: worker on {results.host} differs: {differences(installation(), results.there)}")
+        if isinstance(results, remote.Unfit):
+            raise results.error
+        return list(results)
+
+    def _gone(self) -> ClusterError:
+        return ClusterError(f"{self._address}: the scheduler is gone; what was done before is kept")
+
+    def _hear(self, event: tuple[float, str]) -> None:
+        """Of a machine that compiles, once."""
+        host = event[1]
+        if host not in self._told:
+            self._told.add(host)
+            waiting.remark(f"{host}: compiling, once per installation (up to a minute) ...")

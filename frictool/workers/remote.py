@@ -1,0 +1,68 @@
+"""What runs in a worker of a cluster: one task at a time, whatever threads the worker has."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import os
+import pickle
+import socket
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from frictool import waiting
+from frictool.workers.batch import done, portable
+from frictool.workers.installation import Installation, installation
+
+# kernels run beside each other, but not all that is around them: a worker that is given threads takes turns
+_TURN = threading.Lock()
+
+
+@dataclass(frozen=True)
+class Unlike:
+    """In place of the results of a worker whose installation is another."""
+
+    there: Installation
+    host: str
+
+
+@dataclass(frozen=True)
+class Unfit:
+    """In place of the results where a function, a job or a result cannot travel."""
+
+    error: Exception
+
+
+def run(topic: str, expected: Installation, function: bytes, task: bytes) -> bytes:
+    """The results of a task, by pickle. topic: where the one that shares the work hears of waits for the compiler."""
+    with _TURN:
+        return pickle.dumps(_run(topic, expected, function, task))
+
+
+def _run(topic: str, expected: Installation, function: bytes, task: bytes) -> Any:
+    os.environ.update(OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1")  # before numpy: sums in another order give other bytes
+    if installation().versions != expected.versions:
+        return Unlike(installation(), socket.gethostname())
+    waiting.compiling = functools.partial(_tell_of_compiling, topic)
+    try:
+        results = done(_loaded(function), pickle.loads(task))
+        pickle.dumps(results)
+    except Exception as error:
+        return Unfit(portable(error))
+    return results
+
+
+@functools.lru_cache(maxsize=4)
+def _loaded(function: bytes) -> Callable[[Any], Any]:
+    """The same function comes with every task, so that a worker that joins later has it."""
+    loaded: Callable[[Any], Any] = pickle.loads(function)
+    return loaded
+
+
+def _tell_of_compiling(topic: str) -> None:
+    from distributed import get_worker
+
+    with contextlib.suppress(ValueError):  # a thread that is no task's
+        get_worker().log_event(topic, socket.gethostname())
