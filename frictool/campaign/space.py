@@ -5,12 +5,14 @@ u in [0, 1]^d ──Space.values──▶ value of each factor ──campaign/dr
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+from frictool.documents.quantity import Span, factor_between
 
 Vector = NDArray[np.float64]
 # of a plant: the model's parameters, a mechanism's quantities; what else the scenario's `spread` varies
@@ -62,6 +64,36 @@ class Space:
         """Values (n, d) in SI for points (n, d) of the unit cube."""
         columns = [factor.at(units[:, index]) for index, factor in enumerate(self.factors)]
         return np.stack(columns, axis=1) if columns else np.empty((units.shape[0], 0))
+
+
+class Ranged(Protocol):
+    """Where a parameter of a plant lies and is, in SI."""
+
+    @property
+    def low(self) -> float: ...
+
+    @property
+    def high(self) -> float: ...
+
+    @property
+    def nominal(self) -> float: ...
+
+    @property
+    def unit(self) -> str: ...
+
+    @property
+    def label(self) -> str: ...
+
+
+def plant_factors(ranges: Mapping[str, Ranged], instead: Mapping[str, Span]) -> Iterator[Factor]:
+    """Those of a plant, by name; `instead`: ranges of some of them in place of its own, in any unit of theirs."""
+    for name, own in ranges.items():
+        low, high = own.low, own.high
+        if name in instead:
+            span = instead[name]
+            scale = 1.0 if span.unit == own.unit else factor_between(span.unit, own.unit)
+            low, high = scale * span.low, scale * span.high
+        yield Factor(name, low, high, own.unit, own.label, own.nominal, "plant")
 
 
 def space_of(factors: Iterable[Factor]) -> Space:

@@ -1,0 +1,172 @@
+"""Trials kept in a file while a campaign runs, so that a kill loses a batch at most, and the same command goes on from there.
+
+JSON, a line each: the header, which says of what campaign; a trial [draw, passed, found, met] or [draw, why it could not be simulated];
+{"worst": ..} of a search that has ended. Lines are appended; one that a kill has cut off is played again.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, TextIO
+
+from frictool.campaign.trials import BROKEN, Trial
+from frictool.campaign.worst import Worst
+from frictool.errors import InputFileError, OutputError
+
+FORMAT = "campaign-trials/1"
+Header = Mapping[str, Any]
+
+
+class Store:
+    """The file at `path`, or none where it is None: what is there of this campaign, and what is added.
+
+    header: what makes a campaign another one; values as JSON has them. trials: draw -> trial; worst: name -> result of its search.
+    Raises InputFileError where the file is of another campaign or damaged, OutputError where it cannot be written.
+    """
+
+    def __init__(self, path: Path | None, header: Header) -> None:
+        self.path, self.trials, self.worst = path, dict[int, Trial](), dict[str, Worst]()
+        self._file: TextIO | None = None
+        if path is None:
+            return
+        try:
+            if path.exists():
+                self._read(path, header)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = path.open("a", encoding="utf-8")
+            _lock(self._file, path)
+            if self._file.tell() == 0:
+                self._write({"format": FORMAT, **header})
+        except OSError as error:
+            raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+    def add(self, trials: Sequence[Trial]) -> None:
+        """Appends trials that have been played."""
+        for trial in trials:
+            self.trials[trial.draw] = trial
+        self._write(*(_row(trial) for trial in trials))
+
+    def add_worst(self, worst: Worst) -> None:
+        """Appends the result of a search."""
+        self.worst[worst.name] = worst
+        self._write(
+            {
+                "worst": worst.name,
+                "value": _number(worst.value),
+                "drawn": _number(worst.drawn),
+                "unit": list(worst.unit),
+                "noise": worst.noise,
+                "evaluations": worst.evaluations,
+                "unplayed": worst.unplayed,
+            }
+        )
+
+    def remove(self) -> None:
+        """Closes and deletes the file, whose campaign is done."""
+        self.close()
+        if self.path is not None:
+            self.path.unlink(missing_ok=True)
+
+    def close(self) -> None:
+        """Closes the file."""
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+    def __enter__(self) -> Store:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    def _write(self, *rows: Any) -> None:
+        if self._file is None or not rows:
+            return
+        try:
+            self._file.write("".join(json.dumps(row, separators=(",", ":"), allow_nan=False) + "\n" for row in rows))
+            self._file.flush()
+        except OSError as error:
+            raise OutputError(f"{self.path}: cannot be written: {error.strerror or error}") from None
+
+    def _read(self, path: Path, header: Header) -> None:
+        if path.is_dir():
+            raise InputFileError(path, "is a directory; name a file in which trials are kept")
+        data = path.read_bytes()
+        whole = data.rpartition(b"\n")[0]
+        lines = whole.split(b"\n") if whole else []
+        for number, line in enumerate(lines, start=1):
+            try:
+                row = json.loads(line)
+                if number == 1:
+                    _same_campaign(path, row, header)
+                elif isinstance(row, dict):
+                    self.worst[row["worst"]] = _worst(row)
+                else:
+                    trial = _trial(row)
+                    self.trials[trial.draw] = trial
+            except (ValueError, KeyError, TypeError, IndexError):
+                message = "is no line of kept trials; name another file, or remove this one to begin anew"
+                raise InputFileError(path, message, line=number) from None
+        if not lines and data and not data.startswith(b'{"format"'):
+            raise InputFileError(path, "holds no kept trials; name another file, or remove this one")
+        if len(whole) + 1 < len(data) or not lines:  # what a kill has left of a line
+            with path.open("r+b") as file:
+                file.truncate(len(whole) + 1 if lines else 0)
+
+
+def _same_campaign(path: Path, found: Any, header: Header) -> None:
+    """Raises InputFileError with the first thing in which the file's campaign is another one."""
+    if not isinstance(found, dict) or found.get("format") != FORMAT:
+        raise InputFileError(path, "holds no kept trials; name another file, or remove this one")
+    ours = json.loads(json.dumps(header))
+    for key in ours:
+        if found.get(key) != ours[key]:
+            there, here = (json.dumps(one) for one in (found.get(key), ours[key]))
+            seen = f": found {there}, here {here}" if max(len(there), len(here)) <= 80 else ""
+            raise InputFileError(path, f"is of another campaign, with another {key}{seen}; name another file, or remove this one")
+
+
+def _row(trial: Trial) -> list[Any]:
+    if trial.failed:
+        return [trial.draw, trial.failed]
+    return [trial.draw, trial.passed, [_number(value) for value in trial.found], list(trial.met)]
+
+
+def _trial(row: Any) -> Trial:
+    if len(row) == 2:
+        draw, failed = row
+        return Trial(int(draw), (), (), BROKEN, str(failed))
+    draw, passed, found, met = row
+    return Trial(int(draw), tuple(map(_float, found)), tuple(map(int, met)), int(passed))
+
+
+def _worst(row: Mapping[str, Any]) -> Worst:
+    numbers = int(row["noise"]), int(row["evaluations"]), int(row["unplayed"])
+    return Worst(str(row["worst"]), _float(row["value"]), _float(row["drawn"]), tuple(map(float, row["unit"])), *numbers)
+
+
+def _number(value: float) -> float | str | None:
+    """JSON has neither nan nor infinities."""
+    return value if math.isfinite(value) else None if math.isnan(value) else repr(value)
+
+
+def _float(value: Any) -> float:
+    return math.nan if value is None else float(value)
+
+
+def _lock(file: TextIO, path: Path) -> None:
+    """Raises OutputError where another campaign writes the file; where a system has no such locks nothing is known."""
+    with contextlib.suppress(ImportError):
+        import fcntl
+
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise OutputError(f"{path}: another campaign writes it now; wait for it, or name another file") from None
+        except OSError:  # a file system without locks
+            return

@@ -1,0 +1,62 @@
+"""Whether every draw of a scenario's `spread` can be played: what it varies is there, in its units, within the travel and the time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from frictool.documents.quantity import factor_between, si_unit
+from frictool.documents.scenario import Scenario
+from frictool.documents.spread import Spread, SpreadDisturbance, SpreadFault
+from frictool.simulate.agreement import Names, refuse
+from frictool.simulate.limits import SAME_INSTANT, check_frequency
+from frictool.simulate.plant import Plant, Range, V
+
+
+def check_spread(plant: Plant[V], scenario: Scenario, seconds: float, names: Names) -> None:
+    """Raises DocumentError with the first key of `spread` that does not fit the plant, or a scenario of `seconds` [s]."""
+    spread, rig, name = scenario.spread or Spread(), plant.rig, names.scenario
+    _check_parameters(spread, plant.ranges(), names)
+    if spread.start is not None and rig.travel is not None:
+        if not rig.travel.low <= spread.start.low <= spread.start.high <= rig.travel.high:
+            found = f"found {spread.start.low:g} to {spread.start.high:g} {spread.start.unit}"
+            refuse(name, "spread.start", f"{found}; allowed: the travel of the bench, {rig.travel.low:g} to {rig.travel.high:g}")
+    if spread.within_count and rig.resolution == 0.0:
+        refuse(name, "spread.within_count", f"the sensor of {names.model} has no counts: leave it out")
+    for index, fault in enumerate(spread.sensor_faults):
+        _check_times(fault, f"spread.sensor_faults[{index}]", seconds, rig.sample_period_s, name)
+        if fault.offset is not None and scenario.drive != rig.drive:
+            refuse(name, "drive", f"found {scenario.drive}; allowed: {rig.drive}, which {names.model} has, for quantities of the drive")
+    for index, one in enumerate(spread.disturbances):
+        key = f"spread.disturbances[{index}]"
+        _check_times(one, key, seconds, rig.sample_period_s, name)
+        wanted = si_unit("effort", rig.effort_axis)
+        if one.on is None and one.effort.unit != wanted:
+            refuse(name, f"{key}.effort.unit", f"found a multiple of {one.effort.unit}; allowed: {wanted} and its multiples")
+        if one.frequency_hz is not None:
+            check_frequency(one.frequency_hz.high, rig.sample_period_s, f"{key}.frequency_hz.high", name)
+
+
+def _check_parameters(spread: Spread, ranges: Mapping[str, Range], names: Names) -> None:
+    for parameter, span in spread.parameters.items():
+        key = f"spread.parameters.{parameter}"
+        if parameter not in ranges:
+            refuse(names.scenario, key, f"{names.model} has no such parameter; allowed: {', '.join(ranges)}")
+        if span.unit != ranges[parameter].unit:
+            try:
+                factor_between(span.unit, ranges[parameter].unit)
+            except ValueError as error:
+                refuse(names.scenario, f"{key}.unit", str(error))
+
+
+def _check_times(one: SpreadFault | SpreadDisturbance, key: str, seconds: float, period: float, name: str) -> None:
+    lasts = one.lasts_s if isinstance(one, SpreadFault) else one.duration_s
+    of_it = "lasts_s" if isinstance(one, SpreadFault) else "duration_s"
+    if one.at_s.high >= seconds:
+        refuse(name, f"{key}.at_s", f"found {one.at_s.high:g}, after the end; allowed: below {seconds:g}, how long the scenario lasts")
+    if lasts is None:
+        return
+    if lasts.low < period * (1.0 - SAME_INSTANT):
+        refuse(name, f"{key}.{of_it}", f"found {lasts.low:g} s; allowed: one sample, {period:g} s, or more")
+    if one.at_s.high + lasts.high > seconds * (1.0 + SAME_INSTANT):
+        end = one.at_s.high + lasts.high
+        refuse(name, f"{key}.{of_it}", f"may end at {end:g} s, after the end; allowed: {seconds:g} s, how long the scenario lasts")
