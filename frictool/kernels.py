@@ -1,24 +1,28 @@
 """How kernels are compiled: numba, once per installation, kept on disk.
 
 numba's own cache looks at the file of the outer function only, so that a kernel goes on calling the old form of one that was
-changed in another file. The cache here is a folder named after the digest of every kernel source: another source, another folder.
-It lies beside the package, or in the user's cache folder where the installation is read-only; with neither, nothing is kept.
+changed in another file. The cache here is a folder named after the digest of every kernel source and of what compiles them: another
+source, another folder (kernel_cache.py). It lies beside the package, or in the user's cache folder where the installation is read-only,
+or where NUMBA_CACHE_DIR says; with none of them, nothing is kept.
 """
 
 from __future__ import annotations
 
 import functools
-import hashlib
 import os
+import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+import llvmlite.binding
 import numba
-from numba.core import event
+from numba.core import event, sigutils
+from numba.core.ccallback import CFunc
 
-from frictool import waiting
+from frictool import kernel_cache, waiting
 
 IDENTIFY = tuple(f"identify/{room}" for room in ("breakaway", "estimators", "presliding", "regression", "rows"))
 ROOMS = (
@@ -38,13 +42,10 @@ settings: Any = numba.config
 compiler: Any = numba.njit  # its own signature does not list every option
 
 
-def _source_digest(package: Path) -> str:
-    """Digest of the sources of all rooms that hold kernels."""
-    seen = hashlib.sha256()
-    for room in ROOMS:
-        for source in sorted((package / room).glob("*.py")):
-            seen.update(source.name.encode() + b"\0" + source.read_bytes() + b"\0")
-    return seen.hexdigest()[:16]
+def toolchain() -> str:
+    """What compiles the kernels, and for which processor."""
+    processor = settings.CPU_NAME or llvmlite.binding.get_host_cpu_name()
+    return f"python {sys.implementation.cache_tag}, numba {numba.__version__}, llvmlite {llvmlite.__version__}, {processor}"
 
 
 def _usable(folder: Path) -> bool:
@@ -56,20 +57,51 @@ def _usable(folder: Path) -> bool:
     return True
 
 
-def _cache_folder() -> Path | None:
-    """Where compiled kernels are kept, or None where no folder can be written."""
-    package = Path(__file__).parent
+def places() -> list[Path]:
+    """Where the folders of kernels may lie, the first that can be written being the one that is used."""
     if settings.CACHE_DIR:
-        return Path(settings.CACHE_DIR)
-    name = f"kernels-{_source_digest(package)}"
+        return [Path(settings.CACHE_DIR)]
     user = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "frictool")
-    places = [package / "__pycache__", *([user] if user.is_absolute() else [])]
-    return next((folder / name for folder in places if _usable(folder / name)), None)
+    return [Path(__file__).parent / "__pycache__", *([user] if user.is_absolute() else [])]
+
+
+def _cache_folder() -> Path | None:
+    """Where compiled kernels are kept, held for this process; None where no folder can be written.
+
+    Whoever makes it anew removes what former states left over.
+    """
+    name = kernel_cache.folder_name(Path(__file__).parent, ROOMS, toolchain())
+    for place in places():
+        folder = place / name
+        is_new = not folder.exists()
+        if _usable(folder):
+            kernel_cache.hold(folder)
+            if is_new:
+                kernel_cache.prune(place, folder)
+            return folder
+    return None
 
 
 FOLDER = _cache_folder()
-if FOLDER is not None:
-    settings.CACHE_DIR = str(FOLDER)
+
+
+@contextmanager
+def _kept_here() -> Iterator[None]:
+    """numba asks where to keep a function when it is declared; what others compile is kept where they want it."""
+    before, settings.CACHE_DIR = settings.CACHE_DIR, str(FOLDER or "")
+    try:
+        yield
+    finally:
+        settings.CACHE_DIR = before
+
+
+def _declared(function: Callable[..., Any], options: dict[str, Any]) -> Any:
+    """A function for numba to compile at its first call, and to keep."""
+    with _kept_here():
+        compiled = compiler(**options, cache=FOLDER is not None)(function)
+    if FOLDER is not None:
+        kernel_cache.guard(compiled._cache, FOLDER)
+    return compiled
 
 
 class _Wait(event.Listener):
@@ -91,8 +123,7 @@ def kernel(function: F) -> F:
     Other threads go on while it runs. References are counted and nothing is copied into callers, even where an `inner_kernel` or a
     `bare_kernel` calls it first, whose options it would inherit.
     """
-    options = {"cache": FOLDER is not None, "nogil": True, "no_cfunc_wrapper": True, "_nrt": True, "forceinline": False}
-    return cast(F, compiler(**options)(function))
+    return cast(F, _declared(function, {"nogil": True, "no_cfunc_wrapper": True, "_nrt": True, "forceinline": False}))
 
 
 def _inner_options(function: Callable[..., Any]) -> dict[str, Any]:
@@ -101,12 +132,12 @@ def _inner_options(function: Callable[..., Any]) -> dict[str, Any]:
     With many arrays they take longer than the function. A private one (`_name`) has none: only kernels may call it.
     """
     private = function.__name__.startswith("_")
-    return {"cache": FOLDER is not None, "forceinline": True, "no_cfunc_wrapper": True, "no_cpython_wrapper": private}
+    return {"forceinline": True, "no_cfunc_wrapper": True, "no_cpython_wrapper": private}
 
 
 def inner_kernel(function: F) -> F:
     """As `kernel`, copied into its callers: for what an inner loop calls with many arrays, which would be passed word by word."""
-    return cast(F, compiler(**_inner_options(function))(function))
+    return cast(F, _declared(function, _inner_options(function)))
 
 
 def bare_kernel(function: F) -> F:
@@ -114,28 +145,35 @@ def bare_kernel(function: F) -> F:
 
     Its arrays are its caller's. It makes none, which numba refuses; it must return none, and call nothing that does.
     """
-    return cast(F, compiler(**_inner_options(function), _nrt=False)(function))
+    return cast(F, _declared(function, {**_inner_options(function), "_nrt": False}))
 
 
 def part_kernel(function: F) -> F:
     """As `bare_kernel`, but compiled once and called, and by kernels only: for a long part that several have in common."""
-    return cast(F, compiler(**{**_inner_options(function), "forceinline": False, "no_cpython_wrapper": True}, _nrt=False)(function))
+    return cast(F, _declared(function, {**_inner_options(function), "forceinline": False, "no_cpython_wrapper": True, "_nrt": False}))
 
 
 def inset_kernel(function: F) -> F:
     """As `bare_kernel`, for kernels only, whatever its name: without an entry for Python."""
-    return cast(F, compiler(**{**_inner_options(function), "no_cpython_wrapper": True}, _nrt=False)(function))
+    return cast(F, _declared(function, {**_inner_options(function), "no_cpython_wrapper": True, "_nrt": False}))
 
 
 def parallel_kernel(function: F) -> F:
     """As `kernel`, its `prange` loops over all cores. If none writes what another reads, threads change nothing."""
-    return cast(F, numba.njit(cache=FOLDER is not None, parallel=True)(function))
+    return cast(F, _declared(function, {"parallel": True}))
 
 
 @functools.cache
 def pointer(compiled: Callable[..., Any], kind: Any) -> Any:
     """A kernel as a value of a function type (friction/signatures.py): what takes such values is compiled once for all of them."""
-    return numba.cfunc(kind.signature, cache=FOLDER is not None)(cast(Any, compiled).py_func)
+    signature: Any = cast(Any, sigutils).normalize_signature(kind.signature)
+    made: Any = CFunc(cast(Any, compiled).py_func, signature, locals={}, options={})  # numba.cfunc, whose cache could not be guarded
+    if FOLDER is not None:
+        with _kept_here():
+            made.enable_caching()
+        kernel_cache.guard(made._cache, FOLDER)
+    made.compile()
+    return made
 
 
 def is_compiled(module: str, name: str) -> bool:

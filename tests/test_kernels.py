@@ -5,9 +5,10 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
+import numba
 import pytest
 
-from frictool import kernels, waiting
+from frictool import kernel_cache, kernels, waiting
 
 PACKAGE = Path(kernels.__file__).parent
 
@@ -20,13 +21,25 @@ def package(tmp_path: Path) -> Path:
     return tmp_path
 
 
+def folder(package: Path, toolchain: str = "numba 1") -> str:
+    return kernel_cache.folder_name(package, kernels.ROOMS, toolchain)
+
+
 @pytest.mark.parametrize("room", kernels.ROOMS)
 def test_a_change_in_any_room_is_another_folder(package: Path, room: str) -> None:
-    before = kernels._source_digest(package)
-    assert kernels._source_digest(package) == before
+    before = folder(package)
+    assert folder(package) == before
     source = sorted((package / room).glob("*.py"))[-1]
     source.write_text(source.read_text() + "\n# changed\n")
-    assert kernels._source_digest(package) != before
+    assert folder(package) != before
+
+
+def test_another_compiler_or_processor_is_another_folder(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert folder(package, "numba 1") != folder(package, "numba 2")
+    here = kernels.toolchain()
+    assert numba.__version__ in here
+    monkeypatch.setattr(kernels.settings, "CPU_NAME", "generic")
+    assert kernels.toolchain() != here
 
 
 def test_every_kernel_lies_in_a_room_that_the_digest_covers() -> None:
@@ -51,6 +64,18 @@ def test_the_user_folder_stands_in_for_a_read_only_installation(tmp_path: Path, 
     assert folder.parent == tmp_path / "frictool"
     monkeypatch.setattr(kernels, "_usable", lambda folder: False)
     assert kernels._cache_folder() is None
+
+
+def test_where_numba_is_told_to_keep_things_versions_have_folders_of_their_own_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kernels.settings, "CACHE_DIR", str(tmp_path))
+    kept = kernels._cache_folder()
+    assert kept is not None
+    assert kept.parent == tmp_path
+    assert kept.name.startswith(kernel_cache.PREFIX)
+
+
+def test_what_others_compile_is_kept_where_they_want_it() -> None:
+    assert kernels.FOLDER is None or str(kernels.FOLDER) != kernels.settings.CACHE_DIR
 
 
 def test_compiled_kernels_are_found_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
