@@ -20,12 +20,22 @@ def judge(spec: Spec, logs: list[Log], controller: Controller | None = None, ben
 
     Raises LogError where a log cannot be reported on at all (no stream, no samples, another kind of axis).
     """
+    requirements, evidence = decided(spec, logs, controller, bench)
+    of_logs = [make for name, make in _asked(spec).items() if name != "modulus_margin"]
+    return Verdict(spec.name, requirements, evidence, tuple(_meets(spec, one, of_logs) for one in evidence))
+
+
+def decided(
+    spec: Spec, logs: list[Log], controller: Controller | None = None, bench: Bench | None = None
+) -> tuple[tuple[Requirement, ...], Judged]:
+    """The requirements of `judge`, and what they were decided by, without what each stream does by itself."""
     rig = Rig.of(bench if bench is not None or controller is None else controller.bench)
     evidence = tuple((item, tuple(measure(spec, item))) for item in gather(spec, logs, rig))
-    asked = {name: make for name, make in JUDGES.items() if getattr(spec, name) is not None}
-    requirements = tuple(make(spec, evidence, controller) for make in asked.values())
-    of_logs = [make for name, make in asked.items() if name != "modulus_margin"]
-    return Verdict(spec.name, requirements, evidence, tuple(_meets(spec, one, of_logs) for one in evidence))
+    return tuple(make(spec, evidence, controller) for make in _asked(spec).values()), evidence
+
+
+def _asked(spec: Spec) -> dict[str, Judge]:
+    return {name: make for name, make in JUDGES.items() if getattr(spec, name) is not None}
 
 
 def _meets(spec: Spec, stream: tuple[Evidence, tuple[Measured, ...]], judges: list[Judge]) -> bool:

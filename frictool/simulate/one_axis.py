@@ -56,7 +56,7 @@ class OneAxis:
 
     def variants(self, controller: Controller, scenario: Scenario, owner: str) -> list[Variant]:
         """See Plant."""
-        return variants_of(self.model, controller, scenario, owner)
+        return variants_of(self.model, controller, scenario, owner, self.ranges())
 
     def ranges(self) -> Mapping[str, Range]:
         """See Plant."""

@@ -8,6 +8,7 @@ A vertex and a drawn plant are four numbers; what they mean for a model that say
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -64,14 +65,16 @@ def count(controller: Controller, scenario: Scenario) -> int:
     return 1 + more[scenario.variants]
 
 
-def variants_of(model: Model, controller: Controller, scenario: Scenario, owner: str = "model") -> list[Variant]:
+def variants_of(
+    model: Model, controller: Controller, scenario: Scenario, owner: str = "model", parameters: Mapping[str, Range] | None = None
+) -> list[Variant]:
     """The nominal plant, then the controller's vertices or the random plants, where the scenario asks for them; or the one that it gives.
 
-    `owner` is what messages call the model. Raises FrictoolError where a plant's parameters are out of range, or there is no range to draw
-    from.
+    `owner` is what messages call the model; `parameters`: its `parameters_of`, where they are known. Raises FrictoolError where a plant's
+    parameters are out of range, or there is no range to draw from.
     """
     if scenario.variants == GIVEN:
-        values = given_values(scenario, parameters_of(model))
+        values = given_values(scenario, parameters or parameters_of(model))
         return [Variant(GIVEN, _axis(f"{owner} as given", model, **values), values)]
     found = [Variant("", _axis(owner, model))]
     if scenario.variants == "vertices":

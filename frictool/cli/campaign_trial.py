@@ -1,0 +1,150 @@
+"""One trial of a campaign: a draw played and judged as `simulate` and `report` do; and the search for the draw that is worst."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from frictool.campaign.drawn import nominal_of, scenario_of
+from frictool.campaign.space import Space, Vector
+from frictool.campaign.trials import BROKEN, MET, UNDECIDED, Metric, Trial
+from frictool.campaign.worst import Worst, search
+from frictool.documents.controller import Controller, Number
+from frictool.documents.mechanism import Mechanism
+from frictool.documents.model import Model
+from frictool.documents.scenario import Scenario
+from frictool.documents.spec import Spec
+from frictool.errors import FrictoolError, NoSolutionError
+from frictool.logs.log import Log
+from frictool.plant.mechanism.assembly import assemble
+from frictool.report.requirement import Requirement
+from frictool.report.verdict import decided
+from frictool.simulate.agreement import Names
+from frictool.simulate.mechanism_plant import MechanismPlant
+from frictool.simulate.one_axis import OneAxis
+from frictool.simulate.plant import Plant
+from frictool.simulate.step_test import StepTest
+
+
+class Setting(NamedTuple):
+    """What all trials have in common; it travels to whoever plays them. recorded: the log of a scenario that replays one."""
+
+    plant: Model | Mechanism
+    controller: Controller
+    scenario: Scenario
+    spec: Spec
+    recorded: Log | None
+    names: Names
+    number: Number
+
+
+class CampaignTrial:
+    """Plays draws of `space`, with the noise of `seed`; called with a draw's number and its place in the unit cube."""
+
+    def __init__(self, setting: Setting, space: Space, seed: int) -> None:
+        self.setting, self.space, self.seed = setting, space, seed
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"setting": self.setting, "space": self.space, "seed": self.seed}  # what is made of them is made where it is used
+
+    def __call__(self, job: tuple[int, tuple[float, ...]]) -> Trial:
+        draw, unit = job
+        return self.played(np.array(unit), draw)
+
+    @cached_property
+    def test(self) -> StepTest[Any]:
+        """The plant under its controller."""
+        return StepTest(plant_of(self.setting.plant), self.setting.controller, self.setting.names, self.setting.number)
+
+    def scenario(self, unit: Vector, noise: int) -> Scenario:
+        """What is played at `unit` (d,), with the noise of draw number `noise`."""
+        values = self.space.values(unit[None, :])[0]
+        return scenario_of(self.setting.scenario, self.space, values, (self.seed, noise), self.test.plant.rig.resolution)
+
+    def played(self, unit: Vector, draw: int) -> Trial:
+        """The trial at `unit` (d,); why it could not be simulated is in it, a mistake of ours too: it must not take the others along."""
+        try:
+            return trial_of(draw, self.judged(self.scenario(unit, draw)))
+        except FrictoolError as error:
+            return Trial(draw, (), (), BROKEN, str(error))
+        except (ArithmeticError, ValueError, TypeError, LookupError) as error:
+            return Trial(draw, (), (), BROKEN, f"{type(error).__name__}: {error}")
+
+    def nominal(self) -> tuple[Requirement, ...]:
+        """What is found with nothing varied. Raises FrictoolError where that cannot be simulated, or the documents do not fit."""
+        return self.judged(nominal_of(self.setting.scenario))
+
+    def judged(self, scenario: Scenario) -> tuple[Requirement, ...]:
+        """The requirements, in the order of the specification, of a scenario that is played."""
+        setting = self.setting
+        log = self.test.log(scenario, recorded=setting.recorded, with_speed=False)
+        return decided(setting.spec, [log], setting.controller)[0]
+
+
+class SearchTask(NamedTuple):
+    """Of the metric `name`, number `metric`: the worst draw's value and its number, and worst draws (k, d) to begin with."""
+
+    name: str
+    metric: int
+    relation: str
+    drawn: float
+    noise: int
+    starts: Vector
+    evaluations: int
+    seed: int
+
+
+class WorstSearch:
+    """Called with a SearchTask: the search, every plant of it under the noise of the worst draw."""
+
+    def __init__(self, trial: CampaignTrial) -> None:
+        self.trial = trial
+
+    def __call__(self, task: SearchTask) -> Worst:
+        sign, unplayed = (1.0 if task.relation == "<=" else -1.0), 0
+
+        def badness(unit: Vector) -> float:
+            nonlocal unplayed
+            trial = self.trial.played(unit, task.noise)
+            unplayed += bool(trial.failed)
+            value = math.nan if trial.failed else trial.found[task.metric]
+            return -math.inf if math.isnan(value) else sign * value
+
+        found = search(badness, task.starts, task.evaluations, task.seed)
+        where = tuple(map(float, found.at))
+        return Worst(task.name, sign * found.worst, task.drawn, where, task.noise, found.tried, unplayed)
+
+
+def plant_of(document: Model | Mechanism) -> Plant[Any]:
+    """What is simulated of a document. Raises WrongElement where a mechanism has no source or no sensor for a controller."""
+    return OneAxis(document) if isinstance(document, Model) else MechanismPlant(document, assemble(document))
+
+
+def metrics_of(requirements: tuple[Requirement, ...]) -> tuple[Metric, ...]:
+    """What trials are judged by."""
+    return tuple(Metric(one.name, one.key, one.unit, one.limit, one.relation) for one in requirements)
+
+
+def trial_of(draw: int, requirements: tuple[Requirement, ...]) -> Trial:
+    """The trial that these were found of; it passes where `report` would say so."""
+    met = tuple(UNDECIDED if one.met is None else MET if one.met else BROKEN for one in requirements)
+    passed = BROKEN if BROKEN in met else MET if MET in met else UNDECIDED
+    return Trial(draw, tuple(_value(one) for one in requirements), met, passed)
+
+
+def _value(one: Requirement) -> float:
+    """inf, or -inf of what has to be large, where no finite value breaks it; nan where there is none."""
+    if one.value is not None:
+        return float(one.value)
+    return math.nan if one.met is not False else math.inf if one.relation == "<=" else -math.inf
+
+
+def simulated(requirements: tuple[Requirement, ...], names: Names) -> tuple[Requirement, ...]:
+    """The same. Raises NoSolutionError where the nominal run decides nothing, so that no trial would."""
+    if all(one.met is None for one in requirements):
+        reason = next((one.reason for one in requirements if one.reason), "it has no step")
+        raise NoSolutionError(f"{names.scenario}: decides none of the requirements: {reason}")
+    return requirements
