@@ -98,8 +98,7 @@ def _question(trials: Trials, question: Question) -> dict[str, Any]:
 
 def _region(trials: Trials, factor: int, place: Region) -> dict[str, Any]:
     one = trials.space.factors[factor]
-    middles = one.low + place.places * (one.high - one.low)
-    slices = zip(middles.tolist(), place.failing.tolist(), place.sizes.tolist(), strict=True)
+    slices = zip(place.places.tolist(), place.failing.tolist(), place.sizes.tolist(), strict=True)
     return {
         "factor": one.name,
         "distance": place.distance,

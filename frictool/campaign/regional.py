@@ -29,7 +29,7 @@ class Region:
     random.
 
     leans: how much more likely a failing trial lies above a passing one than below, -1..1. spread: the same of the distance from the
-    middle. failing (k,): the share that fails in each slice of its range, of sizes (k,) trials; edges (k,) the slices' mean place in 0..1.
+    middle. failing (k,): the share that fails in each slice of its range, of sizes (k,) trials; places (k,): their means, in SI.
     """
 
     distance: float
@@ -50,8 +50,11 @@ class Region:
         return "no one place"
 
 
-def region(units: Vector, failing: Mask, slices: Slices, drawn: bool) -> Region:
-    """Of a factor's draws (n,) in 0..1, of which `failing` (n,) fail. Raises ValueError where none fails, or none passes."""
+def region(units: Vector, values: Vector, failing: Mask, slices: Slices, drawn: bool) -> Region:
+    """Of a factor's draws (n,) in 0..1, `values` in SI, of which `failing` (n,) fail.
+
+    Raises ValueError where none fails, or none passes.
+    """
     bad, good = units[failing], units[~failing]
     if bad.size == 0 or good.size == 0:
         raise ValueError("a comparison needs trials that fail and trials that pass")
@@ -64,7 +67,7 @@ def region(units: Vector, failing: Mask, slices: Slices, drawn: bool) -> Region:
         _leaning(np.abs(bad - 0.5), np.abs(good - 0.5)),
         slices.sums(failing.astype(float)) / sizes,
         sizes,
-        slices.sums(units) / sizes,
+        slices.sums(values) / sizes,
     )
 
 

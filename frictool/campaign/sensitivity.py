@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from frictool.campaign.holm import corrected
 from frictool.campaign.regional import TENTHS, Region, region
-from frictool.campaign.slices import Slices, crossed, sliced, slices_for
+from frictool.campaign.slices import Draws, Slices, crossed, slices_for
 from frictool.campaign.trials import BROKEN, MET, Trials
-from frictool.campaign.variance_shares import Share, chance_of_ranks, rank_correlation, variance_share
+from frictool.campaign.variance_shares import Share, chance_of_ranks, rank_correlation, scores_of, variance_share
 
 Mask = NDArray[np.bool_]
 LEVEL = 0.05  # of a table: the probability that it names a factor without influence
@@ -103,8 +103,9 @@ class Sensitivity:
 
 def sensitivity(trials: Trials, drawn: bool) -> Sensitivity:
     """Of the trials. drawn: whether they were drawn at random, and are not all vertices."""
-    questions, influences = _questions(trials, drawn), _influences(trials, drawn)
-    return Sensitivity(questions, influences, _pair(trials, drawn) if questions and questions[0].name == "" else None)
+    draws = Draws(trials)
+    questions, influences = _questions(trials, draws, drawn), _influences(trials, draws, drawn)
+    return Sensitivity(questions, influences, _pair(trials, draws, drawn) if questions and questions[0].name == "" else None)
 
 
 def masks(trials: Trials) -> list[tuple[str, Mask, Mask]]:
@@ -125,14 +126,14 @@ def _believed(chance: float | None, size: float) -> bool:
     return size > LEAST if chance is None else chance <= LEVEL
 
 
-def _questions(trials: Trials, drawn: bool) -> tuple[Question, ...]:
+def _questions(trials: Trials, draws: Draws, drawn: bool) -> tuple[Question, ...]:
     asked = masks(trials)
     regions: list[Region] = []
     for _, failing, passing in asked:
         chosen = failing | passing
         for factor in range(trials.space.size):
-            slices = sliced(trials, factor, TENTHS, chosen)
-            regions.append(region(trials.units[chosen, factor], failing[chosen], slices, drawn))
+            slices = draws.sliced(factor, TENTHS, chosen)
+            regions.append(region(trials.units[chosen, factor], trials.values[chosen, factor], failing[chosen], slices, drawn))
     if drawn and regions:
         chances = corrected(np.array([one.chance for one in regions]))
         regions = [dataclasses.replace(one, chance=float(chance)) for one, chance in zip(regions, chances, strict=True)]
@@ -143,8 +144,8 @@ def _questions(trials: Trials, drawn: bool) -> tuple[Question, ...]:
     )
 
 
-def _influences(trials: Trials, drawn: bool) -> tuple[Influence, ...]:
-    found = [_influence(trials, j, drawn) for j in range(len(trials.metrics))]
+def _influences(trials: Trials, draws: Draws, drawn: bool) -> tuple[Influence, ...]:
+    found = [_influence(trials, draws, j, drawn) for j in range(len(trials.metrics))]
     shares = [share for influence in found for share in influence.shares]
     if not drawn or not shares:
         return tuple(found)
@@ -155,7 +156,7 @@ def _influences(trials: Trials, drawn: bool) -> tuple[Influence, ...]:
     )
 
 
-def _influence(trials: Trials, metric: int, drawn: bool) -> Influence:
+def _influence(trials: Trials, draws: Draws, metric: int, drawn: bool) -> Influence:
     values = trials.found[:, metric]
     known, finite = ~np.isnan(values), np.isfinite(values)
     used = int(finite.sum())
@@ -163,23 +164,23 @@ def _influence(trials: Trials, metric: int, drawn: bool) -> Influence:
         return Influence(used, reason=f"{used} trials have a value, {FEWEST} are needed")
     if used == 0 or np.ptp(values[finite]) == 0.0:
         return Influence(used, reason="no trial has a value" if used == 0 else "it is the same in every trial")
-    shares = []
+    scores, shares = scores_of(values[known]), []
     for factor in range(trials.space.size):
-        slices = sliced(trials, factor, slices_for(used), finite)
-        ranked = slices if known.sum() == used else sliced(trials, factor, slices_for(int(known.sum())), known)
+        slices = draws.sliced(factor, slices_for(used), finite)
+        ranked = slices if known.sum() == used else draws.sliced(factor, slices_for(int(known.sum())), known)
         share, error = variance_share(slices, values[finite], drawn)
-        chance = chance_of_ranks(ranked, values[known]) if drawn else None
-        shares.append(Share(share, error, chance, rank_correlation(trials.units[known, factor], values[known])))
+        chance = chance_of_ranks(ranked, scores) if drawn else None
+        shares.append(Share(share, error, chance, rank_correlation(trials.units[known, factor], scores)))
     return Influence(used, tuple(shares))
 
 
-def _pair(trials: Trials, drawn: bool) -> Pair | None:
+def _pair(trials: Trials, draws: Draws, drawn: bool) -> Pair | None:
     """The pair whose plane separates failing from passing trials best."""
     decided = trials.passed != -1
     failing = (trials.passed[decided] == BROKEN).astype(float)
     n = failing.size
     each = int(np.clip(round(n**0.25), 2, FINEST))
-    slices = [sliced(trials, factor, each, decided) for factor in range(trials.space.size)]
+    slices = [draws.sliced(factor, each, decided) for factor in range(trials.space.size)]
     alone = [variance_share(one, failing, drawn)[0] for one in slices]
     pairs = [_joint(slices, alone, failing, drawn, i, j) for i, j in combinations(range(trials.space.size), 2)]
     return max(pairs, key=lambda pair: pair.joint, default=None)

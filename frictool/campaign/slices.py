@@ -36,17 +36,25 @@ def slices_for(draws: int) -> int:
     return int(np.clip(round(2.0 * draws ** (1.0 / 3.0)), FEWEST, MOST))
 
 
-def sliced(trials: Trials, factor: int, count: int, chosen: NDArray[np.bool_]) -> Slices:
-    """The draws `chosen` (n,) of a factor, in `count` slices; in one for each value where it has no more values than that."""
-    if trials.space.factors[factor].whole or _at_ends(trials.units[:, factor]):
-        values, of = np.unique(trials.values[chosen, factor], return_inverse=True)
-        if values.size <= count:
-            return Slices(of.astype(np.int64), int(values.size))
-    order = np.argsort(trials.units[chosen, factor], kind="stable")
-    of = np.empty(order.size, dtype=np.int64)
-    count = min(count, order.size)
-    of[order] = np.arange(order.size) * count // max(order.size, 1)
-    return Slices(of, count)
+class Draws:
+    """The draws of trials, each factor sorted once for all the comparisons that slice it."""
+
+    def __init__(self, trials: Trials) -> None:
+        self._trials = trials
+        self._orders = [np.argsort(column, kind="stable") for column in trials.units.T]
+        self._few = [factor.whole or _at_ends(column) for factor, column in zip(trials.space.factors, trials.units.T, strict=True)]
+
+    def sliced(self, factor: int, count: int, chosen: NDArray[np.bool_]) -> Slices:
+        """The draws `chosen` (n,) of a factor, in `count` slices; in one for each value where it has no more values than that."""
+        if self._few[factor]:
+            values, of = np.unique(self._trials.values[chosen, factor], return_inverse=True)
+            if values.size <= count:
+                return Slices(of.astype(np.int64), int(values.size))
+        ordered = self._orders[factor][chosen[self._orders[factor]]]
+        count = min(count, ordered.size)
+        places = np.empty(chosen.size, dtype=np.int64)
+        places[ordered] = np.arange(ordered.size) * count // max(ordered.size, 1)
+        return Slices(places[chosen], count)
 
 
 def crossed(first: Slices, second: Slices) -> Slices:

@@ -50,8 +50,7 @@ def fails_where(found: Findings, factor: int, place: Region) -> str:
     one, shares = found.trials.space.factors[factor], place.failing
 
     def around(k: int) -> str:
-        value = one.low + float(place.places[k]) * (one.high - one.low)
-        return f"{shares[k]:.0%} around {value:.3g} {unit_shown(one.unit)}".replace("%", " %").rstrip()
+        return f"{shares[k]:.0%} around {place.places[k]:.3g} {unit_shown(one.unit)}".replace("%", " %").rstrip()
 
     return f"fails {around(int(shares.argmax()))}, {around(int(shares.argmin()))}"
 

@@ -64,29 +64,38 @@ def variance_share(slices: Slices, values: Vector, drawn: bool) -> tuple[float, 
     return share, float(np.sqrt(influence.var() / n + 2.0 * (k - 1.0) / n**2))
 
 
-def chance_of_ranks(slices: Slices, values: Vector) -> float:
-    """That ranks of values (n,), which may be inf, differ as much between the slices by chance; equal values share their ranks."""
-    n, k = values.size, slices.count
-    if n <= k or k < 2:
-        return 1.0
-    place = rankdata(values) - 0.5 * (n + 1.0)
-    statistic, freedom = 0.0, 0.0
+def scores_of(values: Vector) -> tuple[Vector, ...]:
+    """What of the ranks of values (n,), which may be inf, is compared: place and spread, each (n,) of mean 0, orthogonal; equal values
+    share ranks.
+
+    One or none where too many values are equal to tell more.
+    """
+    n = values.size
+    place = (rankdata(values) - 0.5 * (n + 1.0)) / n
     scores: list[Vector] = []
-    for score in (place / n, (place / n) ** 2):
+    for score in (place, place**2):
         score = score - score.mean()
         for other in scores:  # of tied values the two are not independent by themselves
             score = score - (score @ other) / (other @ other) * other
-        total = float(score @ score)
-        if total > 1e-9 * n:
+        if float(score @ score) > 1e-9 * n:
             scores.append(score)
-            statistic += (n - 1.0) * float((slices.sums(score) ** 2 / slices.sizes).sum()) / total
-            freedom += k - 1.0
-    return float(gammaincc(0.5 * freedom, 0.5 * statistic)) if freedom else 1.0
+    return tuple(scores)
 
 
-def rank_correlation(factor: Vector, values: Vector) -> float:
-    """Spearman's, -1..1; 0 where one of the two does not vary."""
-    first, second = rankdata(factor), rankdata(values)
-    first, second = first - first.mean(), second - second.mean()
+def chance_of_ranks(slices: Slices, scores: tuple[Vector, ...]) -> float:
+    """That the scores (scores_of) differ as much between the slices by chance."""
+    n, k = slices.of.size, slices.count
+    if n <= k or k < 2 or not scores:
+        return 1.0
+    statistic = sum((n - 1.0) * float((slices.sums(score) ** 2 / slices.sizes).sum()) / float(score @ score) for score in scores)
+    return float(gammaincc(0.5 * (k - 1.0) * len(scores), 0.5 * statistic))
+
+
+def rank_correlation(factor: Vector, scores: tuple[Vector, ...]) -> float:
+    """Spearman's, -1..1, of a factor with the values whose scores (scores_of) these are; 0 where one of the two does not vary."""
+    if not scores:
+        return 0.0
+    first, second = rankdata(factor), scores[0]
+    first = first - first.mean()
     norm = float(np.sqrt((first @ first) * (second @ second)))
     return float(first @ second) / norm if norm > 0.0 else 0.0

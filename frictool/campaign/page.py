@@ -1,0 +1,119 @@
+"""The campaign as one HTML file: the answer, what passes, where failures come from, each metric, worst cases. No script, no request."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib.resources import files
+
+import jinja2
+from markupsafe import Markup
+
+from frictool.campaign.distribution import COVERED, Distribution
+from frictool.campaign.findings import Findings, Worst
+from frictool.campaign.pictures import Picture, causes, failing_plane, metric, rates
+from frictool.campaign.sensitivity import Influence, Question
+from frictool.campaign.text import asked, chance_told, fails_where
+from frictool.campaign.words import caveat, given, headline, number, quantity, unit_shown
+from frictool.documents.provenance import Provenance
+
+TONES = {"MET": "met", "NOT MET": "broken", "CANNOT TELL": "open", "NOT SHOWN": "open"}
+FACTORS, MORE = 12, 40  # columns of the table of shares; rows of a table of factors or of reasons
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A share in the table: its text, how dark 0..1, and what a pointer over it tells."""
+
+    text: str
+    weight: float
+    told: str
+
+
+def page(found: Findings, provenance: Provenance) -> str:
+    """The HTML text; the same inputs give the same bytes. Every text from a file is escaped by the template."""
+    template = files("frictool.campaign").joinpath("page.html.jinja").read_text(encoding="utf-8")
+    environment = jinja2.Environment(
+        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
+    )
+    metrics = [picture for one in found.distributions if (picture := metric(found, one)) is not None]
+    plane = failing_plane(found)
+    return environment.from_string(template).render(
+        headline=headline(found),
+        tone=TONES[found.outcome],
+        caveat=caveat(found.rate),
+        noun=found.rate.noun,
+        rates=_embedded(rates(found)),
+        distributions=found.distributions,
+        covered=given(COVERED),
+        sure=given(found.rate.confidence),
+        drawn=not found.rate.whole,
+        reasons=_reasons(found),
+        questions=[(asked(one), one, _rows(found, one)) for one in found.sensitivity.questions],
+        causes=[_embedded(picture) for picture in ([plane] if plane else []) + causes(found)],
+        metrics=[_embedded(picture) for picture in metrics],
+        columns=_columns(found),
+        table=[(one.metric.name, influence, _cells(found, influence)) for one, influence in _with_influence(found)],
+        worst=[(one, _values(found, one)) for one in found.worst],
+        factors=found.trials.space.factors,
+        number=number,
+        quantity=quantity,
+        unit_shown=unit_shown,
+        provenance=provenance,
+    )
+
+
+def _embedded(picture: Picture) -> dict[str, str]:
+    """The picture for the template: the SVG is ours and goes in as it is, the texts are escaped like any other."""
+    return {"title": picture.title, "svg": Markup(picture.svg), "caption": picture.caption}
+
+
+def _reasons(found: Findings) -> list[tuple[str, int, int]]:
+    """Why trials could not be simulated, how many, and the first draw; the commonest first."""
+    counts: dict[str, list[int]] = {}
+    for draw, reason in found.trials.failed.items():
+        counts.setdefault(reason, []).append(draw)
+    return [(reason, len(draws), draws[0]) for reason, draws in sorted(counts.items(), key=lambda item: (-len(item[1]), item[1][0]))][:MORE]
+
+
+def _rows(found: Findings, question: Question) -> list[tuple[str, str, str, str]]:
+    """Of the factors that are told apart: label, where, how many fail, chance."""
+    factors = found.trials.space.factors
+    return [
+        (factors[i].label, place.direction, fails_where(found, i, place), chance_told(place.chance).removeprefix("chance "))
+        for i in question.named[:MORE]
+        for place in (question.regions[i],)
+    ]
+
+
+def _columns(found: Findings) -> list[int]:
+    """The factors of the table of shares: those with the largest anywhere, in the order of the campaign."""
+    d = found.trials.space.size
+    largest = [max((one.shares[i].share for one in found.sensitivity.influences if one.shares), default=0.0) for i in range(d)]
+    return sorted(sorted(range(d), key=lambda i: -largest[i])[:FACTORS])
+
+
+def _with_influence(found: Findings) -> list[tuple[Distribution, Influence]]:
+    return list(zip(found.distributions, found.sensitivity.influences, strict=True))
+
+
+def _cells(found: Findings, influence: Influence) -> list[Cell]:
+    """One for each column."""
+    cells = []
+    for i in _columns(found) if influence.shares else []:
+        share, named = influence.shares[i], i in influence.named
+        text = f"{max(0.0, share.share):.0%}".replace("%", " %") if named else "·"
+        arrow = {"rises": " ↗", "falls": " ↘"}.get(share.direction, "") if named else ""
+        told = f"{share.share:.3f} ± {share.error:.3f}; {share.direction}" + (
+            f"; {chance_told(share.chance)}" if share.chance is not None else ""
+        )
+        cells.append(Cell(text + arrow, min(1.0, max(0.0, share.share)) if named else 0.0, told))
+    return cells
+
+
+def _values(found: Findings, one: Worst) -> str:
+    """A worst case's factors: "Coulomb friction 0.14 N m, ..."."""
+    known = {factor.name: factor for factor in found.trials.space.factors}
+    return ", ".join(
+        f"{known[name].label} {quantity(value, known[name].unit)}" if name in known else f"{name} {number(value)}"
+        for name, value in one.values.items()
+    )
