@@ -34,6 +34,8 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "compare": ("frictool.cli.compare", "Friction laws in the four tests of thesis 3.7, as numbers and verdicts."),
     "equations": ("frictool.cli.equations", "The equations of a mechanism, derived from its description."),
     "schema": ("frictool.cli.schema", "JSON Schema of a document, for editors."),
+    "doctor": ("frictool.cli.doctor", "The state of this installation, and what is left over of former ones."),
+    "completion": ("frictool.cli.completion", "Completion of commands, options and files for bash, zsh and fish."),
 }
 
 EXAMPLE = """\b
@@ -55,7 +57,7 @@ Exit codes: 0 done; 1 done, and the answer is no; 2 wrong command line; 3 an inp
     cls=LazyGroup, table=COMMANDS, help=EXAMPLE, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110}
 )
 @click.option("--debug", is_flag=True, help="Show the traceback of an error.")
-@click.version_option(package_name="frictool", prog_name="frictool")
+@click.version_option(package_name="frictool", message=f"%(prog)s %(version)s, Python {sys.version.split()[0]}")
 def group(debug: bool) -> None:
     """Replaced by EXAMPLE."""
 
@@ -65,7 +67,7 @@ def main() -> None:
     debug = "--debug" in sys.argv[1:]
     _prepare()
     try:
-        group(standalone_mode=True)
+        group(prog_name="frictool", standalone_mode=True)
         sys.stdout.flush()
     except FrictoolError as error:
         if debug:

@@ -1,0 +1,55 @@
+"""`frictool completion`: the script by which a shell completes commands, options, choices and files."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import click
+from click.shell_completion import get_completion_class
+
+from frictool.cli.output import STDOUT, json_option, output_option, print_json, save_text
+
+PROGRAM, VARIABLE = "frictool", "_FRICTOOL_COMPLETE"
+# shell -> the line that turns it on for good
+INSTALL = {
+    "bash": "echo 'eval \"$(frictool completion bash)\"' >> ~/.bashrc",
+    "zsh": "echo 'eval \"$(frictool completion zsh)\"' >> ~/.zshrc",
+    "fish": "frictool completion fish -o ~/.config/fish/completions/frictool.fish",
+}
+
+HELP = f"""\b
+Example:
+  eval "$(frictool completion bash)"
+
+Print the script by which a shell completes frictool: commands, options, choices such as those of --lang, and file names. It holds for the
+shell that evaluates it; for every new one
+
+\b
+{chr(10).join(f"  {shell:<6}{line}" for shell, line in INSTALL.items())}
+
+Without SHELL it is the one of the variable SHELL. bash has to be 4.4 or later, and zsh needs compinit before it.
+"""
+
+
+@click.command("completion", help=HELP)
+@click.argument("shell", type=click.Choice(list(INSTALL)), required=False)
+@output_option(required=False)
+@json_option
+def command(shell: str | None, output: Path | None, as_json: bool) -> None:
+    shell = shell or Path(os.environ.get("SHELL", "")).name
+    if shell not in INSTALL:
+        raise click.UsageError(f"the variable SHELL names no shell that can be completed; say which: {', '.join(INSTALL)}.")
+    text = f"# Completion of frictool for {shell}. For every new shell: {INSTALL[shell]}\n{script(shell)}"
+    if output is not None or not as_json:
+        save_text(output or STDOUT, text, [])
+    if as_json:
+        print_json({"shell": shell, "install": INSTALL[shell], "script": text}, output)
+
+
+def script(shell: str) -> str:
+    """What the shell evaluates: it asks frictool itself, by the variable `VARIABLE`."""
+    kind: Any = get_completion_class(shell)
+    asking = kind(click.Command(PROGRAM), {}, PROGRAM, VARIABLE)
+    return f"{asking.source_template % asking.source_vars()}\n"  # its source() would look for a bash to ask its version

@@ -1,0 +1,78 @@
+"""`frictool doctor`: the state of the installation, and what former versions have left over."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from frictool.cli.output import json_option, output_option, print_json, save_text, say
+
+if TYPE_CHECKING:
+    from frictool.doctor.check import Check
+
+HELP = """\b
+Example:
+  frictool doctor
+
+Tell the state of this installation: versions, where compiled kernels are kept, the solver, a C compiler, the machine. What can be tried
+is tried: a kernel is compiled and run, a matrix inequality solved and its answer checked, a C program compiled and run.
+
+ok is in order; note works with something less, such as a log format whose library is not installed; wrong does not work. Whatever is not
+ok has the line to try. Text for a bug report: frictool doctor -o doctor.txt.
+
+--clean removes the compiled kernels of former versions, those that a process uses, or used within the hour, excepted. The kernels of this
+version are kept; an upgrade cleans up after itself, but for the last eight within a fortnight.
+
+Exit code 1 where something is wrong.
+"""
+
+
+@click.command("doctor", help=HELP)
+@click.option("--clean", is_flag=True, help="Remove the compiled kernels of former versions.")
+@output_option(required=False, help="The text, as a file too; - is stdout.")
+@json_option
+@click.pass_context
+def command(ctx: click.Context, clean: bool, output: Path | None, as_json: bool) -> None:
+    from frictool import __version__
+    from frictool.doctor.examination import as_view, examine, lines
+    from frictool.simulate.target import COMPILERS
+
+    facts: dict[str, Any] = {"frictool": __version__, "installed_in": str(Path(__file__).parents[1])}
+    told = [f"frictool {__version__} in {facts['installed_in']}"]
+    if clean:
+        words, facts["clean"] = _cleaned()
+        told += words
+    checks = examine(COMPILERS)
+    told += [*lines(checks), _verdict(checks)]
+    if output is not None:
+        save_text(output, "\n".join(told) + "\n", [])
+    if as_json:
+        print_json({**facts, "is_in_order": not _wrong(checks), "checks": as_view(checks)}, output)
+    elif output != Path("-"):
+        say("\n".join(told), output)
+    if _wrong(checks):
+        ctx.exit(1)
+
+
+def _wrong(checks: list[Check]) -> list[Check]:
+    return [one for one in checks if one.state == "wrong"]
+
+
+def _verdict(checks: list[Check]) -> str:
+    wrong = _wrong(checks)
+    if wrong:
+        return f"wrong: {', '.join(one.name for one in wrong)}"
+    notes = [one.name for one in checks if one.state == "note"]
+    return f"in order{'; something less: ' + ', '.join(notes) if notes else ''}"
+
+
+def _cleaned() -> tuple[list[str], dict[str, Any]]:
+    """What was removed and what was left, for people and for machines."""
+    from frictool.doctor.compiled import clean
+
+    gone, left = clean()
+    told = [f"removed: the kernels of {len(gone)} former version{'' if len(gone) == 1 else 's'}"]
+    told += [f"left: {one.folder.path} ({one.kept_by or 'cannot be removed'})" for one in left]
+    return told, {"removed": [str(path) for path in gone], "left": [str(one.folder.path) for one in left]}

@@ -1,0 +1,96 @@
+"""Compiled kernels: one is compiled and run, and what is kept on disk is counted."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from frictool import kernel_cache, kernels
+from frictool.doctor.check import Check
+from frictool.kernel_cache import Folder
+
+
+@dataclass(frozen=True)
+class Left:
+    """A folder of a former state and why it is there still: "" where nothing keeps it."""
+
+    folder: Folder
+    kept_by: str
+
+
+def check_compiling() -> Check:
+    """A kernel compiled here and now, and its value."""
+    start = time.perf_counter()
+    found = kernels.compiler(_polynomial)(1.5, 4)
+    took = time.perf_counter() - start
+    facts = {"toolchain": kernels.toolchain(), "seconds": round(took, 3)}
+    if found != _polynomial(1.5, 4):
+        return Check("compiling", "wrong", f"a kernel gave {found}, not {_polynomial(1.5, 4)}", "reinstall numba and llvmlite", facts)
+    return Check("compiling", "ok", f"a kernel compiled and run in {took:.2f} s; {kernels.toolchain()}", facts=facts)
+
+
+def _polynomial(x: float, order: int) -> float:
+    """1 + x + ... + x^order: exact in double for the arguments above."""
+    total = 1.0
+    for _ in range(order):
+        total = 1.0 + x * total
+    return total
+
+
+def check_kept() -> Check:
+    """The folder that this state of the installation uses."""
+    folder = kernels.FOLDER
+    if folder is None:
+        tried = " nor ".join(str(place) for place in kernels.places())
+        return Check(
+            "kernels", "note", f"kept nowhere: neither {tried} can be written, so that every command compiles", "set NUMBA_CACHE_DIR", {}
+        )
+    found = next((one for one in kernel_cache.folders(folder.parent) if one.path == folder), None)
+    size = 0 if found is None else found.size
+    count = sum(1 for _ in folder.rglob("*.nbi"))
+    facts = {"folder": str(folder), "bytes": size, "functions": count}
+    told = f"{folder}: {count} functions, {_megabytes(size)}"
+    return Check("kernels", "ok", told if count else f"{folder}: none yet; each is compiled at its first use, and kept", facts=facts)
+
+
+def left_over() -> list[Left]:
+    """What former states of this installation, and others that keep kernels in the same place, have left."""
+    now, found = time.time(), []
+    for place in kernels.places():
+        for folder in kernel_cache.folders(place):
+            if folder.path != kernels.FOLDER:
+                young = "used within the last hour" if now - folder.used <= kernel_cache.REST_S else ""
+                found.append(Left(folder, "in use" if folder.busy else young))
+    return found
+
+
+def check_left_over(left: list[Left]) -> Check:
+    """How many there are; they do no harm but take room."""
+    size = sum(one.folder.size for one in left)
+    facts: dict[str, Any] = {
+        "folders": [{"folder": str(one.folder.path), "bytes": one.folder.size, "kept_by": one.kept_by or None} for one in left],
+        "bytes": size,
+    }
+    if not left:
+        return Check("left over", "ok", "no kernels of former versions", facts=facts)
+    several = "s" if len(left) > 1 else ""
+    free = sum(1 for one in left if not one.kept_by)
+    remedy = "frictool doctor --clean" if free else ""
+    return Check("left over", "ok", f"kernels of {len(left)} former version{several}, {_megabytes(size)}", remedy, facts)
+
+
+def clean() -> tuple[list[Path], list[Left]]:
+    """Removes what nobody uses; what went, and what was left."""
+    gone, kept = [], []
+    for one in left_over():
+        if not one.kept_by and kernel_cache.remove(one.folder.path):
+            gone.append(one.folder.path)
+        else:
+            kept.append(one)
+    return gone, kept
+
+
+def _megabytes(size: int) -> str:
+    return f"{size / 1e6:.1f} MB"

@@ -1,0 +1,118 @@
+"""`frictool doctor`: what is in order, what is not, and what is left over."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictool import kernels
+from frictool.doctor import compiled, examination, solver, versions
+from frictool.doctor.c_compiler import check_c_compiler
+from frictool.doctor.check import Check
+from tests.cli.run import run
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where kernels are kept, with two former versions' of which one was used just now."""
+    monkeypatch.setattr(kernels, "places", lambda: [tmp_path])
+    for name, age in (("kernels-old", 7200.0), ("kernels-young", 60.0)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "in_use").write_bytes(b"")
+        (tmp_path / name / "kernel.nbc").write_bytes(b"x" * 1_500_000)
+        os.utime(tmp_path / name / "in_use", (time.time() - age,) * 2)
+    return tmp_path
+
+
+def test_this_installation_is_in_order(place: Path) -> None:
+    result = run("doctor", "--json")
+    assert result.code == 0, result.stdout
+    view = json.loads(result.stdout)
+    checks = {one["check"]: one for one in view["checks"]}
+    assert view["is_in_order"]
+    assert checks["libraries"]["numpy"] == metadata.version("numpy")
+    assert checks["compiling"]["state"] == checks["solver"]["state"] == "ok"
+    assert checks["kernels"]["folder"] == str(kernels.FOLDER)
+    assert checks["left over"]["bytes"] >= 3_000_000
+    assert [one["kept_by"] for one in checks["left over"]["folders"]] == ["used within the last hour", None]
+    assert checks["left over"]["try"] == "frictool doctor --clean"
+
+
+def test_clean_removes_what_nobody_uses(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(examination, "examine", lambda _: [Check("python", "ok", "3")])
+    result = run("doctor", "--clean", "-o", place / "told.txt")
+    assert result.code == 0
+    assert "removed: the kernels of 1 former version" in result.stdout
+    assert f"left: {place / 'kernels-young'} (used within the last hour)" in result.stdout
+    assert not (place / "kernels-old").exists()
+    assert (place / "told.txt").read_text() == result.stdout
+
+
+def test_what_is_wrong_is_exit_1_with_what_to_try(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(examination, "examine", lambda _: [Check("solver", "wrong", "gave up", "pip install clarabel")])
+    result = run("doctor")
+    assert result.code == 1
+    assert result.stdout.splitlines()[1:] == [f"wrong {'solver':<16}gave up", f"{'':<22}try: pip install clarabel", "wrong: solver"]
+
+
+def test_a_library_that_is_missing_or_too_old_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    here = {"numpy": "1.26.4", "scipy": "1.17.1rc1"}
+    monkeypatch.setattr(versions, "_installed", here.get)
+    asked = list(versions._asked(["numpy>=2.0", "scipy>=1.13", "numba>=0.60", 'h5py>=3.11; extra == "mat73"', "types-PyYAML"]))
+    found = versions.check_libraries(asked)
+    assert found.state == "wrong"
+    assert found.found == "numpy 1.26.4, needed: >=2.0; numba is missing, needed: >=0.60"
+    (extra,) = versions.check_extras(asked)
+    assert (extra.name, extra.state, extra.remedy) == ("extra mat73", "note", "pip install 'frictool[mat73]'")
+
+
+def test_versions_are_compared_as_numbers() -> None:
+    assert versions.Asked("a", "1.9", None, "1.10").is_met
+    assert versions.Asked("a", "2.0", None, "2.0.0").is_met
+    assert not versions.Asked("a", "1.10", None, "1.9.9").is_met
+
+
+def test_what_cannot_be_imported_is_wrong_and_no_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken() -> Check:
+        raise ImportError("libLLVM.so: cannot open shared object file")
+
+    found = examination._tried("compiling", broken)
+    assert (found.state, found.found) == ("wrong", "ImportError: libLLVM.so: cannot open shared object file")
+
+
+def test_a_kernel_with_a_wrong_value_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kernels, "compiler", lambda function: lambda *given: function(*given) + 1e-12)
+    assert compiled.check_compiling().state == "wrong"
+
+
+def test_a_solution_that_does_not_hold_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    p = solver.lyapunov()
+    assert np.abs(solver.A.T @ p + p @ solver.A + np.eye(2)).max() < 1e-14
+    solved = solver.solve
+    monkeypatch.setattr(solver, "solve", lambda *given: type(solved(*given))(1.001 * solved(*given).x, "Solved", True))
+    assert solver.check_solver().state == "wrong"
+    monkeypatch.setattr(solver, "solve", lambda *given: type(solved(*given))(np.full(3, np.nan), "Panicked", False))
+    assert solver.check_solver().state == "wrong"
+
+
+def test_kernels_that_are_kept_nowhere_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kernels, "FOLDER", None)
+    found = compiled.check_kept()
+    assert (found.state, found.remedy) == ("note", "set NUMBA_CACHE_DIR")
+
+
+def test_a_c_compiler_is_tried(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert check_c_compiler(("cc",)).found == "none of cc is on the PATH"
+    for body, told in (("echo 'no stdio.h' >&2; exit 1", "no stdio.h"), ("exit 0", "No such file")):
+        (tmp_path / "cc").write_text(f"#!/bin/sh\n{body}\n")
+        (tmp_path / "cc").chmod(0o755)
+        found = check_c_compiler(("cc",))
+        assert found.state == "note"
+        assert told in found.found
