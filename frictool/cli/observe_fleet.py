@@ -21,7 +21,8 @@ def observe_fleet(given: Given, logs: Sequence[Path]) -> int:
     """The exit code: EXIT_NO where a limit is exceeded, else EXIT_INPUT where a log was lost, in part or whole."""
     from frictool.cli.standard_input import kept
     from frictool.documents.provenance import record
-    from frictool.observe.fleet import members, observed
+    from frictool.logs.fleet import members
+    from frictool.observe.fleet import observed
     from frictool.observe.table import require_parquet, rows
 
     if given.output is not None and given.output != STDOUT:
@@ -30,7 +31,7 @@ def observe_fleet(given: Given, logs: Sequence[Path]) -> int:
     with kept(logs) as paths:
         fleet = members(paths, [path for path in (given.output, given.plot) if path is not None])
         with progress("observe") as tick:
-            found = observed(fleet, given.document, given.settings, tick=tick)
+            found = observed(fleet, given.document, given.settings, cores=given.cores, cluster=given.cluster, tick=tick)
         inputs = [*given.inputs, *(member.path for member in fleet if member.path.is_file())]
         provenance = record(given.words, inputs)
     table = rows(found, given.limit, reference)

@@ -34,6 +34,8 @@ class Given:
     plot: Path | None
     output: Path | None
     as_json: bool
+    cores: int | None = None
+    cluster: str | None = None
 
     @property
     def inputs(self) -> list[Path]:

@@ -13,6 +13,7 @@ from frictool.cli.observe_given import TABLES, Given, check_outputs, commissioni
 from frictool.cli.output import FiniteRange, command_line, existing, json_option, note, output_option, print_json, replacing, save_text, say
 from frictool.cli.progress import tell_of_compiling
 from frictool.cli.window import window_of, window_options
+from frictool.cli.workers_options import refuse_both, workers_options
 from frictool.errors import EXIT_DONE, EXIT_INPUT, EXIT_NO
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ take no more memory than minutes. -o writes the estimates as a log, --plot draws
 
 With a folder or several logs, one row a log: unit, date, wear, interval, verdict (CSV on stdout, -o fleet.csv or fleet.parquet), and
 --plot draws the wear over the date. The ratio is to the unit's earliest log, or to --commissioning. A log that cannot be read is a row
-with its reason.
+with its reason. They are shared among the cores, or the workers of a Dask --cluster, which changes no row.
 
 Exit code 1 where the wear limit is exceeded, 3 where a log could not be read or has lost data; what was found is written all the same.
 """
@@ -54,6 +55,7 @@ Exit code 1 where the wear limit is exceeded, 3 where a log could not be read or
 @click.option("--unit", metavar="REGEX", help="Where the logs do not say their unit: what it finds in a file's name.")
 @click.option("--date", metavar="REGEX", help="The same of the date: year, month, day, and hour, minute, second.")
 @click.option("--salvage", is_flag=True, help="Keep what can be read of a damaged file; exit code 3.")
+@workers_options
 @output_option(required=False, help="The estimates (.mcap), or of several logs the table (.csv, .parquet); - is stdout.")
 @json_option
 @click.pass_context
@@ -72,21 +74,24 @@ def command(
     unit: str | None,
     date: str | None,
     salvage: bool,
+    cores: int | None,
+    cluster: str | None,
     output: Path | None,
     as_json: bool,
 ) -> None:
     waiting.compiling = lambda: tell_of_compiling(everywhere=True)
     from frictool.documents.model import Model
     from frictool.documents.registry import load
-    from frictool.observe.fleet import is_fleet
+    from frictool.logs.fleet import is_fleet
+    from frictool.logs.origin import Patterns
     from frictool.observe.one_log import Settings
-    from frictool.observe.origin import Patterns
 
     named = {"model": model, "logs": logs, "--wear-limit": wear_limit, "--commissioning": commissioning, "--observer": observer}
     named |= {"--confidence": confidence, "--from": start, "--to": end, "--stream": topic, "--unit": unit, "--date": date}
     words = command_line("observe run", {**named, "--salvage": salvage})
     settings = Settings(window_of(start, end), topic, salvage, confidence, Patterns(pattern("--unit", unit), pattern("--date", date)))
-    given = Given(words, model, load(model, Model), settings, wear_limit, commissioning, observer, plot, output, as_json)
+    given = Given(words, model, load(model, Model), settings, wear_limit, commissioning, observer, plot, output, as_json, cores, cluster)
+    refuse_both(cores, cluster)
     several = is_fleet(logs) or (output is not None and output.suffix.lower() in TABLES)
     check_outputs(given, logs, several)
     if not several:

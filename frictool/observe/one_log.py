@@ -13,11 +13,12 @@ import msgspec
 from frictool.documents.model import Model
 from frictool.documents.observer import Observer
 from frictool.logs.assembly import EVERYTHING, Window
+from frictool.logs.canonical.mcap_layout import KIND
+from frictool.logs.origin import Name, Patterns, origin_of
 from frictool.observe.beside import Beside, check_observer
 from frictool.observe.design.tracking import design_tracking
 from frictool.observe.estimate import Estimate
 from frictool.observe.feed import Feed, feed
-from frictool.observe.origin import Name, Patterns, origin_of
 from frictool.observe.outcome import Outcome
 from frictool.observe.plausible import implausible
 from frictool.observe.run import Part, Velocity, Wear, along
@@ -128,7 +129,8 @@ class OneLog:
 
     def outcome(self) -> Outcome:
         """What is known in the end."""
-        log, found = self.feed, origin_of(self.feed, self.name, self.settings.patterns)
+        log, made = self.feed, self.feed.made
+        found = origin_of(made.notes.get(KIND, {}), made.origin, log.first, self.name, self.settings.patterns)
         return Outcome(
             source=log.source,
             stream=log.topic,

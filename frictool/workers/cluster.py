@@ -192,9 +192,9 @@ class Run:
         if not self._killed(future, result):
             return task, self._results(future, result)
         ((index, job),) = task
-        reason = "each worker that was given it was ended"
+        reason = "each worker that was given it was ended; is memory short?"
         if self._instead is None:
-            raise WorkerLost(index, f"job {index}: {reason}; if memory is short, give the workers more")
+            raise WorkerLost(index, f"job {index}: {reason}")
         return task, [self._instead(job, reason)]
 
     def _killed(self, future: Any, result: Any) -> bool:

@@ -155,7 +155,7 @@ class Pool:
             return []
         deaths = held.deaths + (len(held.task) == 1)  # of several, nobody knows which it was
         if deaths >= ATTEMPTS:
-            return [self._given_up(held.task, f"{deaths} processes in turn were ended at it ({cause})")]
+            return [self._given_up(held.task, f"each of {deaths} processes that were at it was ended ({cause}); is memory short?")]
         waiting.remark(f"a process was ended ({cause}); what it was at is done again")
         self._again.extend(Held((one,), deaths) for one in held.task)
         return []
@@ -163,7 +163,7 @@ class Pool:
     def _given_up(self, task: Task, reason: str) -> Answer:
         ((index, job),) = task
         if self._instead is None:
-            raise WorkerLost(index, f"job {index}: {reason}; if memory is short, use fewer cores")
+            raise WorkerLost(index, f"job {index}: {reason}")
         return task, [self._instead(job, reason)]
 
     def _replace(self, place: int) -> None:

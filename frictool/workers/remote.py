@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import multiprocessing
 import os
 import pickle
 import socket
@@ -45,6 +46,7 @@ def _run(topic: str, expected: Installation, function: bytes, task: bytes) -> An
     os.environ.update(OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1")  # before numpy: sums in another order give other bytes
     if installation().versions != expected.versions:
         return Unlike(installation(), socket.gethostname())
+    multiprocessing.current_process().daemon = False  # readers of logs start processes of their own
     waiting.compiling = functools.partial(_tell_of_compiling, topic)
     try:
         results = done(_loaded(function), pickle.loads(task))

@@ -15,11 +15,12 @@ import numpy as np
 import pytest
 
 from frictool.documents.model import Model
+from frictool.logs.fleet import Member, members
 from frictool.logs.log import Log, Stream
+from frictool.logs.origin import Name, Patterns, as_date, origin_by_name
 from frictool.observe.estimate import Estimate
-from frictool.observe.fleet import Member, members, observed
+from frictool.observe.fleet import observed
 from frictool.observe.one_log import Estimators, Settings
-from frictool.observe.origin import Name, Patterns, as_date, origin_by_name
 from frictool.observe.run import Wear
 from frictool.observe.samples import Piece
 from frictool.observe.table import COLUMNS

@@ -7,11 +7,12 @@ date    record `log`, key `date`; else what the clock of a recording showed; els
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
-from frictool.logs.canonical.mcap_layout import DATE, KIND, NS, UNIT
-from frictool.observe.feed import Feed
+from frictool.logs.canonical.mcap_layout import DATE, EPOCH_KEY, KIND, NS, TIME, UNIT
+from frictool.logs.log import Log
 
 EARLIEST = 946_684_800 * NS  # the year 2000: a clock that shows less counts from when it was switched on
 DIGITS = {8: "%Y%m%d", 10: "%Y%m%d%H", 12: "%Y%m%d%H%M", 14: "%Y%m%d%H%M%S"}
@@ -41,10 +42,17 @@ class Name:
     folder: str = ""
 
 
-def origin_of(log: Feed, name: Name, patterns: Patterns) -> Origin:
-    """Of a log that has been read."""
-    noted, called = log.made.notes.get(KIND, {}), origin_by_name(name, patterns)
-    return Origin(noted.get(UNIT) or called.unit, noted.get(DATE) or _of_clock(log) or called.date)
+def origin_of(noted: Mapping[str, str], clock_ns: int | None, first: float, name: Name, patterns: Patterns) -> Origin:
+    """Of a log that has been read. noted: its metadata record `log`. clock_ns: the clocks' time at its 0. first: its first sample, s."""
+    called = origin_by_name(name, patterns)
+    return Origin(noted.get(UNIT) or called.unit, noted.get(DATE) or _of_clock(clock_ns, first) or called.date)
+
+
+def origin_of_log(log: Log, name: Name, patterns: Patterns) -> Origin:
+    """The same of a log in memory."""
+    clock = log.metadata.get(TIME, {}).get(EPOCH_KEY)
+    first = float(log.main.time[0]) if log.main.time.size else 0.0
+    return origin_of(log.metadata.get(KIND, {}), None if clock is None else int(clock), first, name, patterns)
 
 
 def origin_by_name(name: Name, patterns: Patterns) -> Origin:
@@ -53,12 +61,11 @@ def origin_by_name(name: Name, patterns: Patterns) -> Origin:
     return Origin(unit or None, as_date(_found(patterns.date, name.file) or ""))
 
 
-def _of_clock(log: Feed) -> str | None:
+def _of_clock(clock_ns: int | None, first: float) -> str | None:
     """When the first sample was, by what dates the log."""
-    origin = log.made.origin
-    if origin is None or origin < EARLIEST:
+    if clock_ns is None or clock_ns < EARLIEST:
         return None
-    return datetime.fromtimestamp(origin // NS + round(log.first), UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+    return datetime.fromtimestamp(clock_ns // NS + round(first), UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
 def as_date(text: str) -> str | None:
