@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.campaign.space import Space
-from frictool.campaign.store import Store
+from frictool.campaign.store import Asked, Store
 from frictool.campaign.trials import BROKEN, UNDECIDED, Metric, Trial, Trials, gathered
 from frictool.campaign.worst import Worst
 
@@ -65,16 +65,16 @@ class SearchJob(Protocol):
     """What a search for the worst case of one metric is given."""
 
     @property
-    def name(self) -> str: ...
+    def asked(self) -> Asked: ...
 
 
 def run_searches(look: Callable[[Any], Worst], jobs: Sequence[SearchJob], store: Store, share: Share, tell: Tell) -> list[Worst]:
     """The worst case of each job's metric, in their order, of which `store` has some."""
-    left = [job for job in jobs if job.name not in store.worst]
-    for done, (_, worst) in enumerate(share(look, left, 1, None), start=1):
-        store.add_worst(worst)
+    left = [job for job in jobs if job.asked not in store.worst]
+    for done, (index, worst) in enumerate(share(look, left, 1, None), start=1):
+        store.add_worst(left[index].asked, worst)
         tell(done / len(left))
-    return [store.worst[job.name] for job in jobs]
+    return [store.worst[job.asked] for job in jobs]
 
 
 def starts_of(trials: Trials, metric: int, most: int) -> NDArray[np.int64]:

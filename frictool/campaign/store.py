@@ -20,17 +20,18 @@ from frictool.errors import InputFileError, OutputError
 
 FORMAT = "campaign-trials/1"
 Header = Mapping[str, Any]
+Asked = tuple[str, int, int]  # of a search: metric, how many plants it may try, how many draws it knew
 
 
 class Store:
     """The file at `path`, or none where it is None: what is there of this campaign, and what is added.
 
-    header: what makes a campaign another one; values as JSON has them. trials: draw -> trial; worst: name -> result of its search.
+    header: what makes a campaign another one; values as JSON has them. trials: by draw; worst: of searches, by what was asked.
     Raises InputFileError where the file is of another campaign or damaged, OutputError where it cannot be written.
     """
 
     def __init__(self, path: Path | None, header: Header) -> None:
-        self.path, self.trials, self.worst = path, dict[int, Trial](), dict[str, Worst]()
+        self.path, self.trials, self.worst = path, dict[int, Trial](), dict[Asked, Worst]()
         self._file: TextIO | None = None
         if path is None:
             return
@@ -51,12 +52,12 @@ class Store:
             self.trials[trial.draw] = trial
         self._write(*(_row(trial) for trial in trials))
 
-    def add_worst(self, worst: Worst) -> None:
+    def add_worst(self, asked: Asked, worst: Worst) -> None:
         """Appends the result of a search."""
-        self.worst[worst.name] = worst
+        self.worst[asked] = worst
         self._write(
             {
-                "worst": worst.name,
+                "worst": list(asked),
                 "value": _number(worst.value),
                 "drawn": _number(worst.drawn),
                 "unit": list(worst.unit),
@@ -105,7 +106,8 @@ class Store:
                 if number == 1:
                     _same_campaign(path, row, header)
                 elif isinstance(row, dict):
-                    self.worst[row["worst"]] = _worst(row)
+                    name, most, draws = row["worst"]
+                    self.worst[str(name), int(most), int(draws)] = _worst(row)
                 else:
                     trial = _trial(row)
                     self.trials[trial.draw] = trial
@@ -147,7 +149,7 @@ def _trial(row: Any) -> Trial:
 
 def _worst(row: Mapping[str, Any]) -> Worst:
     numbers = int(row["noise"]), int(row["evaluations"]), int(row["unplayed"])
-    return Worst(str(row["worst"]), _float(row["value"]), _float(row["drawn"]), tuple(map(float, row["unit"])), *numbers)
+    return Worst(str(row["worst"][0]), _float(row["value"]), _float(row["drawn"]), tuple(map(float, row["unit"])), *numbers)
 
 
 def _number(value: float) -> float | str | None:

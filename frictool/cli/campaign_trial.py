@@ -85,7 +85,7 @@ class CampaignTrial:
 
 
 class SearchTask(NamedTuple):
-    """Of the metric `name`, number `metric`: the worst draw's value and its number, and worst draws (k, d) to begin with."""
+    """Of the metric `name`, number `metric`: the worst draw's value and its number, and worst draws (k, d), of `draws`, to begin with."""
 
     name: str
     metric: int
@@ -94,7 +94,13 @@ class SearchTask(NamedTuple):
     noise: int
     starts: Vector
     evaluations: int
+    draws: int
     seed: int
+
+    @property
+    def asked(self) -> tuple[str, int, int]:
+        """What makes the search another one, within its campaign."""
+        return self.name, self.evaluations, self.draws
 
 
 class WorstSearch:
@@ -136,10 +142,11 @@ def trial_of(draw: int, requirements: tuple[Requirement, ...]) -> Trial:
 
 
 def _value(one: Requirement) -> float:
-    """inf, or -inf of what has to be large, where no finite value breaks it; nan where there is none."""
-    if one.value is not None:
-        return float(one.value)
-    return math.nan if one.met is not False else math.inf if one.relation == "<=" else -math.inf
+    """inf, or -inf of what has to be large, where it is broken by what is no value of it; nan where there is none."""
+    within = one.value is None or (one.value <= one.limit if one.relation == "<=" else one.value >= one.limit)
+    if one.met is False and within:
+        return math.inf if one.relation == "<=" else -math.inf
+    return math.nan if one.value is None else float(one.value)
 
 
 def simulated(requirements: tuple[Requirement, ...], names: Names) -> tuple[Requirement, ...]:

@@ -28,6 +28,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "verify": ("frictool.cli.verify", "The proof of a controller's certificate, again, without a solver."),
     "simulate": ("frictool.cli.simulate", "Step tests of model and controller, as a log."),
     "report": ("frictool.cli.report", "Metrics and verdict of logs against the specification."),
+    "campaign": ("frictool.cli.campaign", "A controller on many plants: pass rate, what fails and why, worst cases."),
     "reduce": ("frictool.cli.reduce", "A mechanism of blocks and links to a one-inertia model, with the error of each step."),
     "export": ("frictool.cli.export", "Controller to C99 with golden vectors."),
     "observe": ("frictool.cli.observe", "Velocity, friction and wear from a running actuator's log; observers designed."),

@@ -205,7 +205,7 @@ def _step_test(
     from frictool.documents.scenario import Scenario
 
     plant = mechanism_plant(model, events) if is_mechanism(model) else load(model, Model)
-    documents = (plant, _controller(load(controller, Controller), observer), load(scenario, Scenario))
+    documents = (plant, observed_controller(load(controller, Controller), observer), load(scenario, Scenario))
     replay = documents[2].reference
     recorded = None if replay is None else scenario.parent / replay.log
     inputs = [model, controller, scenario, *(one for one in (observer, recorded) if one is not None)]
@@ -213,7 +213,7 @@ def _step_test(
     from frictool.simulate.agreement import Names
     from frictool.simulate.step_test import step_test
 
-    log = None if recorded is None else _recorded(recorded, scenario, plant.bench if isinstance(plant, Model) else documents[1].bench)
+    log = None if recorded is None else recorded_log(recorded, scenario, plant.bench if isinstance(plant, Model) else documents[1].bench)
     code = None if target is None else _target(target, controller, documents[1])
     inputs += [] if code is None else code.sources
     words = {"model": model, "--controller": controller, "--scenario": scenario, "--observer": observer, "--target": target}
@@ -224,7 +224,7 @@ def _step_test(
     return played
 
 
-def _controller(document: Controller, observer: Path | None) -> Controller:
+def observed_controller(document: Controller, observer: Path | None) -> Controller:
     """With its speed from the observer, where one is given."""
     if observer is None:
         return document
@@ -249,7 +249,7 @@ def _target(folder: Path, controller: Path, document: Controller) -> Target:
     return compiled_target(folder, digest(controller), str(controller), tuple(program.inputs), tuple(scheduled(document, program)))
 
 
-def _recorded(path: Path, scenario: Path, bench: Bench) -> Log:
+def recorded_log(path: Path, scenario: Path, bench: Bench) -> Log:
     """The log that a scenario replays; its path is one from the scenario's folder."""
     from frictool.documents.lines import line_of
     from frictool.errors import DocumentError

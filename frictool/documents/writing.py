@@ -52,7 +52,13 @@ _Dumper.ignore_aliases = lambda self, data: True  # type: ignore[method-assign] 
 
 def to_yaml(document: msgspec.Struct) -> str:
     """The YAML text of a document, keys in the order of the type, unset optional keys left out."""
-    return yaml.dump(without_unset(msgspec.to_builtins(document)), Dumper=_Dumper, sort_keys=False, width=10_000, allow_unicode=True)
+    tree: dict[str, Any] = without_unset(msgspec.to_builtins(document))
+    return tree_to_yaml(tree)
+
+
+def tree_to_yaml(tree: dict[str, Any]) -> str:
+    """The YAML text of mappings, lists and scalars, keys in their order."""
+    return yaml.dump(tree, Dumper=_Dumper, sort_keys=False, width=10_000, allow_unicode=True)
 
 
 def without_unset(value: Any) -> Any:

@@ -16,10 +16,13 @@ def check_spread(plant: Plant[V], scenario: Scenario, seconds: float, names: Nam
     """Raises DocumentError with the first key of `spread` that does not fit the plant, or a scenario of `seconds` [s]."""
     spread, rig, name = scenario.spread or Spread(), plant.rig, names.scenario
     _check_parameters(spread, plant.ranges(), names)
-    if spread.start is not None and rig.travel is not None:
-        if not rig.travel.low <= spread.start.low <= spread.start.high <= rig.travel.high:
-            found = f"found {spread.start.low:g} to {spread.start.high:g} {spread.start.unit}"
-            refuse(name, "spread.start", f"{found}; allowed: the travel of the bench, {rig.travel.low:g} to {rig.travel.high:g}")
+    if (
+        spread.start is not None
+        and rig.travel is not None
+        and not (rig.travel.low <= spread.start.low <= spread.start.high <= rig.travel.high)
+    ):
+        found = f"found {spread.start.low:g} to {spread.start.high:g} {spread.start.unit}"
+        refuse(name, "spread.start", f"{found}; allowed: the travel of the bench, {rig.travel.low:g} to {rig.travel.high:g}")
     if spread.within_count and rig.resolution == 0.0:
         refuse(name, "spread.within_count", f"the sensor of {names.model} has no counts: leave it out")
     for index, fault in enumerate(spread.sensor_faults):

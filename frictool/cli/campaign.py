@@ -1,0 +1,269 @@
+"""`frictool campaign`: a controller on many plants, and what the verdicts of all of them say."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from frictool.cli.campaign_setting import Paths
+from frictool.cli.output import (
+    STDOUT,
+    FiniteRange,
+    command_line,
+    existing,
+    json_option,
+    note,
+    output_option,
+    print_json,
+    refuse_inputs,
+    save_text,
+    say,
+)
+from frictool.cli.workers_options import refuse_both, workers_options
+from frictool.errors import EXIT_DONE, EXIT_NO
+
+if TYPE_CHECKING:
+    from frictool.campaign.findings import Findings
+    from frictool.campaign.running import Share
+    from frictool.campaign.sampling import Draws, Method
+    from frictool.campaign.store import Store
+    from frictool.campaign.worst_case import WorstCase
+    from frictool.cli.campaign_trial import CampaignTrial
+    from frictool.documents.controller import Number
+    from frictool.documents.provenance import Provenance
+
+TRIALS, EVALUATIONS = 1000, 300
+EXIT_INTERRUPTED = 130  # as a shell has it
+
+HELP = """\b
+Example:
+  frictool campaign model.yaml controller.yaml --scenario scenarios/steps.yaml --spec spec.yaml -n 10000 -o campaign.html
+  frictool campaign model.yaml controller.yaml --scenario steps.yaml --spec spec.yaml --method vertices --worst worst/ -o campaign.yaml
+  frictool campaign mechanism.yaml controller.yaml --scenario steps.yaml --spec spec.yaml --at-least 0.99 --keep trials.jsonl
+
+Play a scenario to many plants and judge each run by the specification, as simulate and report would: how many pass, how sure that is, how
+each metric is distributed, which parameters cause the failures.
+
+What varies are the ranges of the plant (of bench and model; of a mechanism every quantity with low and high) and what the scenario's
+`spread` names: wear, temperature, start, sensor faults, disturbances, or other ranges (docs/formats.md). All are uniform and independent.
+--method random: draw i of a seed is the same however many there are, so that a kept campaign is extended by a larger -n. latin: a Latin
+hypercube of -n draws. vertices: every combination of ends, or where these are more than 4096, or than -n, a random part of them, which the
+report says. Results depend neither on the number of cores nor on who does which trial.
+With --worst, for each requirement a search looks for the worst plant in the same ranges, from the worst draws on, and keeps it as
+DIR/worst_REQUIREMENT.yaml: a scenario that `frictool simulate` plays again to the same value.
+Trials are kept in OUTPUT.trials, or in --keep, as they are done. After a kill or Ctrl-C the same command goes on from there.
+
+-o writes .html, a page, or else YAML; --table all trials as CSV.
+Exit code 1 where a trial fails, or, with --at-least, where the lower confidence bound of the pass rate is below it.
+"""
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the command line asks for."""
+
+    method: Method
+    trials: int | None
+    seed: int | None
+    at_least: float | None
+    confidence: float
+    worst: Path | None
+    evaluations: int
+    output: Path | None
+    table: Path | None
+    keep: Path | None
+    number: Number
+    cores: int | None
+    cluster: str | None
+    as_json: bool
+
+    @property
+    def kept(self) -> Path | None:
+        """Where trials are kept while they are played."""
+        if self.keep is not None or self.output in (None, STDOUT):
+            return self.keep
+        assert self.output is not None
+        return self.output.with_name(f"{self.output.name}.trials") if self.output.name else None
+
+
+@click.command("campaign", help=HELP)
+@click.argument("model", type=existing)
+@click.argument("controller", type=existing)
+@click.option("--scenario", type=existing, required=True, help="What is played (scenario.yaml).")
+@click.option("--spec", type=existing, required=True, help="What the closed loop has to do (spec.yaml).")
+@click.option(
+    "-n", "--trials", type=click.IntRange(1, 10_000_000), help=f"How many draws. [default: {TRIALS}; of vertices all, 4096 at most]"
+)
+@click.option(
+    "--method", type=click.Choice(["random", "latin", "vertices"]), default="random", show_default=True, help="How plants are drawn."
+)
+@click.option("--seed", type=click.IntRange(0), help="Of the draws and the noise. [default: the scenario's]")
+@click.option(
+    "--at-least", type=FiniteRange(0.0, 1.0, min_open=True), help="The pass rate that has to be shown, 0 to 1. [default: all pass]"
+)
+@click.option("--confidence", type=FiniteRange(0.0, 1.0, True, True), default=0.95, show_default=True, help="Of intervals and bounds.")
+@click.option("--worst", type=existing, metavar="DIR", help="Search worst cases, and keep their scenarios there.")
+@click.option("--evaluations", type=click.IntRange(1), help=f"Plants that each search may try. [default: {EVALUATIONS}]")
+@click.option("--observer", type=existing, help="What the controller takes for the speed (observer.yaml).")
+@click.option(
+    "--number", type=click.Choice(["double", "float", "q31", "q15"]), help="Number format the controller runs in. [default: double]"
+)
+@click.option("--keep", type=existing, help="Where trials are kept, and stay. [default: OUTPUT.trials, until all are done]")
+@click.option("--table", type=existing, help="All trials, a row each (CSV).")
+@workers_options
+@output_option(required=False, help="The page (.html) or what it says (YAML); - is stdout.")
+@json_option
+@click.pass_context
+def command(
+    ctx: click.Context,
+    /,
+    model: Path,
+    controller: Path,
+    scenario: Path,
+    spec: Path,
+    trials: int | None,
+    method: Method,
+    observer: Path | None,
+    number: Number | None,
+    evaluations: int | None,
+    **rest: Any,
+) -> None:
+    refuse_both(rest["cores"], rest["cluster"])
+    if evaluations is not None and rest["worst"] is None:
+        raise click.UsageError("--evaluations belongs to --worst.")
+    count = TRIALS if trials is None and method != "vertices" else trials
+    options = Options(method, count, number=number or "double", evaluations=evaluations or EVALUATIONS, **rest)
+    ctx.exit(_campaign(Paths(model, controller, scenario, spec, observer), options))
+
+
+def _campaign(paths: Paths, options: Options) -> int:
+    """The exit code."""
+    from frictool.campaign.findings import find
+    from frictool.campaign.sampling import draws_of
+    from frictool.campaign.store import Store
+    from frictool.cli.campaign_setting import header_of, setting_of, space_of_setting, told_by_line
+    from frictool.cli.campaign_trial import CampaignTrial
+
+    setting, paths = setting_of(paths, options.number)
+    _check_targets(paths, options)
+    with told_by_line(paths.model):
+        space = space_of_setting(setting)
+    trial = CampaignTrial(setting, space, setting.scenario.seed if options.seed is None else options.seed)
+    draws = draws_of(options.method, options.trials, space.size, trial.seed)
+    with Store(options.kept, header_of(trial, paths, options.method, draws.units.shape[0])) as store:
+        trials, worst = _play(trial, draws, store, paths, options)
+        found = find(trials, options.method, [case for case, _ in worst], options.at_least, options.confidence)
+        _save(found, worst, _provenance(paths, options), paths, options)
+        if options.keep is None:
+            store.remove()
+    _tell(found, options)
+    return EXIT_DONE if found.answer else EXIT_NO
+
+
+def _check_targets(paths: Paths, options: Options) -> None:
+    """Before anything is played: whether each output is a file of its own, and none an input."""
+    targets = [path for path in (options.output, options.table, options.kept) if path is not None]
+    if len({target if target == STDOUT else target.absolute() for target in targets}) < len(targets):
+        raise click.UsageError("two outputs have the same name; -o, --table and --keep each need their own.")
+    if options.keep == STDOUT:
+        raise click.UsageError("--keep is a file, which is read again.")
+    for target in targets:
+        refuse_inputs(target, list(paths.inputs.values()))
+        if target != STDOUT and target.is_dir():
+            from frictool.errors import OutputError
+
+            raise OutputError(f"{target}: is a directory; name a file")
+
+
+def _play(trial: CampaignTrial, draws: Draws, store: Store, paths: Paths, options: Options) -> tuple[Any, list[tuple[WorstCase, str]]]:
+    """All trials, and the worst cases with the text of their scenarios."""
+    from frictool.campaign.running import run_trials
+    from frictool.cli.campaign_trial import metrics_of, simulated
+    from frictool.cli.campaign_worst import worst_cases
+    from frictool.cli.progress import progress
+
+    names, count, already = trial.setting.names, draws.units.shape[0], len(store.trials)
+    nominal = simulated(trial.nominal(), names)
+    begun = time.perf_counter()
+    trial.nominal()  # compiled by now: how long a trial takes
+    each = time.perf_counter() - begun
+    if already:
+        note(f"{store.path}: {min(already, count)} of {count} trials are there; the others are played")
+    try:
+        with progress("campaign") as tell:
+            trials = run_trials(trial, trial.space, metrics_of(nominal), draws.units, store, _share(options), tell, each)
+        return trials, [] if options.worst is None else worst_cases(trial, trials, store, _share(options), paths, options)
+    except KeyboardInterrupt:
+        left = f"; the same command goes on from {store.path}" if store.path is not None else "; none is kept: name a file with --keep"
+        note(f"\ninterrupted: {min(len(store.trials), count)} of {count} trials are done{left}")
+        sys.exit(EXIT_INTERRUPTED)
+
+
+def _share(options: Options) -> Share:
+    from frictool.workers.share import share
+
+    def shared(function: Any, jobs: Any, batch: int, instead: Any) -> Any:
+        return share(function, jobs, cores=options.cores, cluster=options.cluster, batch=batch, instead=instead)
+
+    return shared
+
+
+def _provenance(paths: Paths, options: Options) -> Provenance:
+    from frictool.documents.provenance import record
+
+    words = {
+        "model": paths.model,
+        "controller": paths.controller,
+        "--scenario": paths.scenario,
+        "--spec": paths.spec,
+        "--observer": paths.observer,
+        "--trials": options.trials,
+        "--method": options.method,
+        "--seed": options.seed,
+        "--at-least": options.at_least,
+        "--confidence": options.confidence,
+        "--number": None if options.number == "double" else options.number,
+        "--worst": options.worst,
+        "--evaluations": None if options.worst is None else options.evaluations,
+    }
+    return record(command_line("campaign", words), list(paths.inputs.values()))
+
+
+def _save(found: Findings, worst: list[tuple[WorstCase, str]], provenance: Provenance, paths: Paths, options: Options) -> None:
+    """All that is asked for; everything is made before the first byte is written."""
+    inputs, contents = list(paths.inputs.values()), dict[Path, str]()
+    if options.worst is not None:
+        contents |= {options.worst / case.scenario: text for case, text in worst}
+    if options.table is not None:
+        from frictool.campaign.table import as_csv
+
+        contents[options.table] = as_csv(found.trials)
+    if options.output is not None and options.output.suffix.lower() in (".html", ".htm"):
+        from frictool.campaign.page import page
+
+        contents[options.output] = page(found, provenance)
+    elif options.output is not None:
+        from frictool.campaign.document import as_document
+
+        contents[options.output] = as_document(found, provenance)
+    for target, text in contents.items():
+        save_text(target, text, inputs)
+
+
+def _tell(found: Findings, options: Options) -> None:
+    from frictool.campaign.machine import as_json
+    from frictool.campaign.text import lines
+
+    if options.as_json:
+        print_json(as_json(found), options.output)
+        return
+    to_stdout = STDOUT in (options.output, options.table)
+    colour = (sys.stderr if to_stdout else sys.stdout).isatty() and not os.environ.get("NO_COLOR")
+    for line in lines(found, colour):
+        say(line, STDOUT if to_stdout else None)
