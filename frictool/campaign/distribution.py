@@ -52,7 +52,8 @@ class Distribution:
 
     met, broken, undecided: trials; beyond: of those, the ones whose value is beyond any; missing: without a value, those not simulated
     included. bound: what COVERED of all plants keep with the confidence (None where too few trials, or more than that share have no finite
-    value); trials_for_bound: how many trials give one at least. worst: the worst finite value; worst_trial: its draw.
+    value); trials_for_bound: how many trials give one at least. worst: the worst value, inf where one is beyond any; worst_trial: the
+    first draw that has it.
     """
 
     metric: Metric
@@ -71,7 +72,7 @@ class Distribution:
     @property
     def has_values(self) -> bool:
         """Whether any trial has given a finite value."""
-        return self.worst is not None
+        return self.histogram.counts.size > 0
 
 
 def distribution(trials: Trials, index: int, method: Method, confidence: float = CONFIDENCE) -> Distribution:
@@ -79,8 +80,7 @@ def distribution(trials: Trials, index: int, method: Method, confidence: float =
     metric, found, met = trials.metrics[index], trials.found[:, index], trials.met[:, index]
     finite, known = np.isfinite(found), ~np.isnan(found)
     upward = metric.relation == "<="
-    worse = np.where(finite, found if upward else -found, -np.inf)
-    worst = int(np.argmax(worse)) if finite.any() else None
+    worst = int(np.argmax(np.where(known, found if upward else -found, -np.inf))) if known.any() else None
     whole = method == "vertices"
     passed, broken, undecided = (int(np.count_nonzero(met == mark)) for mark in (MET, BROKEN, UNDECIDED))
     return Distribution(

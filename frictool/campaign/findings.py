@@ -70,6 +70,11 @@ class Findings:
         return "NOT SHOWN" if self.asked is not None and high is not None and high >= self.asked else "NOT MET"
 
     @property
+    def untold(self) -> tuple[str, ...]:
+        """The requirements that no trial could decide; they are not among what passes."""
+        return tuple(one.metric.name for one in self.distributions if one.undecided == self.rate.count)
+
+    @property
     def draws_needed(self) -> int | None:
         """Where the rate asked for is not shown: how many draws would show it if the share that passes stayed as it is."""
         if self.outcome != "NOT SHOWN" or self.asked is None:

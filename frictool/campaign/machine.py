@@ -25,6 +25,7 @@ def as_json(found: Findings) -> dict[str, Any]:
         "passed": rate.passed,
         "failed": rate.failed,
         "undecided": rate.undecided,
+        "untold": list(found.untold),
         "not_simulated": [{"draw": draw, "reason": reason} for draw, reason in found.trials.failed.items()],
         "pass_rate": {
             "share": rate.share,
@@ -81,7 +82,7 @@ def _metric(trials: Trials, one: Distribution, confidence: float) -> dict[str, A
         "without_value": one.missing,
         "quantiles": [{"level": q.level, "value": _finite(q.value), "low": _finite(q.low), "high": _finite(q.high)} for q in one.quantiles],
         "tolerance": {"share": COVERED, "confidence": confidence, "bound": one.bound, "draws_needed": one.trials_for_bound},
-        "worst": {"value": one.worst, "draw": one.worst_trial, "values": _draw(trials, one.worst_trial)},
+        "worst": {"value": _finite(one.worst), "draw": one.worst_trial, "values": _draw(trials, one.worst_trial)},
         "histogram": {"edges": histogram.edges.tolist(), "counts": histogram.counts.tolist()},
     }
 

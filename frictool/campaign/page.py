@@ -39,7 +39,7 @@ def page(found: Findings, provenance: Provenance) -> str:
     plane = failing_plane(found)
     return environment.from_string(template).render(
         headline=headline(found),
-        tone=TONES[found.outcome],
+        tone="open" if found.answer and found.untold else TONES[found.outcome],
         caveat=caveat(found.rate),
         noun=found.rate.noun,
         rates=_embedded(rates(found)),

@@ -61,7 +61,7 @@ def rates(found: Findings) -> Picture:
             lows.append(found.asked)
         room = 1.08 * (1.0 - min(lows)) or 0.01
         axes.set(xlim=(max(-0.02, 1.0 - room), 1.0 + 0.03 * room), ylim=(len(rows) - 0.4, -0.6), xlabel="share of the trials")
-        axes.xaxis.set_major_locator(MaxNLocator(5))
+        axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]))
         axes.set_yticks(range(len(rows)), [name for name, _, _ in rows])
         axes.xaxis.set_major_formatter(_in_percent())
         axes.grid(visible=False, axis="y")
@@ -150,7 +150,8 @@ def _curve(axes: Axes, found: Findings, one: Distribution) -> None:
 
 def _metric_caption(found: Findings, one: Distribution, drawn: bool) -> str:
     unit, relation = one.metric.unit, "≤" if one.metric.relation == "<=" else "≥"
-    said = [f"{percent(one.broken / found.rate.count)} break the limit {relation} {quantity(one.metric.limit, unit)}"]
+    share = f"{percent(one.broken / found.rate.count)} break" if one.broken else "None breaks"
+    said = [f"{share} the limit {relation} {quantity(one.metric.limit, unit)}"]
     said[0] += " (dashed)." if drawn else ", which lies outside of the picture."
     if one.bound is not None:
         bound = f"{relation} {quantity(one.bound, unit)} (dotted; {given(found.rate.confidence)} confidence)"
@@ -175,7 +176,7 @@ def _over_range(found: Findings, question: Question, i: int) -> Picture:
         room = 0.03 * (factor.high - factor.low)
         axes.set_xlim(factor.low - room, factor.high + room)
         axes.set_ylim(bottom=0.0)
-        axes.xaxis.set_major_locator(MaxNLocator(7, integer=factor.whole, min_n_ticks=1))
+        axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10], integer=factor.whole, min_n_ticks=1))
         axes.yaxis.set_major_formatter(_in_percent())
         svg = picture_of(figure, "share of trials that fail over the range of a factor")
     low, high = quantity(factor.low, factor.unit), quantity(factor.high, factor.unit)

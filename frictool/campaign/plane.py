@@ -28,6 +28,9 @@ def plane(axes: Axes, trials: Trials, first: int, second: int) -> str:
     """Draws them on empty axes; returns what the caption has to say."""
     x, y = edges(trials, first), edges(trials, second)
     axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+    for axis, factor, ends in ((axes.xaxis, first, x), (axes.yaxis, second, y)):
+        if ends.size <= CELLS // 2 + 1:
+            axis.set_ticks(np.unique(trials.values[:, factor]))
     few = trials.count <= MOST_POINTS and min(x.size, y.size) > CELLS  # where a factor has few values, points would hide each other
     return _points(axes, trials, first, second) if few else _cells(axes, trials, first, second, x, y)
 

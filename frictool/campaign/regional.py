@@ -20,7 +20,6 @@ Vector = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 TENTHS = 10
 EXACT = 4_000_000  # failing times passing trials up to which the probability is counted and not taken from the limit
-LEAN = 0.1  # of the chance that a failing trial lies above a passing one, from one half
 
 
 @dataclass(frozen=True)
@@ -29,13 +28,15 @@ class Region:
     random.
 
     leans: how much more likely a failing trial lies above a passing one than below, -1..1. spread: the same of the distance from the
-    middle. failing (k,): the share that fails in each slice of its range, of sizes (k,) trials; places (k,): their means, in SI.
+    middle; noise: the standard deviation of either by chance. failing (k,): the share that fails in each slice of its range, of sizes (k,)
+    trials; places (k,): their means, in SI.
     """
 
     distance: float
     chance: float | None
     leans: float
     spread: float
+    noise: float
     failing: Vector
     sizes: NDArray[np.int64]
     places: Vector
@@ -43,9 +44,10 @@ class Region:
     @property
     def direction(self) -> str:
         """Where on the range the failures are."""
-        if abs(self.leans) > LEAN and abs(self.leans) >= 0.5 * abs(self.spread):
+        least = 2.0 * self.noise
+        if abs(self.leans) > least and abs(self.leans) >= 0.5 * abs(self.spread):
             return "high" if self.leans > 0.0 else "low"
-        if abs(self.spread) > LEAN:
+        if abs(self.spread) > least:
             return "both ends" if self.spread > 0.0 else "the middle"
         return "no one place"
 
@@ -65,6 +67,7 @@ def region(units: Vector, values: Vector, failing: Mask, slices: Slices, drawn: 
         chance if drawn else None,
         _leaning(bad, good),
         _leaning(np.abs(bad - 0.5), np.abs(good - 0.5)),
+        np.sqrt((failing.size + 1.0) / (3.0 * bad.size * good.size)) if drawn else 0.0,
         slices.sums(failing.astype(float)) / sizes,
         sizes,
         slices.sums(values) / sizes,

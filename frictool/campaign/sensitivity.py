@@ -23,7 +23,7 @@ from frictool.campaign.variance_shares import Share, chance_of_ranks, rank_corre
 
 Mask = NDArray[np.bool_]
 LEVEL = 0.05  # of a table: the probability that it names a factor without influence
-LEAST = 0.01  # of the variance, or of the distance, below which vertices say no influence
+LEAST_DISTANCE, LEAST_SHARE = 0.1, 0.01  # below which vertices, of which nothing is random, say no influence
 FEWEST = 20  # trials with a value, below which no influence is estimated
 FINEST = 12  # slices a factor of a plane
 
@@ -49,7 +49,7 @@ class Question:
     @property
     def named(self) -> tuple[int, ...]:
         """The factors that the failures come from, the clearest first."""
-        return tuple(i for i in self.order if _believed(self.regions[i].chance, self.regions[i].distance))
+        return tuple(i for i in self.order if _believed(self.regions[i].chance, self.regions[i].distance > LEAST_DISTANCE))
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Influence:
     @property
     def named(self) -> tuple[int, ...]:
         """The factors with an influence, the largest share first."""
-        return tuple(i for i in self.order if _believed(self.shares[i].chance, self.shares[i].share))
+        return tuple(i for i in self.order if _believed(self.shares[i].chance, self.shares[i].share > LEAST_SHARE))
 
 
 @dataclass(frozen=True)
@@ -122,8 +122,8 @@ def masks(trials: Trials) -> list[tuple[str, Mask, Mask]]:
     return kept
 
 
-def _believed(chance: float | None, size: float) -> bool:
-    return size > LEAST if chance is None else chance <= LEVEL
+def _believed(chance: float | None, large: bool) -> bool:
+    return large if chance is None else chance <= LEVEL
 
 
 def _questions(trials: Trials, draws: Draws, drawn: bool) -> tuple[Question, ...]:
@@ -160,10 +160,12 @@ def _influence(trials: Trials, draws: Draws, metric: int, drawn: bool) -> Influe
     values = trials.found[:, metric]
     known, finite = ~np.isnan(values), np.isfinite(values)
     used = int(finite.sum())
+    if used == 0:
+        return Influence(used, reason="no trial has a value")
     if used < FEWEST and drawn:
         return Influence(used, reason=f"{used} trials have a value, {FEWEST} are needed")
-    if used == 0 or np.ptp(values[finite]) == 0.0:
-        return Influence(used, reason="no trial has a value" if used == 0 else "it is the same in every trial")
+    if np.ptp(values[finite]) == 0.0:
+        return Influence(used, reason="it is the same in every trial")
     scores, shares = scores_of(values[known]), []
     for factor in range(trials.space.size):
         slices = draws.sliced(factor, slices_for(used), finite)

@@ -48,9 +48,10 @@ def aligned(rows: Sequence[Sequence[str]], words: int = 1) -> list[str]:
 def fails_where(found: Findings, factor: int, place: Region) -> str:
     """Around which values of a factor most and fewest fail: "fails 40 % around 0.14 N m, 0 % around 0.11 N m"."""
     one, shares = found.trials.space.factors[factor], place.failing
+    near = "at" if found.rate.whole or one.whole else "around"
 
     def around(k: int) -> str:
-        return f"{shares[k]:.0%} around {place.places[k]:.3g} {unit_shown(one.unit)}".replace("%", " %").rstrip()
+        return f"{shares[k]:.0%} {near} {place.places[k]:.3g} {unit_shown(one.unit)}".replace("%", " %").rstrip()
 
     return f"fails {around(int(shares.argmax()))}, {around(int(shares.argmin()))}"
 
@@ -69,7 +70,7 @@ def influence_told(found: Findings, influence: Influence) -> str:
 
 def _share_told(found: Findings, influence: Influence, i: int) -> str:
     share, label = influence.shares[i], found.trials.space.factors[i].label
-    if share.share < max(0.01, 2.0 * share.error):
+    if share.share < 0.005:
         return f"{label} only with others"
     return f"{label} {share.share:.0%} ({share.direction})".replace("%", " %")
 
@@ -93,11 +94,10 @@ def _row(one: Distribution) -> tuple[str, ...]:
     unit, relation = unit_shown(one.metric.unit), one.metric.relation
     values = {quantile.level: quantile.value for quantile in one.quantiles}
     spread = f"{number(values[0.05])} to {number(values[0.95])}" if values else "–"
-    worst = "never" if one.beyond else number(one.worst)
     limit = f"{relation} {number(one.metric.limit)} {unit}".rstrip()
     counts = (str(one.met), str(one.broken), str(one.undecided))
     bound = f"{relation} {number(one.bound)}" if one.bound is not None else "–"
-    return (one.metric.name.replace("_", " "), *counts, number(values.get(0.5)), spread, bound, worst, limit)
+    return (one.metric.name.replace("_", " "), *counts, number(values.get(0.5)), spread, bound, number(one.worst), limit)
 
 
 def _not_simulated(found: Findings) -> list[str]:

@@ -91,11 +91,14 @@ def chance_of_ranks(slices: Slices, scores: tuple[Vector, ...]) -> float:
     return float(gammaincc(0.5 * (k - 1.0) * len(scores), 0.5 * statistic))
 
 
-def rank_correlation(factor: Vector, scores: tuple[Vector, ...]) -> float:
-    """Spearman's, -1..1, of a factor with the values whose scores (scores_of) these are; 0 where one of the two does not vary."""
+def rank_correlation(units: Vector, scores: tuple[Vector, ...]) -> float:
+    """-1..1, of the place of draws (n,) in 0..1, which is as good as their rank, with the rank of the values whose scores (scores_of)
+    these are.
+
+    0 where one of the two does not vary.
+    """
     if not scores:
         return 0.0
-    first, second = rankdata(factor), scores[0]
-    first = first - first.mean()
-    norm = float(np.sqrt((first @ first) * (second @ second)))
-    return float(first @ second) / norm if norm > 0.0 else 0.0
+    place = units - units.mean()
+    norm = float(np.sqrt((place @ place) * (scores[0] @ scores[0])))
+    return float(place @ scores[0]) / norm if norm > 0.0 else 0.0

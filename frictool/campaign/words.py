@@ -47,7 +47,11 @@ def given(share: float) -> str:
 def headline(found: Findings) -> str:
     """One sentence that begins with the outcome."""
     rate = found.rate
-    return f"{found.outcome}: {_counted(rate)}{_rated(rate)}{_asked(found)}"
+    untold = [name.replace("_", " ") for name in found.untold]
+    partly = " as far as the trials tell" if found.answer and untold else ""
+    return f"{found.outcome}{partly}: {_counted(rate)}{_rated(rate)}{_asked(found)}" + (
+        f"; no trial tells: {', '.join(untold)}" if untold else ""
+    )
 
 
 def _counted(rate: Rate) -> str:
@@ -81,7 +85,7 @@ def _asked(found: Findings) -> str:
     if asked is None:
         return ""
     if rate.at_least is None:
-        return f"; {given(asked)} is asked"
+        return f"; that is {percent(rate.share)} of them, asked are {given(asked)}"
     shown = f"; shown are {percent(rate.at_least, 'down')}, asked {given(asked)}"
     needed = found.draws_needed
     return shown if needed is None else f"{shown}: {needed} draws would do if as many of them passed"
