@@ -8,12 +8,10 @@ n - 1 draws with the same share: wide where factors act by themselves, and about
 
 from __future__ import annotations
 
-from typing import Literal
-
 from scipy.special import betaincinv
 
-# random: each draw independent of the others; latin: one draw in each of n slices of every factor; vertices: ends of every factor
-Method = Literal["random", "latin", "vertices"]
+from frictool.campaign.sampling import Method
+
 CONFIDENCE = 0.95
 
 

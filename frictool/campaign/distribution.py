@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.campaign.binomial import CONFIDENCE, Method, lower
+from frictool.campaign.binomial import CONFIDENCE, lower
+from frictool.campaign.sampling import Method
 from frictool.campaign.trials import BROKEN, MET, UNDECIDED, Metric, Trials
 
 Vector = NDArray[np.float64]

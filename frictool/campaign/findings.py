@@ -9,9 +9,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from frictool.campaign.binomial import CONFIDENCE, Method, draws_to_show
+from frictool.campaign.binomial import CONFIDENCE, draws_to_show
 from frictool.campaign.distribution import Distribution, distribution
 from frictool.campaign.pass_rate import Rate, pass_rate
+from frictool.campaign.sampling import Method
 from frictool.campaign.sensitivity import Sensitivity, sensitivity
 from frictool.campaign.trials import Trials
 

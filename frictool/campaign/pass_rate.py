@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frictool.campaign.binomial import CONFIDENCE, Method, interval, lower
+from frictool.campaign.binomial import CONFIDENCE, interval, lower
+from frictool.campaign.sampling import Method
 from frictool.campaign.trials import BROKEN, MET, UNDECIDED, Trials
 
 
