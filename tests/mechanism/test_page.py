@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.run import run
-from tests.test_tutorial import agrees
+from tests.docs.playing import agrees
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs/theory/mechanism.md").read_text()

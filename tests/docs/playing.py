@@ -1,0 +1,115 @@
+"""Plays the `sh` and `python` blocks of a page in a scratch copy, and holds what they print against the `text` block beneath them.
+
+A page starts at the top of the copy; a line `cd FOLDER` goes on from there. `# exit code 1` behind a command is what it has to end with,
+0 without. `frictool` runs in the test's process, any other line in a shell. A line `...` of a `text` block stands for any number of lines;
+everything else has to be printed, in this order and without a line between.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from contextlib import redirect_stdout
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.cli.run import run
+from tests.docs.pages import ROOT, blocks, name_of
+
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
+EXIT = re.compile(r"\s+# exit code (\d)\b.*$")
+COMMENT = re.compile(r"\s+#.*$")
+DATA = Path(os.environ.get("FRICTOOL_DATA", ROOT.parent / "shared" / "data"))
+
+
+def scratch(folder: Path) -> Path:
+    """A copy of what the commands of the documentation read, as a clone has it before anything was made."""
+    for name in ("sample_logs", "configs"):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("build", "__pycache__"))
+    return folder
+
+
+def play(page: Path, folder: Path, patch: pytest.MonkeyPatch) -> str:
+    """Runs the page's blocks in `folder` and returns all that they printed.
+
+    Fails where a command does not end, or what it prints is not, as the page says.
+    """
+    patch.chdir(folder)
+    patch.setenv("FRICTOOL_DATA", str(DATA.resolve()))
+    everything = printed = ""
+    names: dict[str, Any] = {"__name__": name_of(page)}
+    for block in blocks(page, "sh", "python", "text"):
+        if block.language == "sh":
+            printed = "".join(_run(line, patch) for line in block.lines)
+            everything += printed
+        elif block.language == "python":
+            with redirect_stdout(io.StringIO()) as out:
+                exec(compile(block.text, f"{page}:{block.line}", "exec"), names)
+            printed = out.getvalue()
+            everything += printed
+        else:
+            missing = first_missing(printed.splitlines(), block.lines)
+            assert missing is None, f"{name_of(page)}, block at line {block.line}: not printed so: {missing!r}; printed was\n{printed}"
+    return everything
+
+
+def _run(line: str, patch: pytest.MonkeyPatch) -> str:
+    expected = int(match[1]) if (match := EXIT.search(line)) else 0
+    line = COMMENT.sub("", line)
+    if line.startswith("cd "):
+        patch.chdir(line[3:].strip())
+        return ""
+    if line.startswith("frictool ") and not re.search(r"[|;&<>*]", line):
+        result = run(*map(os.path.expandvars, shlex.split(line)[1:]))
+        code, out = result.code, result.stdout + result.stderr
+    else:
+        path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+        done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, env={**os.environ, "PATH": path})
+        code, out = done.returncode, done.stdout + done.stderr
+    assert code == expected, f"{line}\nended with {code}, not {expected}\n{out}"
+    return out
+
+
+def agrees(printed: str, page: str) -> bool:
+    """The same words, and numbers that differ by one unit of the page's last digit at most: another processor may round otherwise."""
+    if NUMBER.sub("#", printed).split() != NUMBER.sub("#", page).split():
+        return False
+    pairs = zip(NUMBER.findall(printed), NUMBER.findall(page), strict=True)
+    return all(abs(Decimal(found) - Decimal(said)) <= _unit(said) for found, said in pairs)
+
+
+def _unit(number: str) -> Decimal:
+    """One unit of the last digit of a number as it is written."""
+    return Decimal((0, (1,), int(Decimal(number).as_tuple().exponent)))
+
+
+def first_missing(printed: list[str], page: list[str]) -> str | None:
+    """The first line of a `text` block that was not printed where the block says it; None where all were. Blank lines do not count."""
+    printed = [line for line in printed if line.strip()]
+    pieces: list[list[str]] = [[]]
+    for line in page:
+        if line.strip() == "...":
+            pieces.append([])
+        else:
+            pieces[-1].append(line)
+    at = 0
+    for number, piece in enumerate(pieces):
+        last = len(printed) - len(piece)
+        starts = range(at, last + 1)
+        if number == 0:
+            starts = range(min(1, last + 1))
+        if number == len(pieces) - 1:
+            starts = range(last, last + 1) if last in starts else range(0)
+        found = next((start for start in starts if all(map(agrees, printed[start:], piece))), None)
+        if found is None:
+            return next((said for said in piece if not any(agrees(line, said) for line in printed[at:])), piece[0] if piece else "the end")
+        at = found + len(piece)
+    return None

@@ -1,0 +1,132 @@
+"""Every command of every page runs as it stands there and prints what the page says; links lead somewhere; files, checks and options exist.
+
+Pages are played after the README, in one copy: they use what its commands leave in `build/`.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+import yaml
+
+from benchmarks import __main__ as bench
+from tests.accept import __main__ as accept
+from tests.docs.pages import PAGES, ROOT, Block, anchors, blocks, links, name_of, prose, text_of
+from tests.docs.playing import agrees, first_missing, play, scratch
+
+README = ROOT / "README.md"
+ELSEWHERE = {  # pages with a test of their own, in a folder of their own
+    "docs/tutorial.md": "tests/docs/test_tutorial.py",
+    "docs/tutorial_emps.md": "tests/docs/test_tutorial_emps.py",
+    "docs/theory/mechanism.md": "tests/mechanism/test_page.py",
+}
+PLAYED = [page for page in PAGES if blocks(page, "sh", "python") and page != README and name_of(page) not in ELSEWHERE]
+LANGUAGES = {"sh", "text", "python", "console", "yaml", "c", "matlab", "json"}
+TARGETS = re.compile(r"make (?:-C (\S+) )?(\w[\w ]*)$")
+
+
+@pytest.fixture(scope="module")
+def readme(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The copy, after the commands of the README."""
+    folder = scratch(tmp_path_factory.mktemp("docs"))
+    with pytest.MonkeyPatch.context() as patch:
+        play(README, folder, patch)
+    return folder
+
+
+def test_the_readme_s_commands_end_with_a_page(readme: Path) -> None:
+    assert (readme / "build/report.html").read_text().startswith("<!DOCTYPE html>")
+
+
+@pytest.mark.parametrize("page", PLAYED, ids=name_of)
+def test_the_commands_of_a_page_print_what_it_says(page: Path, readme: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    play(page, readme, monkeypatch)
+
+
+@pytest.mark.parametrize(("page", "test"), ELSEWHERE.items())
+def test_other_pages_have_a_test_of_their_own(page: str, test: str) -> None:
+    assert Path(page).name in (ROOT / test).read_text()
+
+
+def test_the_readme_opens_with_the_two_commands() -> None:
+    opening = text_of(README).splitlines()[:6]
+    assert any(line.strip().startswith("make demo") for line in opening)
+    assert any(line.strip().startswith("make test") for line in opening)
+
+
+def test_every_command_is_in_the_readme_s_table() -> None:
+    from frictool.cli.main import COMMANDS as registered
+
+    assert set(re.findall(r"^\| `(\w+)", text_of(README), re.MULTILINE)) == set(registered)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_every_link_leads_somewhere(page: Path) -> None:
+    for path, anchor in links(page):
+        target = (page.parent / path).resolve() if path else page
+        assert target.exists(), f"{name_of(page)} links to {path}"
+        assert not anchor or anchor in anchors(target), f"{name_of(page)} links to {path}#{anchor}; there are {sorted(anchors(target))}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_a_block_says_what_it_is(page: Path) -> None:
+    for block in blocks(page):
+        assert block.language in LANGUAGES, f"{name_of(page)}, line {block.line}: {block.language!r}"
+        if block.language == "yaml":
+            yaml.safe_load(block.text)
+    indented = re.findall(r"^ {4}(?:frictool|make|python|cc) .*", prose(page), re.MULTILINE)
+    assert page == README or not indented, f"{name_of(page)}: a command that no test runs: {indented}"
+
+
+def _console(page: Path) -> list[tuple[str, Block]]:
+    return [(line, block) for block in blocks(page, "console") for line in block.lines]
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if blocks(page, "console")], ids=name_of)
+def test_what_takes_too_long_here_says_so_and_can_be_made(page: Path) -> None:
+    """`make accept` runs these lines: tests/accept/check_docs.py."""
+    for line, block in _console(page):
+        command, _, reason = line.partition("  #")
+        assert reason.strip(), f"{name_of(page)}, line {block.line}: why is {line!r} not run with the others?"
+        target = TARGETS.match(command.strip())
+        assert target, f"{name_of(page)}: {command!r}"
+        made = subprocess.run(["make", "-n", "-C", target[1] or ".", *target[2].split()], cwd=ROOT, capture_output=True, text=True)
+        assert made.returncode == 0, f"{command}\n{made.stderr}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_named_checks_and_rows_exist(page: Path) -> None:
+    text = text_of(page).replace("\n", " ")
+    for checks in re.findall(r"python -m tests\.accept [^\s`]+((?: (?:\"[^\"]+\"|'[^']+'|[a-z]\w+))+)", text):
+        named = [name for group in re.findall(r"\"([^\"]+)\"|'([^']+)'|([a-z]\w+)", checks) for name in group if name]
+        unknown = [name for name in named if name not in _checks() and not name.startswith("...")]
+        assert not unknown, f"{name_of(page)}: no check is called {unknown}"
+    for rows in re.findall(r"python -m benchmarks [^\s`]+((?: [a-z]\w*\.[\w.]+)+)", text):
+        unknown = [name for name in rows.split() if name not in _rows()]
+        assert not unknown, f"{name_of(page)}: no row is called {unknown}"
+
+
+def _checks() -> set[str]:
+    return set(accept.collect(Path(accept.__file__).parent))
+
+
+def _rows() -> set[str]:
+    return {bench.name_of(row) for row in bench.collect(Path(bench.__file__).parent)}
+
+
+def test_a_line_that_has_changed_is_noticed() -> None:
+    assert agrees("inertia  1.3201e-05 kg", "inertia 1.32e-05 kg")
+    assert not agrees("inertia  1.3301e-05 kg", "inertia 1.3201e-05 kg")
+    assert not agrees("mass 1.3201e-05 kg", "inertia 1.3201e-05 kg")
+    printed = ["a 1", "", "b 2", "c 3", "d 4"]
+    assert first_missing(printed, ["a 1", "...", "c 3", "d 4"]) is None
+    assert first_missing(printed, ["...", "b 2", "..."]) is None
+    assert first_missing(printed, ["a 1", "b 2", "c 3", "d 4"]) is None
+    assert first_missing(printed, ["a 1", "c 3", "..."]) is not None  # a line is left out without a word
+    assert first_missing(printed, ["b 2", "..."]) is not None
+    assert first_missing(printed, ["a 1", "..", "e 5"]) is not None
+    assert first_missing(printed, ["a 1", "b 2"]) is not None  # the end is left out without a word
+    assert first_missing(printed, ["...", "c 3", "...", "b 2", "..."]) is not None
