@@ -1,0 +1,135 @@
+"""5.4 on the SIMULATED clutch: table 5.3, the specification 5.4.1 counted over plants, figures 5.18 to 5.20, 5.26 to 5.29, 5.32, 5.33, C.11 to C.13."""
+
+from __future__ import annotations
+
+from statistics import mean
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import beta
+
+from frictool.logs.log import MAIN_TOPIC, Log, Stream
+from tests.clutch.counts import Counted, counted, spends_least
+from thesis.clutch import controller, played, spec
+from thesis.drawing import Curve, Row, draw
+from thesis.found import Found, Part
+
+Vector = NDArray[np.float64]
+DESIGNS = {"rst": "RST of order 5", "position": "position (5.4.3)", "speed": "speed and square root (5.4.4)"}
+PLANTS = 200  # drawn at random; `make -C configs/clutch counts` and `make accept` play 1000
+WINDOW = 0.5  # s of the first step
+ANNEX_WINDOW = 0.3  # s
+
+
+def clutch_loops() -> Part:
+    """Every loop of 5.4."""
+    part, found = Part(), {}
+    nominal: dict[str, Log] = {}
+    for design in (*DESIGNS, "annex"):
+        nominal[design] = played(design, "scenarios/vertices")
+        logs = [nominal[design]]
+        if design in DESIGNS:
+            logs.append(played(design, "counts/plants_1", variants="random", plants=PLANTS))
+        found[design] = counted(spec(), controller(design), logs)
+    _table_5_3(part, found)
+    _specification(part, found)
+    _annex(part, found["annex"])
+    _draw(part, {name: _first(log) for name, log in nominal.items()})
+    return part
+
+
+def _table_5_3(part: Part, found: dict[str, Counted]) -> None:
+    """Energy of the opening step, and over all plants."""
+    for design in DESIGNS:
+        energies = [value for plant in (*found[design].vertices, *found[design].plants) for value in plant.energy]
+        part.add("table_5_3", {design: mean(found[design].nominal.energy)})
+        part.say("table_5_3", f"{DESIGNS[design]}: {min(energies):.0f} to {max(energies):.0f} A² over the vertices and random plants, {mean(energies):.0f} in the mean.")
+    saved = 100.0 * (1.0 - mean(found["speed"].nominal.energy) / mean(found["rst"].nominal.energy))
+    part.add("table_5_3", {"saved": saved, "least": "speed" if spends_least([found[name] for name in DESIGNS]) else "another"})
+    part.say("table_5_3", "On the SIMULATED clutch: the mean of the opening and the closing step of the nominal plant.")
+
+
+def _specification(part: Part, found: dict[str, Counted]) -> None:
+    """5.4.1 of the nominal plant, and of how many others."""
+    for design in ("position", "speed"):
+        plant = found[design].nominal
+        assert plant.response is not None
+        every = [one.response for one in found[design].vertices if one.response is not None]
+        response = Found(1e3 * plant.response, 1e3 * min(every), 1e3 * max(every), "over the vertices")
+        part.add("section_5_4", {f"{design}.response": response})
+        part.add("section_5_4", {f"{design}.overshoot": "met" if plant.met["overshoot"] else "missed"})
+        part.add("section_5_4", {f"{design}.static_error": "met" if plant.met["static_error"] else "missed"})
+        part.add("section_5_4", {f"{design}.rest": "no current" if plant.rest_drive == 0.0 else "current"})
+    part.add("section_5_4", {"rst.rest": "no current" if found["rst"].nominal.rest_drive == 0.0 else "current"})
+    for design, title in DESIGNS.items():
+        vertices, plants = (sum(one.all_met for one in group) for group in (found[design].vertices, found[design].plants))
+        low, high = _interval(plants, len(found[design].plants))
+        part.say(
+            "section_5_4",
+            f"{title}: all of 5.4.1 at {vertices} of {len(found[design].vertices)} vertices and on {plants} of {len(found[design].plants)} "
+            f"random plants (95 %: {low:.1f} to {high:.1f} %; 1000 plants: make -C configs/clutch counts); modulus margin {found[design].margin:.2f} at the worst vertex.",
+        )
+
+
+def _interval(met: int, of: int) -> tuple[float, float]:
+    """Clopper and Pearson's 95 % interval of a rate, in %."""
+    low = 0.0 if met == 0 else float(beta.ppf(0.025, met, of - met + 1))
+    high = 1.0 if met == of else float(beta.ppf(0.975, met + 1, of - met))
+    return 100.0 * low, 100.0 * high
+
+
+def _annex(part: Part, found: Counted) -> None:
+    """C.5.3: the annex's form, designed at the bench's period."""
+    plant = found.nominal
+    assert plant.response is not None
+    assert plant.error is not None
+    part.add("annex_c_5_3", {"response": 1e3 * plant.response, "static_error": plant.error})
+    part.say("annex_c_5_3", f"designs/annex.yaml: modulus margin {found.margin:.2f} at the worst vertex.")
+
+
+def _first(log: Log) -> Stream:
+    """The nominal plant's stream."""
+    return next(stream for stream in log.streams if stream.topic == MAIN_TOPIC)
+
+
+def _draw(part: Part, streams: dict[str, Stream]) -> None:
+    for numbers, design in ((("5.18", "5.19", "5.20"), "position"), (("5.26", "5.27", "5.29"), "speed")):
+        stream = streams[design]
+        _signal(part, numbers[0], stream, "theta, rad", ("position",))
+        _signal(part, numbers[1], stream, "u, N m", ("effort",))
+        _signal(part, numbers[2], stream, "x behind the backlash, rad", ("load_position",))
+    speed = streams["speed"]
+    _signal(part, "5.28", speed, "omega, rad/s", ("velocity",))
+    three = {title: streams[name] for name, title in DESIGNS.items()}
+    _together(part, "5.32", three, ("position",), "theta, rad", WINDOW)
+    _together(part, "5.33", three, ("current",), "i, A", WINDOW)
+    annex = {"annex C, sampled": streams["annex"], "speed (5.4.4)": streams["speed"]}
+    _together(part, "C.11", annex, ("position",), "theta, rad", 2.2)
+    _together(part, "C.12", annex, ("current",), "i, A", 2.2)
+    _together(part, "C.13", annex, ("position",), "theta, rad", ANNEX_WINDOW)
+
+
+def _signal(part: Part, number: str, stream: Stream, label: str, names: tuple[str, ...]) -> None:
+    shown = stream.time <= WINDOW
+    name = next(one for one in names if one in stream.signals)
+    values = stream.signals[name][shown]
+    curves = [Curve(stream.time[shown], values, "")]
+    if name in ("position", "load_position"):
+        curves.append(Curve(stream.time[shown], stream.signals["reference"][shown], "reference", "reference"))
+    part.draw(number, f"The step from 5 to 55 rad on the nominal plant; from {values.min():.4g} to {values.max():.4g}, {values[-1]:.4g} at {WINDOW:g} s.",
+              draw(f"figure {number}", "t, s", [(label, curves)]))
+
+
+def _together(part: Part, number: str, streams: dict[str, Stream], names: tuple[str, ...], label: str, window: float) -> None:
+    rows: list[Row] = [(label, [])]
+    told = []
+    for title, stream in streams.items():
+        shown = stream.time <= window
+        values = stream.signals[names[0]][shown]
+        rows[0][1].append(Curve(stream.time[shown], values, title))
+        told.append(f"{title} {values.min():.4g} to {values.max():.4g}")
+    if names[0] == "position":
+        stream = next(iter(streams.values()))
+        shown = stream.time <= window
+        rows[0][1].append(Curve(stream.time[shown], stream.signals["reference"][shown], "reference", "reference"))
+    part.draw(number, f"{'; '.join(told)}.", draw(f"figure {number}", "t, s", rows))

@@ -1,0 +1,168 @@
+"""4.4 on the SIMULATED clutch of configs/clutch/nonlinear.yaml, which has the published friction: tables 4.6, 4.7, figures 4.9 to 4.17."""
+
+from __future__ import annotations
+
+import math
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.bench import Bench
+from frictool.documents.mechanism import Mechanism
+from frictool.documents.model import Model
+from frictool.documents.registry import load
+from frictool.documents.scenario import Scenario
+from frictool.identify.assess.assessment import assess
+from frictool.identify.assess.bench_facts import facts_of
+from frictool.identify.assess.quantisation import inertia_error, viscous_error
+from frictool.identify.breakaway.breakaway import Breakaway
+from frictool.identify.estimators.ordinary import ordinary
+from frictool.identify.estimators.sines import Rows, stroke_rows
+from frictool.identify.identification import Identification, identify
+from frictool.identify.methods import Settings
+from frictool.identify.model import model_of
+from frictool.identify.picture import picture
+from frictool.identify.record import Record, make_record
+from frictool.identify.rows.differences import differenced
+from frictool.identify.rows.samples import fit
+from frictool.logs.log import MAIN_TOPIC, Log
+from frictool.plant.mechanism.assembly import assemble
+from frictool.simulate.mechanism_plant import MechanismPlant
+from frictool.simulate.step_test import step_test
+from sample_logs.make import PERIOD, SECONDS_EACH, ramp, sines
+from tests.clutch.rebound import ramps, yielding
+from tests.identify.benches import clutch, record
+from tests.identify.curve_logs import nonlinear_clutch
+from thesis.clutch import HERE, RIG, controller
+from thesis.drawing import Curve, Row, draw
+from thesis.found import Found, Part
+
+Vector = NDArray[np.float64]
+RATE, SEED, FILTER = 0.95, 1, 1.5e-3  # of the intervals; of the logs; s, 4.4.1
+FULL_EFFORT, TOP_SPEED = 1.0, 400.0  # N m, rad/s, table 4.5
+DURATION = 30.0  # s, of the tests that `assess` plans with, its default
+DETAIL = 1.0  # s of the first step
+
+
+def clutch_model() -> Part:
+    """Identification of the clutch."""
+    part, truth, bench = Part(), nonlinear_clutch(), clutch()
+    whole, ramped = record(sines(SEED, truth), truth), record(ramp(SEED, truth), truth, "ramp")
+    _decision(part, bench)
+    _table_4_6(part, whole, bench)
+    found = identify([whole, ramped], [], bench, "sines", Settings(RATE))
+    _table_4_7(part, found)
+    _friction(part, found, whole, ramped, bench)
+    _validation(part)
+    return part
+
+
+def _decision(part: Part, bench: Bench) -> None:
+    """4.4.1: the bounds of table 4.5's constants, and where figure 4.4 leads."""
+    facts = bench.mechanics.inertia
+    assert facts is not None
+    step = facts_of(bench, DURATION, None, None, None).sensing.step
+    inertia = inertia_error(facts.value, step, PERIOD, FULL_EFFORT)
+    part.add("section_4_4_1", {"inertia": 100.0 * inertia, "inertia_absolute": inertia * facts.value})
+    part.add("section_4_4_1", {"viscous": 100.0 * viscous_error(step, PERIOD, TOP_SPEED)})
+    rows = {row.parameter: row.verdict for row in assess(bench, {}, DURATION).rows}
+    part.add("section_4_4_1", {"inertia_by": rows["inertia"].method or "none", "viscous_by": rows["viscous"].method or "none"})
+
+
+def _table_4_6(part: Part, whole: Record, bench: Bench) -> None:
+    """Least squares on filtered differences of the fastest sine: it finds the filter and not the clutch (4.4.2.1)."""
+    last = slice(whole.time.size - round(SECONDS_EACH / PERIOD), None)
+    fast = make_record("350 rad/s", whole.time[last], whole.position[last], whole.effort[last], whole.resolution, whole.lag)
+    told = ordinary([fast], bench, Settings(RATE, time_constant=FILTER))
+    samples, memory = differenced([fast], FILTER)
+    free = fit(samples, np.ones(samples.velocity.size), memory, RATE, {}).parameters
+    inertia = free["inertia"].value
+    part.add("table_4_6", {"inertia": inertia, **{name: told.parameters[name].value for name in ("viscous", "coulomb")}})
+    part.add("table_4_6", {"time_constant": inertia / told.parameters["viscous"].value, "believed": "yes" if "inertia" in told.parameters else "no"})
+    part.say("table_4_6", f"On the SIMULATED clutch; frictool refuses the inertia: {told.refused.get('inertia', '')}.")
+
+
+def _table_4_7(part: Part, found: Identification) -> None:
+    """The coefficients with their 95 % intervals."""
+    law = found.ramp.by_position if found.ramp is not None else None
+    assert law is not None
+    for side, unsure in zip(("plus", "minus"), law.unsure, strict=True):
+        part.add("table_4_7", {f"b{k}_{side}": Found(one.value, one.low, one.high, "95 %") for k, one in enumerate(unsure)})
+    part.say("table_4_7", "On the SIMULATED clutch, whose breakaway is that of the printed coefficients: what was put in comes out.")
+    assert found.fit is not None
+    assert found.laws is not None
+    knee = found.laws.regimes[0].above
+    part.add("section_4_4_2", {"knee": Found(knee.value, knee.low, knee.high, "95 %"), "beta": float(found.fit.details["beta"])})
+    below = found.identified["viscous"].value
+    part.add("section_4_4_2", {"viscous_below": "almost none" if below * knee.value < 0.05 * found.identified["coulomb"].value else "some"})
+
+
+def _friction(part: Part, found: Identification, whole: Record, ramped: Record, bench: Bench) -> None:
+    """Figures 4.9 to 4.13."""
+    model = model_of(found, bench, HERE)
+    rows: Rows = stroke_rows([whole], bench)
+    svg = picture(model, rows, found.ramp)
+    knee = found.laws.regimes[0].above.value if found.laws is not None else math.nan
+    part.draw("4.10", f"Above: means of strokes and the law over speed (4.9, 4.10), its knee at {knee:.0f} rad/s; in the middle breakaways and "
+              "their polynomials (4.12); below friction over both (4.13).", svg)
+    found_ramp: Breakaway | None = found.ramp
+    assert found_ramp is not None
+    curve = Curve(ramped.position, ramped.effort, "", "line")
+    part.draw("4.11", f"{found_ramp.onsets} breakaways both ways over the travel, seen {1e3 * found_ramp.delay:.1f} mN m late in the mean.",
+              draw("ramp torque", "theta, rad", [("u, N m", [curve])], thin=False))
+
+
+def _validation(part: Part) -> None:
+    """Figures 4.14 to 4.17: the PID's limit cycle on the mechanism of chapter 2 with rigid flanks in its backlash, and with ones that yield."""
+    document = load(RIG / "mechanism.yaml", Mechanism)
+    scenario = load(RIG / "scenarios/rebound.yaml", Scenario)
+    logs = {name: _under_pid(one, scenario) for name, one in (("rigid", document), ("yielding", yielding(document)))}
+    told = {name: ramps(log) for name, log in logs.items()}
+    aside = sum(one.asymmetry > 0.25 for one in told["yielding"])
+    part.add("section_4_4_4", {"rigid": "around 0" if max(one.asymmetry for one in told["rigid"]) < 0.05 else "aside"})
+    part.add("section_4_4_4", {"yielding": "aside" if 2 * aside >= len(told["yielding"]) else "around 0"})
+    part.say("section_4_4_4", f"Flanks that yield: the ramps are aside of 0 on {aside} of {len(told['yielding'])} holds.")
+    views = {name: _view(log) for name, log in logs.items()}
+    reference = Curve(*views["yielding"]["reference"], "reference", "reference")
+    part.draw("4.14", "The exhaustive mechanism with flanks that yield, in place of the bench: sticks and slips around each place.",
+              draw("position", "t, s", [("theta, rad", [Curve(*views["yielding"]["position"], "theta"), reference])]))
+    halves = ", ".join(f"{one.centre:+.3f} ± {one.half:.3f}" for one in told["yielding"])
+    part.draw("4.15", f"Its torque: ramps {halves} N m on the five holds, not centred around 0, as on the bench.",
+              draw("torque, yielding", "t, s", [("u, N m", [Curve(*views["yielding"]["effort"])])]))
+    halves = ", ".join(f"{one.centre:+.3f} ± {one.half:.3f}" for one in told["rigid"])
+    part.draw("4.16", f"With rigid flanks, as the thesis's model has them: {halves} N m, centred.",
+              draw("torque, rigid", "t, s", [("u, N m", [Curve(*views["rigid"]["effort"])])]))
+    part.draw("4.17", *_detail(logs))
+
+
+def _under_pid(document: Mechanism, scenario: Scenario) -> Log:
+    return step_test(MechanismPlant(document, assemble(document)), controller("linear"), scenario, HERE)
+
+
+def _view(log: Log) -> dict[str, tuple[Vector, Vector]]:
+    stream = next(one for one in log.streams if one.topic == MAIN_TOPIC)
+    return {name: (stream.time, stream.signals[name]) for name in ("reference", "position", "effort")}
+
+
+def _detail(logs: dict[str, Log]) -> tuple[str, str]:
+    """Figure 4.17: the second step of both, and of the one-inertia model."""
+    one = step_test(load(RIG / "nonlinear.yaml", Model), controller("linear"), _short(), HERE)
+    everything = {"flanks that yield": logs["yielding"], "rigid flanks": logs["rigid"], "one inertia (4.45)": one}
+    rows: list[Row] = [("theta, rad", []), ("u, N m", [])]
+    least = math.inf
+    for name, log in everything.items():
+        stream = next(one for one in log.streams if one.topic == MAIN_TOPIC)
+        first = stream.time <= DETAIL
+        rows[0][1].append(Curve(stream.time[first], stream.signals["position"][first], name))
+        rows[1][1].append(Curve(stream.time[first], stream.signals["effort"][first]))
+        least = min(least, int(first.sum()))
+    count = int(least)
+    apart = max(float(np.max(np.abs(curve.y[:count] - rows[0][1][0].y[:count]))) for curve in rows[0][1])
+    return f"The first step in detail: the positions are at most {apart:.2f} rad apart, the backlash is 3 rad.", draw("detail", "t, s", rows)
+
+
+def _short() -> Scenario:
+    scenario = load(RIG / "scenarios/rebound.yaml", Scenario)
+    first = msgspec.structs.replace(scenario.steps[0], duration_s=DETAIL)
+    return msgspec.structs.replace(scenario, steps=(first,))
