@@ -7,7 +7,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --no-compile --disable-pip-versi
 COMPILE := -@$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: demo test lint accept fuzz bench rack logs clean
+.PHONY: demo test lint accept fuzz bench rack logs schemas clean
 
 demo: $(VENV)/.run
 	$(MAKE) -C configs/clutch demo
@@ -58,6 +58,10 @@ $(VENV)/.bench: pyproject.toml constraints.txt | $(VENV)/.dev
 	$(INSTALL) -e '.[dev,bench]'
 	$(COMPILE)
 	@touch $@ $(VENV)/.dev $(VENV)/.run
+
+# the JSON Schemas of docs/schemas, from the documents' types
+schemas: $(VENV)/.run
+	for name in $$($(BIN)/python -c 'from frictool.documents.registry import DOCUMENTS; print(*DOCUMENTS)'); do $(BIN)/frictool schema $$name -o docs/schemas/$$name.schema.json; done
 
 clean:
 	rm -rf build configs/*/build frictool/__pycache__/kernels-*
