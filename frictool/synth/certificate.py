@@ -37,6 +37,7 @@ Matrix = NDArray[np.float64]
 Rectangle = tuple[Interval, Interval]
 SLACKS = (0.01, 0.03, 0.10)
 MOST_CELLS = 64
+MOST_HALVINGS = 2 * MOST_CELLS
 BITS_KEPT = 22
 SCANNED = 3  # values of each parameter that a scan looks at
 NEGLIGIBLE = 1e-9  # of the largest Hankel singular value: what is below is scaled as if it were this
@@ -174,15 +175,17 @@ class _Search:
         self.whole = (_outward(drive), _outward(viscous))
 
     def cells(self) -> tuple[Cell, ...] | None:
-        """None where more than MOST_CELLS are needed."""
+        """None where more than MOST_CELLS are needed, or MOST_HALVINGS: halves in which no plant is are no cells, and have no end."""
         waiting = [self._tried(self.whole)]
         found: list[Cell] = []
+        halvings = 0
         while waiting:
             tried = waiting.pop()
             if tried.cell is not None:
                 found.append(tried.cell)
             elif not tried.empty:
-                if len(found) + len(waiting) >= MOST_CELLS:
+                halvings += 1
+                if len(found) + len(waiting) >= MOST_CELLS or halvings > MOST_HALVINGS:
                     return None
                 waiting += self._halves(tried.rates)
         return tuple(found)
@@ -203,8 +206,11 @@ class _Search:
         return _Tried(rates, least, Cell(drive, viscous, packed(low), packed(high)))
 
     def _halves(self, rates: Rectangle) -> list[_Tried]:
-        """Both halves, across the direction in which a half comes further inside the inequalities."""
+        """Both halves, across the direction in which a half comes further inside the inequalities; not across one without width."""
         drive, viscous = rates
+        if _thin(viscous) or _thin(drive):
+            halves = [(half, viscous) for half in _halved(drive)] if _thin(viscous) else [(drive, half) for half in _halved(viscous)]
+            return [self._tried(half) for half in halves]
         across_drive = [(half, viscous) for half in _halved(drive)]
         across_viscous = [(drive, half) for half in _halved(viscous)]
         first, other = self._tried(across_drive[0]), self._tried(across_viscous[0])
@@ -217,6 +223,11 @@ def _halved(interval: Interval) -> tuple[Interval, Interval]:
     """The upper half first."""
     middle = Fraction(float((interval[0] + interval[1]) / 2))
     return (middle, interval[1]), (interval[0], middle)
+
+
+def _thin(interval: Interval) -> bool:
+    """Whether it is no wider than the room around a rate that is known exactly."""
+    return float(interval[1] - interval[0]) <= 2.0 * ROOM * max(abs(float(interval[0])), abs(float(interval[1])), 1.0) * (1.0 + ROOM)
 
 
 def _outward(interval: Interval) -> Interval:
