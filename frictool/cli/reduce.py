@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -33,6 +33,7 @@ HELP = """\b
 Example:
   frictool reduce mechanism.yaml -o model.yaml
   frictool reduce mechanism.yaml --bandwidth 300 --reduced reduced.yaml -o model.yaml
+  frictool reduce throttle.yaml --travel 0.2 1.5 -o opening.yaml
 
 Reduce a mechanism to one inertia with friction: rigid links lumped, losses turned into friction, springs and cams into the friction that
 the motor feels in each direction, backlash brought to the motor and the sensor, resonances above a bandwidth dropped.
@@ -49,6 +50,12 @@ cannot be made at all --reduced writes the mechanism of the steps before it.
 @click.option("--bandwidth", type=FiniteRange(min=0.0, min_open=True), metavar="RAD/S", help="Keep resonances below, drop those above.")
 @click.option("--controller", type=existing, help="Without --bandwidth: ten times the highest crossing of this controller's loop.")
 @click.option("--scenario", type=existing, help="Play it too, under --controller, to the mechanism and to its one inertia.")
+@click.option(
+    "--travel",
+    type=(FiniteRange(), FiniteRange()),
+    metavar="LOW HIGH",
+    help="Reduce this part of the travel alone, in rad or m of the sensor: one side of a default position.",
+)
 @click.option("--bench", type=existing, help="The bench of the model, in place of the mechanism's own source and sensor.")
 @click.option("--tolerance", type=FiniteRange(0.0, 0.5, min_open=True), default=0.05, show_default=True, help="Error allowed, of the way.")
 @click.option(
@@ -64,6 +71,7 @@ def command(
     bandwidth: float | None,
     controller: Path | None,
     scenario: Path | None,
+    travel: tuple[float, float] | None,
     bench: Path | None,
     tolerance: float,
     reduced: Path | None,
@@ -78,12 +86,23 @@ def command(
 
     if scenario is not None and controller is None:
         raise click.UsageError("--scenario is played under a controller; give --controller")
+    if travel is not None and travel[0] >= travel[1]:
+        raise click.UsageError(f"--travel: found {travel[0]:g} to {travel[1]:g}; allowed: LOW < HIGH")
     inputs = [path for path in (mechanism, controller, scenario, bench) if path is not None]
     _refuse_targets([path for path in (reduced, plot, output) if path is not None], inputs)
-    words = {"mechanism": mechanism, "--bandwidth": bandwidth, "--controller": controller, "--scenario": scenario, "--bench": bench}
-    words |= {"--tolerance": tolerance if tolerance != 0.05 else None}
+    words: dict[str, Any] = {
+        "mechanism": mechanism,
+        "--bandwidth": bandwidth,
+        "--controller": controller,
+        "--scenario": scenario,
+        "--bench": bench,
+    }
+    words |= {
+        "--travel": None if travel is None else f"{travel[0]:.12g} {travel[1]:.12g}",
+        "--tolerance": tolerance if tolerance != 0.05 else None,
+    }
     try:
-        found = _reduction(mechanism, bandwidth, controller, bench, tolerance, record(command_line("reduce", words), inputs))
+        found = _reduction(mechanism, bandwidth, controller, travel, bench, tolerance, record(command_line("reduce", words), inputs))
     except Unfinished as stopped:
         _tell_unfinished(stopped, mechanism, reduced, inputs, as_json)
         raise
@@ -125,14 +144,22 @@ def _refuse_targets(targets: list[Path], inputs: list[Path]) -> None:
 
 
 def _reduction(
-    path: Path, bandwidth: float | None, controller: Path | None, bench: Path | None, tolerance: float, provenance: Provenance
+    path: Path,
+    bandwidth: float | None,
+    controller: Path | None,
+    travel: tuple[float, float] | None,
+    bench: Path | None,
+    tolerance: float,
+    provenance: Provenance,
 ) -> Reduction:
     from frictool.cli.mechanism_file import load_mechanism, wrong_in_file
     from frictool.plant.mechanism.wrong import WrongElement
+    from frictool.reduce.part import over
     from frictool.reduce.reduction import reduction
 
     document, _ = load_mechanism(path)
     try:
+        document = document if travel is None else over(document, travel)
         asked = _bandwidth(document, bandwidth, controller, tolerance)
         return reduction(document, asked, tolerance, _bench(bench), provenance, _progress)
     except WrongElement as wrong:

@@ -64,9 +64,10 @@ def other_tolerance(told: Iterable[Told], play: float) -> str:
     return "the mechanism itself (frictool simulate): no --tolerance allows this error"
 
 
-def widest_part(x: Vector, holds: Callable[[slice], bool]) -> tuple[float, float] | None:
-    """Of positions x (n,), the widest part from either end on which `holds` is true, rounded inwards; None where it is short."""
-    found: tuple[float, float] | None = None
+def parts_at_ends(x: Vector, holds: Callable[[slice], bool]) -> list[tuple[float, float]]:
+    """Of positions x (n,), the widest part from the low end and that from the high end on which `holds` is true, rounded inwards; those
+    that are short are left out."""
+    found = []
     for from_low in (True, False):
         low, high = 2, len(x)  # holds of two points, not of all
         while high - low > 1:
@@ -76,11 +77,12 @@ def widest_part(x: Vector, holds: Callable[[slice], bool]) -> tuple[float, float
         ends = (float(x[0]), float(x[low - 1])) if from_low else (float(x[-low]), float(x[-1]))
         room = ROOM * (ends[1] - ends[0])
         ends = (ends[0], ends[1] - room) if from_low else (ends[0] + room, ends[1])
-        if found is None or ends[1] - ends[0] > found[1] - found[0]:
-            found = ends
-    assert found is not None
-    width = found[1] - found[0]
-    if width < WORTH * float(x[-1] - x[0]):
-        return None
-    step = 10.0 ** (math.floor(math.log10(width)) - 3)  # rounded inwards
-    return round(math.ceil(found[0] / step) * step, 12), round(math.floor(found[1] / step) * step, 12)
+        if ends[1] - ends[0] >= WORTH * float(x[-1] - x[0]):
+            found.append(_inwards(ends))
+    return found
+
+
+def _inwards(ends: tuple[float, float]) -> tuple[float, float]:
+    """Rounded to four digits of the width."""
+    step = 10.0 ** (math.floor(math.log10(ends[1] - ends[0])) - 3)
+    return round(math.ceil(ends[0] / step) * step, 12), round(math.floor(ends[1] / step) * step, 12)

@@ -11,10 +11,11 @@ from frictool.plant.mechanism.driving import commanded
 from frictool.reduce.backlash import told_of_play
 from frictool.reduce.compliance import made_rigid, yielding
 from frictool.reduce.curves import as_resistance
+from frictool.reduce.frame import Frame
 from frictool.reduce.loss import as_friction
 from frictool.reduce.one_inertia import OneInertia, one_inertia
 from frictool.reduce.rigid import lumped
-from frictool.reduce.seen import at_sensor, from_source, sensor_frame
+from frictool.reduce.seen import at_sensor, from_reference, from_source, sensor_frame
 from frictool.reduce.told import Figure, Told
 
 Progress = Callable[[str], None]
@@ -54,20 +55,20 @@ class Unfinished(NoSolutionError):
         self.steps = steps
 
 
-def chain(whole: Mechanism, bandwidth: float | None, progress: Progress = lambda _: None) -> Chain:
-    """Every step. bandwidth [rad/s]: resonances above are dropped; needed where a link yields.
+def chain(whole: Mechanism, bandwidth: float | None, progress: Progress = lambda _: None, number: float | None = None) -> Chain:
+    """Every step. bandwidth [rad/s]: resonances above are dropped; needed where a link yields. number: as `load_beside` takes `known`.
 
     Raises WrongElement where the mechanism is wrong; NoSolutionError where it has more than one motion, more than one command, a sensor
     behind a play, or a load that no model.yaml has: Unfinished, with the steps that were made.
     """
     steps: list[Step] = []
     try:
-        return _chain(whole, bandwidth, progress, steps)
+        return _chain(whole, bandwidth, progress, steps, number)
     except NoSolutionError as error:
         raise Unfinished(str(error), tuple(steps)) from None
 
 
-def _chain(whole: Mechanism, bandwidth: float | None, progress: Progress, steps: list[Step]) -> Chain:
+def _chain(whole: Mechanism, bandwidth: float | None, progress: Progress, steps: list[Step], number: float | None) -> Chain:
     source, sensor = commanded(whole)
     _one_command(whole, source)
     if whole.sensors[sensor].measures != "position":
@@ -100,7 +101,7 @@ def _chain(whole: Mechanism, bandwidth: float | None, progress: Progress, steps:
     if (there.ratio, there.offset) != (1.0, 0.0):
         now = take(at_sensor(now, whole, source, sensor))
     root = now.sources[source].on
-    one = one_inertia(now, source, sensor, felt, 1.0 if there.ratio > 0.0 else -1.0)
+    one = one_inertia(now, source, sensor, felt, 1.0 if there.ratio > 0.0 else -1.0, _turns(whole, source, there), number)
     if one.play.before_sensor > 0.0:
         unit = "rad" if now.blocks[root].inertia is not None else "m"
         names = ", ".join(one.play.hiding)
@@ -111,6 +112,13 @@ def _chain(whole: Mechanism, bandwidth: float | None, progress: Progress, steps:
     kept = tuple(link.name for link in yielding(now))
     play = told_of_play(whole, whole.sources[source].on, whole.sensors[sensor].on)
     return Chain(whole, tuple(steps), one, source, sensor, kept, play)
+
+
+def _turns(whole: Mechanism, source: str, there: Frame) -> tuple[float, ...]:
+    """How far each block turns per rad | m at the sensor, whose frame is `there`."""
+    here = from_reference(whole, source)
+    frames = [here.frame(name) for name in here.assembled.blocks]
+    return tuple(abs(frame.ratio / there.ratio) for frame in frames if frame.own == "rotary")
 
 
 def _one_command(whole: Mechanism, source: str) -> None:

@@ -1,8 +1,8 @@
 """A reduction checked by simulation: every step against the one before and against the whole mechanism, under the same commands.
 
-What counts is where the sensor's block is in each run of runs.py, as long as it is within its travel. An error of a step is allowed to
-be the play at the sensor, which no sensor sees, and `tolerance` of the way that the run makes, there and back; what a step expects of
-itself in closed form has to be below `tolerance` too.
+What counts is where the sensor's block is in each run of runs.py, as long as both that are compared are within its travel. An error of a
+step is allowed to be the play at the sensor, which no sensor sees, and `tolerance` of the way that the run makes, there and back; what a
+step expects of itself in closed form has to be below `tolerance` too.
 """
 
 from __future__ import annotations
@@ -72,6 +72,11 @@ def checked(chain: Chain, model: Model, final: Told, tolerance: float = TOLERANC
     here = from_reference(chain.whole, chain.source)
     played = _ways(tests, lambda run: side * mechanism_positions(here, chain.source, chain.sensor, at_root(run.place), run.command))
     whole = [ways[: _within(ways + run.place, chain.one.travel)] for ways, run in zip(played, tests, strict=True)]
+
+    def crossing(player: Callable[[Run], Vector]) -> list[Vector]:
+        """What each run moved, up to where it has left the travel."""
+        return [ways[: _within(ways + run.place, chain.one.travel) + 1] for ways, run in zip(_ways(tests, player), tests, strict=True)]
+
     before, last, told, moved = whole, chain.whole, list[Told](), False
     for step in chain.steps:
         progress(f"simulating after: {step.told.step}")
@@ -79,12 +84,12 @@ def checked(chain: Chain, model: Model, final: Told, tolerance: float = TOLERANC
         now = (
             before
             if step.mechanism == last
-            else _ways(tests, _player(step.mechanism, chain, 1.0 if moved else size, (lambda x: x) if moved else at_root))
+            else crossing(_player(step.mechanism, chain, 1.0 if moved else size, (lambda x: x) if moved else at_root))
         )
         told.append(replace(step.told, measured=_measured(tests, before, now, whole)))
         before, last = now, step.mechanism
     progress("simulating the one inertia")
-    now = _ways(tests, lambda run: model_positions(model, run.place, run.command))
+    now = crossing(lambda run: model_positions(model, run.place, run.command))
     told.append(replace(final, measured=_measured(tests, before, now, whole)))
     play = chain.one.play.width
     return Checked(tuple(told), tolerance, play, len(tests), _refused(told, tolerance, play, chain))
@@ -120,8 +125,8 @@ def _measured(tests: tuple[Run, ...], before: list[Vector], now: list[Vector], w
 
 
 def _distance(a: Vector, b: Vector, whole: Vector) -> float:
-    """The farthest that two are apart as long as the whole is within its travel."""
-    count = whole.shape[0]
+    """The farthest that two are apart as long as they and the whole are within the travel; where one leaves it counts too."""
+    count = min(a.shape[0], b.shape[0], whole.shape[0])
     return float(np.max(np.abs(a[:count] - b[:count]), initial=0.0))
 
 

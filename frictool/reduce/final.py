@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from frictool.documents.mechanism import FrictionOf
 from frictool.documents.quantity import Axis, si_unit
 from frictool.reduce.backlash import steepest
@@ -24,7 +22,7 @@ def final(chain: Chain, axis: Axis) -> Told:
         degree, error = len(side.coulomb.coefficients) - 1, side.coulomb.error
         if degree:
             figures.append(Figure(f"polynomial {name} of degree {degree}: worst error", error, effort))
-            predicted = max(predicted, error / float(np.mean(side.curve)))
+            predicted = max(predicted, side.misses)
     if not (one.forward.flat and one.backward.flat):
         neglects.append("what polynomials miss of the curves")
     neglects += remembered(chain.last, chain.last.links)

@@ -10,7 +10,7 @@ from typing import Literal
 import msgspec
 
 from frictool.documents.bench import Actuator, Bench, Column, Encoder, Mechanics
-from frictool.documents.laws import Backward, Laws, Load, Polynomial, PositionLaw
+from frictool.documents.laws import Backward, Gravity, Laws, Load, Polynomial, PositionLaw, Ripple
 from frictool.documents.mechanism import Sensor, Source
 from frictool.documents.model import Model, Parameters
 from frictool.documents.provenance import Provenance
@@ -25,6 +25,7 @@ from frictool.reduce.polynomial import mean_of
 CONFIDENCE = 0.95
 ROUNDING = 1e-12  # relative: an interval that is narrower is none
 SMALLEST_STEP = 1e-6  # of the travel: the encoder of a sensor that measures perfectly
+SIGNED = ("offset", "stiffness", "sine", "cosine")
 Ends = Mapping[str, tuple[float, float]]
 
 
@@ -41,7 +42,7 @@ class _Estimates:
         own = self.one.scalars()[name]
         centre = own if value is None else value
         low, high = (end + centre - own for end in self.ends.get(name, (own, own)))
-        if low < 0.0 <= centre and name not in ("offset", "stiffness"):
+        if low < 0.0 <= centre and name not in SIGNED:
             low = 0.0
         known = high - low > ROUNDING * max(abs(low), abs(high))
         return Estimate(centre, low if known else None, high if known else None, si_unit(dimension, self.axis), source="bench")
@@ -106,8 +107,21 @@ def _laws(estimates: _Estimates, forward: Parameters) -> Laws:
         position=_position(one, estimates.axis),
         stribeck_exponent=min(4.0, max(0.5, one.stribeck_exponent)),
         restitution=one.restitution,
-        load=None if one.stiffness == 0.0 else Load(stiffness=estimates.of("stiffness", "stiffness")),
+        load=_load(estimates),
     )
+
+
+def _load(estimates: _Estimates) -> Load | None:
+    """A spring or a harmonic: gravity where its number is that of the axis itself."""
+    one, axis = estimates.one.beside, estimates.axis
+    if one.number == 0.0:
+        return None if one.stiffness == 0.0 else Load(stiffness=estimates.of("stiffness", "stiffness"))
+    sine, cosine = (estimates.of(name, "effort") for name in ("sine", "cosine"))
+    if axis == "rotary" and math.isclose(one.number, 1.0, rel_tol=1e-9):
+        return Load(gravity=Gravity(sine, cosine))
+    if axis == "rotary":
+        return Load(ripple=Ripple(one.number, Quantity(2.0 * math.pi, unit="rad"), sine, cosine))
+    return Load(ripple=Ripple(1.0, Quantity(2.0 * math.pi / one.number, unit="m"), sine, cosine))
 
 
 def _resonances(one: OneInertia, ends: Ends) -> Resonances | None:

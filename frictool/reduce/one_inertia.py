@@ -9,7 +9,7 @@ links play, that they open one after another.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import msgspec
@@ -18,19 +18,18 @@ from numpy.typing import NDArray
 
 from frictool.documents.mechanism import Coupling, Gear, Mechanism, Stop
 from frictool.documents.resonances import Resonances
-from frictool.errors import NoSolutionError
-from frictool.reduce.advice import widest_part
 from frictool.reduce.assembling import put_together
 from frictool.reduce.backlash import Play, play
 from frictool.reduce.curves import in_contact
 from frictool.reduce.efforts import Vector, resisting
 from frictool.reduce.felt import Felt
 from frictool.reduce.grid import POINTS, positions
+from frictool.reduce.load import Beside, Words, load_beside
 from frictool.reduce.polynomial import Fitted, fitted, mean_of
-from frictool.reduce.resistance import Resistance
 from frictool.reduce.resonances import resonances
 from frictool.reduce.rigid import lumped
 
+SAME = 1e-9  # of the travel: ends that are nearer are one
 FLAT = 1e-9  # of its mean: a curve that varies less is a number
 
 
@@ -57,22 +56,26 @@ class Side:
         return tuple(a + b for a, b in zip(*padded, strict=True))
 
     @property
+    def misses(self) -> float:
+        """What the polynomials are off the curve, of the mean friction."""
+        return self.coulomb.error / max(float(np.mean(self.curve)), 1e-300) if len(self.coulomb.coefficients) > 1 else 0.0
+
+    @property
     def flat(self) -> bool:
         return len(self.coulomb.coefficients) == 1 and len(self.extra.coefficients) == 1
 
 
 @dataclass(frozen=True)
 class OneInertia:
-    """SI, in the coordinate of the mechanism. inner: the inertia that moves inside the play. offset, stiffness: the load that is none of
-    friction. positions (n,): where the curves are known."""
+    """SI, in the coordinate of the mechanism. inner: the inertia that moves inside the play. beside: the load that is none of friction.
+    positions (n,): where the curves are known."""
 
     inertia: float
     inner: float
     viscous: float
     forward: Side
     backward: Side
-    offset: float
-    stiffness: float
+    beside: Beside
     stribeck_velocity: float
     stribeck_exponent: float
     play: Play
@@ -103,8 +106,10 @@ class OneInertia:
             "breakaway": mean(self.forward.breakaway),
             "backward.coulomb": mean(self.backward.curve),
             "backward.breakaway": mean(self.backward.breakaway),
-            "offset": self.offset,
-            "stiffness": self.stiffness,
+            "offset": self.beside.offset,
+            "stiffness": self.beside.stiffness,
+            "sine": self.beside.sine,
+            "cosine": self.beside.cosine,
             "backlash": self.play.width,
             "backlash_coulomb": self.inside,
             "inertia.least": self.inertia * self.felt.least,
@@ -119,9 +124,17 @@ class OneInertia:
         return found | ({"stribeck_velocity": self.stribeck_velocity} if self.stribeck_velocity > 0.0 else {})
 
 
-def one_inertia(mechanism: Mechanism, source: str, sensor: str, felt: Felt, side: float = 1.0) -> OneInertia:
+def one_inertia(
+    mechanism: Mechanism,
+    source: str,
+    sensor: str,
+    felt: Felt,
+    side: float = 1.0,
+    turns: Sequence[float] = (),
+    number: float | None = None,
+) -> OneInertia:
     """Of a mechanism in one coordinate whose rigid links lose nothing; felt: what those that did make of its inertia;
-    side: -1 where the sensor counts against that coordinate.
+    side: -1 where the sensor counts against that coordinate; turns, number: of the load's harmonic, as `load_beside` takes them.
 
     Raises NoSolutionError where the load that friction does not hold is none that a model.yaml has.
     """
@@ -133,19 +146,32 @@ def one_inertia(mechanism: Mechanism, source: str, sensor: str, felt: Felt, side
     x = _positions(stiff, travel, behind)
     found = in_contact(stiff, x, behind)
     first = resisting(assembled, assembled.blocks.index(root), x)
-    offset, stiffness = load_beside(stiff, x, found, side)
-    load = offset + stiffness * x
+    at_rest = sum(one.drop for one in found.falling)
+
+    def sides(load: Vector) -> tuple[Side, Side]:
+        """Friction forward and backward, beside this load."""
+        return (
+            _side(x, found.forward - load, found.breakaway_forward - load + at_rest, _met(stiff, x, behind, 1.0)),
+            _side(x, load - found.backward, load - found.breakaway_backward + at_rest, _met(stiff, x, behind, -1.0)),
+        )
+
+    units = ("N m", "rad") if assembled.kinds[0] == "rotary" else ("N", "m")
+
+    def misses(law: Beside) -> float:
+        return max(one.misses for one in sides(law.at(x)))
+
+    beside = load_beside(x, found, turns, Words(mechanism.name, *units, side), misses, number)
+    forward, backward = sides(beside.at(x))
     falls = [one for one in found.falling if one.drop > 0.0 and one.velocity > 0.0]
-    drop, at_rest = (sum(one.drop for one in parts) for parts in (falls, found.falling))
+    drop = sum(one.drop for one in falls)
     inner = float(assembled.packed.inertia[assembled.blocks.index(root)])
     return OneInertia(
         inertia=float(np.sum(assembled.packed.inertia)),
         inner=inner,
         viscous=found.damping + sum(one.viscous for one in found.falling),
-        forward=_side(x, found.forward - load, found.breakaway_forward - load + at_rest, _met(stiff, x, behind, 1.0)),
-        backward=_side(x, load - found.backward, load - found.breakaway_backward + at_rest, _met(stiff, x, behind, -1.0)),
-        offset=offset,
-        stiffness=stiffness,
+        forward=forward,
+        backward=backward,
+        beside=beside,
         stribeck_velocity=sum(one.drop * one.velocity for one in falls) / drop if drop > 0.0 else 0.0,
         stribeck_exponent=sum(one.drop * one.exponent for one in falls) / drop if drop > 0.0 else 2.0,
         play=play(mechanism, root, sensor_block),
@@ -169,16 +195,21 @@ def _positions(mechanism: Mechanism, travel: tuple[float, float] | None, behind:
 
 
 def stopped(mechanism: Mechanism, behind: Mapping[str, float]) -> tuple[float, float] | None:
-    """Between which positions the source's block can be: its end stops, half a play beyond those that lie behind one, or else `travel`."""
-    lows, highs = [], []
+    """Between which positions the source's block is looked at: its end stops, half a play beyond those that lie behind one; but no
+    further than a `travel` whose end lies within them."""
+    lows, highs, travel = [], [], mechanism.travel
     for link in mechanism.links.values():
         if isinstance(link, Stop):
             room = 0.5 * behind[link.on]
-            lows += [] if link.low is None else [link.low.value - room]
-            highs += [] if link.high is None else [link.high.value + room]
-    if lows and highs:
-        return max(lows), min(highs)
-    return None if mechanism.travel is None else (mechanism.travel.low, mechanism.travel.high)
+            lows += [] if link.low is None else [(link.low.value, link.low.value - room)]
+            highs += [] if link.high is None else [(link.high.value, link.high.value + room)]
+    if not lows or not highs:
+        return None if travel is None else (travel.low, travel.high)
+    (low, least), (high, most) = max(lows, key=lambda ends: ends[1]), min(highs, key=lambda ends: ends[1])
+    if travel is None:
+        return least, most
+    inside = SAME * (high - low)
+    return (travel.low if travel.low > low + inside else least), (travel.high if travel.high < high - inside else most)
 
 
 def stiffened(mechanism: Mechanism) -> Mechanism:
@@ -189,51 +220,6 @@ def stiffened(mechanism: Mechanism) -> Mechanism:
             backlash = None if link.backlash is None else msgspec.structs.replace(link.backlash, compliance=None)
             links[name] = msgspec.structs.replace(link, compliance=None, backlash=backlash)
     return msgspec.structs.replace(mechanism, links=links)
-
-
-def load_beside(mechanism: Mechanism, x: Vector, found: Resistance, side: float = 1.0) -> tuple[float, float]:
-    """(offset [N m | N], stiffness) of the load that has to be told beside friction: none where friction holds all of it (2.27), else the
-    line nearest to the load, where friction holds what remains. side: -1 where the sensor counts against x.
-
-    Raises NoSolutionError where it does not, with the part of the travel on which it would.
-    """
-    mean, half = found.mean, found.half
-    load, remains = _line(x, mean, half)
-    if load is not None:
-        return load
-    worst = int(np.argmax(remains))
-    unit, place = ("N m", "rad") if put_together(mechanism).kinds[0] == "rotary" else ("N", "m")
-    part = widest_part(x, lambda points: _line(x[points], mean[points], half[points])[0] is not None)
-    if part is None:
-        tried = "simulate the mechanism itself, or that of --reduced"
-    else:
-        low, high = sorted(side * end for end in part)
-        tried = f"give a travel from {low:.4g} to {high:.4g} {place}, and end stops within it: there they do"
-    raise NoSolutionError(
-        f"{mechanism.name}: at {side * x[worst]:.4g} {place} the load is {side * mean[worst]:.4g} {unit} and friction holds "
-        f"{half[worst]:.4g} {unit} of it; a constant and a spring leave {remains[worst]:.3g} {unit}, which no law of model.yaml has; "
-        f"try: {tried}"
-    )
-
-
-def _line(x: Vector, mean: Vector, half: Vector) -> tuple[tuple[float, float] | None, Vector]:
-    """(offset, stiffness) that leave what friction `half` holds of the load `mean`, None where none do; what the last try leaves, (n,)."""
-    remains = np.abs(mean) - half
-    if np.all(remains <= 0.0):
-        return (0.0, 0.0), remains
-    scale = max(float(np.max(np.abs(mean))), 1e-300)
-    for degree in (0, 1):
-        terms = np.polynomial.polynomial.polyfit(x, mean, degree)
-        offset, stiffness = float(terms[0]), float(terms[1]) if degree else 0.0
-        remains = np.abs(mean - offset - stiffness * x) - half
-        if np.max(remains) <= 1e-9 * scale:
-            return (_rounded(offset, scale), _rounded(stiffness, scale / max(abs(float(x[0])), abs(float(x[-1]))))), remains
-    return None, remains
-
-
-def _rounded(value: float, scale: float) -> float:
-    """Nothing where it is nothing beside `scale`."""
-    return 0.0 if abs(value) < 1e-12 * scale else value
 
 
 def _met(mechanism: Mechanism, x: Vector, behind: Mapping[str, float], direction: float) -> NDArray[np.bool_]:

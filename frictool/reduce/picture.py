@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
 from frictool.reduce.chain import Chain
+from frictool.reduce.load import Beside
 from frictool.svg import INK, MUTED, PAGE, render
 
 WIDTH, HEIGHT = 7.0, 6.4  # inches
@@ -28,7 +29,7 @@ def figure(chain: Chain, model: Model) -> Figure:
     drawn.subplots_adjust(left=0.13, right=0.97, top=0.94, bottom=0.09, hspace=0.32)
     upper, lower = drawn.subplots(2, 1, height_ratios=[2, 1], sharex=True)
     x = one.positions
-    load = one.offset + one.stiffness * x
+    load = one.beside.at(x)
     for side, sign, colour, name in ((one.forward, 1.0, FORWARD, "forward"), (one.backward, -1.0, BACKWARD, "backward")):
         fitted = np.polynomial.Polynomial(side.coulomb.coefficients)(x)
         curve, rest = (np.where(side.met, values, np.nan) for values in (side.curve, side.breakaway))
@@ -36,7 +37,7 @@ def figure(chain: Chain, model: Model) -> Figure:
         upper.plot(x, load + sign * fitted, color=INK, linewidth=0.9, linestyle="--")
         upper.plot(x, load + sign * rest, color=colour, linewidth=0.8, linestyle=":", label=f"{name}, breakaway")
         lower.plot(x, fitted - curve, color=colour, linewidth=1.2)
-    if one.offset != 0.0 or one.stiffness != 0.0:
+    if one.beside != Beside():
         upper.plot(x, load, color=MUTED, linewidth=1.0, label="load beside friction")
     if one.play.width > 0.0:
         upper.axhspan(-one.inside, one.inside, color=MUTED, alpha=0.12, linewidth=0.0, label="inside the play")

@@ -37,7 +37,7 @@ def reduction(
     steps = chain(whole, bandwidth, progress)
 
     def numbers(mechanism: Mechanism) -> dict[str, float]:
-        return chain(mechanism, bandwidth).one.scalars()
+        return chain(mechanism, bandwidth, number=steps.one.beside.number).one.scalars()
 
     model = model_of(steps, propagated(whole, numbers, progress), provenance, bench)
     return Reduction(steps, model, checked(steps, model, final(steps, model.axis), tolerance, progress))

@@ -25,6 +25,7 @@ REST_S = 0.1
 LONGEST_S = 4.0  # of one move
 LITTLE = 0.02  # of the push: friction below does not stop what moves
 STEPS = 101
+SLOWEST = 1e-12  # of the largest speed: below it stands
 BEYOND_END, FAINT = 1.25, 0.25  # of the way; of the mean friction
 FREE = 0.3  # of the drive's limit, where there is no friction to go beyond
 
@@ -91,7 +92,7 @@ def _fast(one: OneInertia) -> float:
 def _resisting(one: OneInertia, places: Vector, direction: float) -> tuple[Vector, Vector]:
     """Friction and breakaway that oppose a motion at places (n,), with the load."""
     side = one.forward if direction > 0.0 else one.backward
-    load = direction * (one.offset + one.stiffness * places)
+    load = direction * one.beside.at(places)
     slip, rest = (np.interp(places, one.positions, curve) for curve in (side.curve, side.breakaway))
     return slip + load, rest + load
 
@@ -109,7 +110,10 @@ def _push_time(one: OneInertia, push: float, slip: Vector, way: float) -> tuple[
     energy = np.concatenate([[0.0], np.cumsum(0.5 * (left[1:] + left[:-1]) * np.diff(x))])
     speed = np.sqrt(2.0 * np.maximum(energy, 0.0) / one.inertia)
     between = 0.5 * (speed[1:] + speed[:-1])
-    return min(LONGEST_S, float(np.sum(np.diff(x) / np.maximum(between, 1e-12 * max(float(speed[-1]), 1e-300))))), brakes
+    moving = between > SLOWEST * float(np.max(speed))  # a load may be more than the push from somewhere on
+    if not np.any(moving):
+        return RAMP_S, brakes
+    return min(LONGEST_S, float(np.sum(np.diff(x)[moving] / between[moving]))), brakes
 
 
 def _held(value: float, seconds: float, period: float) -> Vector:

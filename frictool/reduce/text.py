@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from frictool.documents.laws import Load
 from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
 from frictool.documents.resonances import Oscillation
@@ -92,9 +93,25 @@ def _model(model: Model) -> list[str]:
     backward = model.laws.backward if model.laws is not None else None
     if backward is not None and backward.coulomb is not None and backward.breakaway is not None:
         found.append(f"  backward: coulomb {backward.coulomb.value:.5g}, breakaway {backward.breakaway.value:.5g} {backward.coulomb.unit}")
+    if model.laws is not None and model.laws.load is not None:
+        found += [f"  load beside friction: {one}" for one in _load(model.laws.load)]
     if model.resonances is not None:
         for kind, roots in (("pole", model.resonances.poles), ("zero", model.resonances.zeros)):
             found += [f"  resonance, pair of {kind}s at {one.rad_s:.5g} rad/s, damping {one.damping:.4g}{_between(one)}" for one in roots]
+    return found
+
+
+def _load(load: Load) -> list[str]:
+    """Each term of it, as a function of the position x."""
+    found = []
+    if load.stiffness is not None:
+        found.append(f"{load.stiffness.value:.5g} {load.stiffness.unit} x")
+    if load.gravity is not None:
+        found.append(f"{load.gravity.sine.value:.5g} sin x {load.gravity.cosine.value:+.5g} cos x {load.gravity.sine.unit}")
+    if load.ripple is not None:
+        one = load.ripple
+        angle = f"2 pi x {one.cycles:.6g} / ({one.per.value:.6g} {one.per.unit})"
+        found.append(f"{one.sine.value:.5g} sin {one.cosine.value:+.5g} cos of {angle}, {one.sine.unit}")
     return found
 
 

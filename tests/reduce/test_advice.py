@@ -15,8 +15,9 @@ from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from frictool.errors import NoSolutionError
 from frictool.plant.mechanism.assembly import assemble
-from frictool.reduce.advice import passing_bandwidth, widest_part
+from frictool.reduce.advice import parts_at_ends, passing_bandwidth
 from frictool.reduce.chain import chain
+from frictool.reduce.part import over
 from tests.cli.run import run
 from tests.reduce.building import belt, coulomb, lossy_train, mechanism, rotor
 
@@ -43,23 +44,25 @@ def returned(low: float, high: float) -> Mechanism:
     return mechanism({"plate": rotor(1e-3)}, links, "plate", "plate", travel=(low, high))
 
 
-def test_a_kink_is_refused_with_the_side_of_it_that_passes() -> None:
-    with pytest.raises(NoSolutionError, match="which no law of model") as caught:
+def test_a_kink_is_refused_with_both_sides_of_it_that_pass() -> None:
+    with pytest.raises(NoSolutionError, match=r"no law of model\.yaml has it") as caught:
         chain(returned(-1.0, 2.0), None)
-    found = re.search(r"give a travel from (\S+) to (\S+) rad", str(caught.value))
-    assert found is not None
-    low, high = map(float, found.groups())
-    assert 0.21 <= low <= 0.4  # beyond the kink, whose curve is smooth between its points
-    assert high == 2.0
-    part = chain(returned(low, high), None).one
-    assert part.offset + 2.0 * part.stiffness == pytest.approx(0.7, abs=0.05)  # what friction holds of it
+    told = re.findall(r"--travel (\S+) (\S+?)[ ,]", str(caught.value))
+    assert len(told) == 2
+    (low, below), (above, high) = [tuple(map(float, one)) for one in told]
+    assert (low, high) == (-1.0, 2.0)
+    assert 0.0 <= below <= 0.19 < 0.21 <= above <= 0.4  # the curve is smooth between its points
+    for ends, load_, at in (((low, below), -0.6, low), ((above, high), 0.7, high)):
+        part = chain(over(returned(-1.0, 2.0), ends), None).one
+        assert part.beside.at(np.array([at]))[0] == pytest.approx(load_, abs=0.05)  # but for what friction holds of it
+        assert part.travel == ends
     with pytest.raises(NoSolutionError):
-        chain(returned(low - 0.1, high), None)
+        chain(over(returned(-1.0, 2.0), (0.0, high)), None)
 
 
 def test_a_part_that_is_little_of_the_travel_is_not_told() -> None:
     x = np.linspace(0.0, 1.0, 101)
-    assert widest_part(x, lambda part: x[part][-1] - x[part][0] < 0.05) is None
+    assert parts_at_ends(x, lambda part: x[part][-1] - x[part][0] < 0.05) == []
 
 
 def test_steps_before_the_one_that_cannot_be_made_are_told_and_written(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from frictool.plant.mechanism.curves import PRODUCT_ERROR, monotone_cubic
 from frictool.reduce.chain import chain
 from frictool.reduce.curves import in_contact, irreversible
 from frictool.reduce.grid import positions
+from frictool.reduce.load import Beside
 
 CLUTCH = Path(__file__).parents[2] / "configs" / "clutch" / "mechanism.yaml"
 
@@ -72,9 +73,9 @@ def test_irreversible_by_2_27_as_the_friction_coefficient_says(clutch: Mechanism
         found = chain(pressed(share), None)
         x = positions(found.last)
         assert (irreversible(x, in_contact(found.last, x)).margin > 0.0) == holds
-        assert ((found.one.offset, found.one.stiffness) == (0.0, 0.0)) == holds  # beside friction, where that does not hold it
+        assert (found.one.beside == Beside()) == holds  # beside friction, where that does not hold it
     with pytest.raises(NoSolutionError, match=r"at .* rad the load is .* and friction holds"):
-        chain(pressed(0.2), None)  # what a constant and a spring leave is more than friction holds
+        chain(pressed(0.2), None)  # what a constant, a spring or a harmonic leaves is more than friction holds
 
 
 def test_what_lies_behind_the_play_resists_where_it_is(clutch: Mechanism) -> None:

@@ -27,7 +27,7 @@ def test_the_resisting_torque_is_that_of_the_thread(mu: float) -> None:
     x = found.positions
     force = STIFFNESS * RADIUS * STEEP * x
     alpha, phi = math.atan(STEEP), math.atan(mu)
-    load = found.offset + found.stiffness * x
+    load = found.beside.at(x)
     np.testing.assert_allclose(load + found.forward.curve, RADIUS * math.tan(alpha + phi) * force, rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(load - found.backward.curve, RADIUS * math.tan(alpha - phi) * force, rtol=1e-6, atol=1e-9)
 
@@ -37,7 +37,7 @@ def test_irreversible_from_mu_above_tan_alpha_on(mu: float, holds: bool) -> None
     found = chain(screw(mu), None)
     assert ("is irreversible" in _note(found)) == holds
     # a load that friction holds is a part of it; one that it does not hold is told beside it
-    assert (found.one.stiffness == 0.0) == holds
+    assert (found.one.beside.stiffness == 0.0) == holds
 
 
 def test_the_thesis_form_is_that_of_2_15_at_a_steady_speed() -> None:
@@ -45,8 +45,8 @@ def test_the_thesis_form_is_that_of_2_15_at_a_steady_speed() -> None:
     found = chain(screw(mu, form="thesis"), None).one
     x = found.positions
     force = STIFFNESS * RADIUS * STEEP * x
-    up = found.offset + found.stiffness * x + found.forward.curve
-    down = found.offset + found.stiffness * x - found.backward.curve
+    up = found.beside.at(x) + found.forward.curve
+    down = found.beside.at(x) - found.backward.curve
     # (2.15) at rest of accelerations: u = r tan(a) f ± mu |r f - u tan(a)|
     np.testing.assert_allclose(up, RADIUS * STEEP * force + mu * np.abs(RADIUS * force - up * STEEP), atol=1e-9)
     np.testing.assert_allclose(down, RADIUS * STEEP * force - mu * np.abs(RADIUS * force - down * STEEP), atol=1e-9)

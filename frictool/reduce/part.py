@@ -1,0 +1,23 @@
+"""A part of a mechanism's travel, such as one side of a default position, as the travel that is reduced."""
+
+from __future__ import annotations
+
+import msgspec
+
+from frictool.documents.mechanism import Mechanism
+from frictool.documents.quantity import Span, si_unit
+from frictool.errors import NoSolutionError
+from frictool.plant.mechanism.driving import commanded
+from frictool.plant.mechanism.ends import kind_of
+
+
+def over(whole: Mechanism, ends: tuple[float, float]) -> Mechanism:
+    """The mechanism with the travel (low, high) [rad | m] of its sensor's block. Raises NoSolutionError where its own is all outside."""
+    block = whole.sensors[commanded(whole)[1]].on
+    unit, own = si_unit("position", kind_of(whole.blocks[block])), whole.travel
+    if own is not None:
+        if ends[1] <= own.low or ends[0] >= own.high:
+            found, allowed = f"{ends[0]:g} to {ends[1]:g} {unit}", f"{own.low:g} to {own.high:g} {unit}"
+            raise NoSolutionError(f"{whole.name}: --travel: found {found}; allowed: a part of {allowed}")
+        ends = max(ends[0], own.low), min(ends[1], own.high)
+    return msgspec.structs.replace(whole, travel=Span(*ends, unit))
