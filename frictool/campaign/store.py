@@ -16,9 +16,10 @@ from typing import Any, TextIO
 
 from frictool.campaign.trials import BROKEN, Trial
 from frictool.campaign.worst import Worst
-from frictool.errors import InputFileError, OutputError
+from frictool.errors import FrictoolError, InputFileError, OutputError
 
 FORMAT = "campaign-trials/1"
+NO_TRIALS = "holds no kept trials; name another file, or remove this one"
 Header = Mapping[str, Any]
 Asked = tuple[str, int, int]  # of a search: metric, how many plants it may try, how many draws it knew
 
@@ -35,16 +36,19 @@ class Store:
         self._file: TextIO | None = None
         if path is None:
             return
+        if path.is_dir():
+            raise InputFileError(path, "is a directory; name a file in which trials are kept")
         try:
-            if path.exists():
-                self._read(path, header)
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = path.open("a", encoding="utf-8")
-            _lock(self._file, path)
-            if self._file.tell() == 0:
-                self._write({"format": FORMAT, **header})
+            _lock(self._file, path)  # before it is read: another campaign's last line may be half written
+            self._read(path, header)
         except OSError as error:
+            self.close()
             raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from None
+        except FrictoolError:
+            self.close()
+            raise
 
     def add(self, trials: Sequence[Trial]) -> None:
         """Appends trials that have been played."""
@@ -95,41 +99,42 @@ class Store:
             raise OutputError(f"{self.path}: cannot be written: {error.strerror or error}") from None
 
     def _read(self, path: Path, header: Header) -> None:
-        if path.is_dir():
-            raise InputFileError(path, "is a directory; name a file in which trials are kept")
+        """What is there, without what a kill has left of a line; a new file begins with the header."""
+        assert self._file is not None
         data = path.read_bytes()
-        whole = data.rpartition(b"\n")[0]
-        lines = whole.split(b"\n") if whole else []
+        lines = data.split(b"\n")[:-1]
+        if not lines and data and not data.startswith(b'{"format"'[: len(data)]):
+            raise InputFileError(path, NO_TRIALS)
         for number, line in enumerate(lines, start=1):
             try:
-                row = json.loads(line)
-                if number == 1:
-                    _same_campaign(path, row, header)
-                elif isinstance(row, dict):
-                    name, most, draws = row["worst"]
-                    self.worst[str(name), int(most), int(draws)] = _worst(row)
-                else:
-                    trial = _trial(row)
-                    self.trials[trial.draw] = trial
+                self._take(path, number, json.loads(line), header)
             except (ValueError, KeyError, TypeError, IndexError):
                 message = "is no line of kept trials; name another file, or remove this one to begin anew"
                 raise InputFileError(path, message, line=number) from None
-        if not lines and data and not data.startswith(b'{"format"'):
-            raise InputFileError(path, "holds no kept trials; name another file, or remove this one")
-        if len(whole) + 1 < len(data) or not lines:  # what a kill has left of a line
-            with path.open("r+b") as file:
-                file.truncate(len(whole) + 1 if lines else 0)
+        self._file.truncate(sum(len(line) + 1 for line in lines))
+        if not lines:
+            self._write({"format": FORMAT, **header})
+
+    def _take(self, path: Path, number: int, row: Any, header: Header) -> None:
+        if number == 1:
+            _same_campaign(path, row, header)
+        elif isinstance(row, dict):
+            name, most, draws = row["worst"]
+            self.worst[str(name), int(most), int(draws)] = _worst(row)
+        else:
+            trial = _trial(row)
+            self.trials[trial.draw] = trial
 
 
 def _same_campaign(path: Path, found: Any, header: Header) -> None:
     """Raises InputFileError with the first thing in which the file's campaign is another one."""
     if not isinstance(found, dict) or found.get("format") != FORMAT:
-        raise InputFileError(path, "holds no kept trials; name another file, or remove this one")
+        raise InputFileError(path, NO_TRIALS)
     ours = json.loads(json.dumps(header))
     for key in ours:
         if found.get(key) != ours[key]:
             there, here = (json.dumps(one) for one in (found.get(key), ours[key]))
-            seen = f": found {there}, here {here}" if max(len(there), len(here)) <= 80 else ""
+            seen = f": found {there}, here {here}" if max(len(there), len(here)) <= 40 else ""
             raise InputFileError(path, f"is of another campaign, with another {key}{seen}; name another file, or remove this one")
 
 

@@ -1,0 +1,240 @@
+"""`frictool campaign` as a shell sees it."""
+
+from __future__ import annotations
+
+import csv
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from frictool.campaign.sampling import draws_of
+from frictool.cli import campaign_trial
+from frictool.documents.quantity import Quantity, Span
+from frictool.documents.spread import InstantBand, LastingBand, Spread, SpreadDisturbance
+from frictool.documents.writing import to_yaml
+from tests.campaign.rig import EVERYTHING, played, trial, write
+from tests.cli.run import refused, run
+from tests.simulate.mechanism_example import ONE_BLOCK
+
+NO_REST = {"rest": None}  # the step is too short for it
+WEAR = Spread(parameters={"inertia": Span(1.2e-5, 1.2e-5, "kg m^2")}, wear=EVERYTHING.wear, within_count=True)
+
+FIXED = (("inertia", 1.32e-5, "kg m^2"), ("viscous", 3.81e-4, "N m s/rad"), ("coulomb", 0.099, "N m"), ("constant", 13.4e-3, "N m/A"))
+
+
+def rows_of(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_each_trial_has_the_numbers_of_simulate_and_report(tmp_path: Path) -> None:
+    """Of its scenario written to a file, played, logged, read and judged: the same to the last bit."""
+    command = write(tmp_path, played(EVERYTHING))
+    assert run(*command, "-n", "3", "--cores", "1", "--table", tmp_path / "trials.csv").code in (0, 1)
+    rows, files = rows_of(tmp_path / "trials.csv"), (tmp_path / "one.yaml", tmp_path / "run.mcap")
+    space = trial(EVERYTHING).space
+    for draw, unit in enumerate(draws_of("random", 3, space.size, 3).units):
+        files[0].write_text(to_yaml(trial(EVERYTHING).scenario(unit, draw)))
+        done = run(
+            "simulate", tmp_path / "model.yaml", "--controller", tmp_path / "controller.yaml", "--scenario", files[0], "-o", files[1]
+        )
+        assert done.code == 0, done.stderr
+        judged = run("report", files[1], "--spec", tmp_path / "spec.yaml", "--controller", tmp_path / "controller.yaml", "--json")
+        assert not rows[draw]["not simulated"]
+        for one in json.loads(judged.stdout)["requirements"]:
+            found = next(text for key, text in rows[draw].items() if key.split(" [")[0] == one["name"])
+            assert {"met": True, "broken": False, "": None}[rows[draw][f"{one['name']} met"]] == one["met"]
+            if one["value"] is not None:
+                assert float(found) == one["value"]
+
+
+def test_results_depend_neither_on_processes_nor_on_what_was_played_before(tmp_path: Path) -> None:
+    command = write(tmp_path, played(WEAR), **NO_REST)
+    outputs = {}
+    for cores in ("1", "2"):
+        page, rows = tmp_path / f"{cores}.yaml", tmp_path / f"{cores}.csv"
+        assert run(*command, "-n", "24", "--cores", cores, "-o", page, "--table", rows).code in (0, 1)
+        outputs[cores] = [page.read_bytes(), rows.read_bytes()]
+    assert outputs["1"] == outputs["2"]
+    kept, rows = tmp_path / "kept.jsonl", tmp_path / "3.csv"
+    for count in ("5", "24"):  # draws of a seed are the same however many there are
+        done = run(*command, "-n", count, "--cores", "1", "--keep", kept, "--table", rows)
+    assert "5 of 24 trials are there" in done.stderr
+    assert rows.read_bytes() == outputs["1"][1]
+
+
+def test_worst_cases_are_worse_than_any_draw_and_replay_to_the_last_bit(tmp_path: Path) -> None:
+    command = write(tmp_path, played(WEAR), **NO_REST)
+    rows, worst = tmp_path / "rows.csv", tmp_path / "worst"
+    result = run(*command, "-n", "10", "--cores", "1", "--table", rows, "--worst", worst, "--evaluations", "40", "--json")
+    told = {one["requirement"]: one for one in json.loads(result.stdout)["worst"]}
+    assert set(told) == {"response_time_95", "overshoot", "static_error", "oscillations", "drive_peak"}
+    for name, one in told.items():
+        words = one["command"].replace("model.yaml", str(tmp_path / "model.yaml")).split()[1:]
+        places = {"controller.yaml": tmp_path / "controller.yaml", one["scenario"]: worst / one["scenario"]}
+        words = [str(places.get(word, tmp_path / word if word.endswith(".mcap") else word)) for word in words]
+        assert run(*words).code == 0
+        judged = run("report", words[-1], "--spec", tmp_path / "spec.yaml", "--controller", tmp_path / "controller.yaml", "--json")
+        found = next(r for r in json.loads(judged.stdout)["requirements"] if r["name"] == name)
+        assert (found["value"], found["met"]) == (one["value"], one["met"])
+        drawn = [float(row[key]) for row in rows_of(rows) for key in row if key.split(" [")[0] == name]
+        assert (one["value"] if one["value"] is not None else np.inf) >= max(drawn)
+    assert told["static_error"]["value"] > max(float(row["static_error [rad]"]) for row in rows_of(rows))
+
+
+def test_what_cannot_be_simulated_is_counted_and_named(tmp_path: Path) -> None:
+    spread = Spread(parameters={"viscous": Span(-1e-4, 1e-4, "N m s/rad")})
+    command = write(tmp_path, played(spread), **NO_REST)
+    result = run(*command, "-n", "20", "--cores", "1", "--table", tmp_path / "rows.csv", "--json")
+    assert result.code == 1
+    rows, told = rows_of(tmp_path / "rows.csv"), json.loads(result.stdout)
+    broken = [row for row in rows if float(row["viscous [N m s/rad]"]) < 0.0]
+    assert 0 < len(broken) < 20
+    assert len(told["not_simulated"]) == len(broken)
+    assert all("viscous is -" in row["not simulated"] and row["passed"] == "broken" for row in broken)
+    assert told["trials"] == 20
+
+
+def test_a_kill_loses_little_and_the_same_command_goes_on(tmp_path: Path) -> None:
+    command = write(tmp_path, played(WEAR), **NO_REST)
+    asked, whole = ["-n", "400", "--cores", "1", "--seed", "9"], tmp_path / "whole.yaml"
+    output, kept = tmp_path / "campaign.yaml", tmp_path / "campaign.yaml.trials"
+    process = subprocess.Popen([sys.executable, "-m", "frictool", *map(str, [*command, *asked, "-o", output])], stderr=subprocess.PIPE)
+    try:
+        deadline = time.monotonic() + 120.0
+        while not (kept.is_file() and kept.read_bytes().count(b"\n") > 20):
+            assert process.poll() is None, process.stderr
+            assert time.monotonic() < deadline
+            time.sleep(0.005)
+    finally:
+        process.kill()
+        process.communicate()
+    assert process.returncode == -signal.SIGKILL
+    assert not output.exists()
+    there = kept.read_bytes().count(b"\n") - 1
+    assert 20 <= there < 400
+    assert f"{there} of 400 trials are there" in run(*command, *asked, "-o", output).stderr
+    assert not kept.exists()
+    run(*command, *asked, "-o", whole)
+    assert output.read_bytes() == whole.read_bytes()
+
+
+def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    command = write(tmp_path, played(WEAR), **NO_REST)
+    original = campaign_trial.CampaignTrial.played
+
+    def interrupted(self: campaign_trial.CampaignTrial, unit: np.ndarray, draw: int) -> campaign_trial.Trial:
+        if draw == 7:
+            raise KeyboardInterrupt
+        return original(self, unit, draw)
+
+    monkeypatch.setattr(campaign_trial.CampaignTrial, "played", interrupted)
+    output = tmp_path / "campaign.html"
+    result = run(*command, "-n", "12", "--cores", "1", "-o", output)
+    assert result.code == 130
+    assert f"7 of 12 trials are done; the same command goes on from {output}.trials" in result.stderr
+    assert result.stdout == ""
+    assert not output.exists()
+    monkeypatch.undo()
+    assert "7 of 12 trials are there" in run(*command, "-n", "12", "--cores", "1", "-o", output).stderr
+    assert "frictool campaign model.yaml controller.yaml --scenario scenario.yaml" in output.read_text()
+
+
+def test_vertices_of_a_mechanism(tmp_path: Path) -> None:
+    """Every quantity with ends varies, by its key; each vertex is the mechanism with these values."""
+    command = write(tmp_path, played(), **NO_REST)
+    command[1] = tmp_path / "mechanism.yaml"
+    ends = {"1.32e-5": "1.1e-5, high: 1.5e-5, value: 1.32e-5", "0.099": "0.02, high: 0.12, value: 0.099"}
+    text = ONE_BLOCK
+    for value, span in ends.items():
+        text = text.replace(f"{{value: {value},", f"{{low: {span},")
+    (tmp_path / "mechanism.yaml").write_text(text)
+    result = run(*command, "--method", "vertices", "--cores", "1", "-o", tmp_path / "found.yaml", "--table", tmp_path / "rows.csv")
+    assert result.code in (0, 1), result.stderr
+    found = yaml.safe_load((tmp_path / "found.yaml").read_text())
+    assert [factor["name"] for factor in found["factors"]] == ["blocks.rotor.inertia", "links.bearing.parameters.coulomb"]
+    assert found["provenance"]["command"].endswith("--method vertices --confidence 0.95")
+    (tmp_path / "given.yaml").write_text(
+        to_yaml(
+            played(
+                variants="given",
+                given={
+                    "blocks.rotor.inertia": Quantity(value=1.1e-5, unit="kg m^2"),
+                    "links.bearing.parameters.coulomb": Quantity(value=120.0, unit="mN m"),
+                },
+            )
+        )
+    )
+    words = ["--controller", tmp_path / "controller.yaml", "--scenario", tmp_path / "given.yaml", "-o", tmp_path / "run.mcap"]
+    assert run("simulate", command[1], *words).code == 0
+    judged = run("report", tmp_path / "run.mcap", "--spec", tmp_path / "spec.yaml", "--json")
+    values = {one["name"]: one["value"] for one in json.loads(judged.stdout)["requirements"]}
+    second = rows_of(tmp_path / "rows.csv")[1]  # the last factor changes first
+    assert (float(second["overshoot [%]"]), float(second["static_error [rad]"])) == (values["overshoot"], values["static_error"])
+
+
+def test_at_least_asks_for_a_rate_that_is_shown(tmp_path: Path) -> None:
+    command = [
+        *write(tmp_path, played(WEAR), **NO_REST, overshoot_percent=1000.0, static_error=None, oscillations=None),
+        "--cores",
+        "1",
+        "-n",
+        "30",
+    ]
+    assert run(*command).code == 0
+    assert run(*command, "--at-least", "0.9").code == 0
+    result = run(*command, "--at-least", "0.95")
+    assert result.code == 1
+    assert "NOT SHOWN" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("spread", "words"),
+    [
+        (Spread(parameters={"coulom": Span(0.0, 1.0, "N m")}), ("spread.parameters.coulom", "no such parameter", "coulomb")),
+        (Spread(parameters={"coulomb": Span(0.0, 1.0, "kg")}), ("spread.parameters.coulomb.unit", "allowed: N m")),
+        (Spread(start=Span(-5.0, 9.0, "rad")), ("spread.start", "allowed: the travel of the bench, 0 to 63")),
+        (
+            Spread(disturbances=(SpreadDisturbance("pulse", Span(0, 1, "N m"), InstantBand(0, 0.7), LastingBand(0.1, 0.2)),)),
+            ("spread.disturbances[0].at_s", "found 0.7, after the end"),
+        ),
+        (
+            Spread(disturbances=(SpreadDisturbance("pulse", Span(0, 1, "N m"), InstantBand(0, 0.5), LastingBand(0.1, 0.2)),)),
+            ("spread.disturbances[0].duration_s", "may end at 0.7 s, after the end"),
+        ),
+        (
+            Spread(disturbances=(SpreadDisturbance("step", Span(0, 1, "N")),)),
+            ("spread.disturbances[0].effort.unit", "allowed: N m"),
+        ),
+    ],
+)
+def test_what_does_not_fit_is_told_before_anything_is_played(tmp_path: Path, spread: Spread, words: tuple[str, ...]) -> None:
+    result = run(*write(tmp_path, played(spread)), "-n", "5", "-o", tmp_path / "out.yaml")
+    refused(result, 3, "scenario.yaml:", *words)
+    assert not (tmp_path / "out.yaml.trials").exists()
+
+
+def test_wrong_command_lines_and_files(tmp_path: Path) -> None:
+    command = write(tmp_path, played(WEAR))
+    assert "belongs to --worst" in run(*command, "--evaluations", "5").stderr
+    assert "each need their own" in run(*command, "-o", tmp_path / "a", "--table", tmp_path / "a").stderr
+    refused(run(*command, "-n", "5", "-o", tmp_path / "model.yaml"), 3, "model.yaml: is an input")
+    refused(run(*command, "-n", "5", "-o", tmp_path), 3, "is a directory")
+    for option, value in (("-n", "0"), ("--at-least", "0"), ("--at-least", "nan"), ("--confidence", "1"), ("--cores", "0")):
+        assert run(*command, option, value).code == 2
+    refused(run(*command[:4], tmp_path / "none.yaml", *command[5:]), 3, "none.yaml: no such file")
+    refused(run(*command[:4], tmp_path / "spec.yaml", *command[5:]), 3, "spec.yaml:1: format")
+
+
+def test_a_campaign_of_nothing_is_refused(tmp_path: Path) -> None:
+    fixed = Spread(parameters={name: Span(value, value, unit) for name, value, unit in FIXED})
+    refused(run(*write(tmp_path, played(fixed))), 3, "scenario.yaml:", "spread: nothing varies")
+    only_margin = dict.fromkeys(("response_time_95_s", "overshoot_percent", "static_error", "oscillations", "drive_peak", "rest"))
+    refused(run(*write(tmp_path, played(WEAR), **only_margin)), 3, "spec.yaml: asks for nothing that a run can tell")
