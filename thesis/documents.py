@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
@@ -51,10 +52,10 @@ class Documents(msgspec.Struct, frozen=True):
 
 
 def read(folder: Path = HERE) -> Documents:
-    """Raises msgspec.ValidationError where a file is not as described above, ValueError where a word stands twice."""
-    tables = msgspec.yaml.decode((folder / "published.yaml").read_bytes(), type=dict[str, Table])
-    words = msgspec.yaml.decode((folder / "words.yaml").read_bytes(), type=dict[str, str])
-    figures = msgspec.yaml.decode((folder / "figures.yaml").read_bytes(), type=dict[str, Figure])
+    """Raises ValueError where a file is not as described above, or a word stands twice."""
+    tables = _decoded(folder / "published.yaml", dict[str, Table])
+    words = _decoded(folder / "words.yaml", dict[str, str])
+    figures = _decoded(folder / "figures.yaml", dict[str, Figure])
     for name, table in tables.items():
         if table.grid:
             rows, own = _grid(name, table.grid)
@@ -64,6 +65,14 @@ def read(folder: Path = HERE) -> Documents:
                 raise ValueError(f"words.yaml and frictool/compare/published.py both say why: {', '.join(sorted(both))}")
             words |= own
     return Documents(tables, words, figures)
+
+
+def _decoded(path: Path, kind: type[Any]) -> Any:
+    """A file, with its name before what is wrong with it."""
+    try:
+        return msgspec.yaml.decode(path.read_bytes(), type=kind)
+    except msgspec.DecodeError as error:
+        raise ValueError(f"{path.name}: {' '.join(str(error).split())}") from None
 
 
 def _grid(name: str, grid: str) -> tuple[dict[str, Row], dict[str, str]]:

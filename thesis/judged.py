@@ -11,7 +11,7 @@ from thesis.found import Found, Part
 
 @dataclass(frozen=True)
 class Line:
-    """One value of both; `difference` in words, `word` why, where it differs."""
+    """One value of both; `difference` in words, `word` why, where it differs; `allowed`: the tolerance, in words."""
 
     key: str
     name: str
@@ -20,6 +20,7 @@ class Line:
     difference: str
     agrees: bool
     word: str
+    allowed: str
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,8 @@ def _lacks(line: Line) -> bool:
 def _line(table: str, key: str, row: Row, found: Found, words: dict[str, str]) -> Line:
     word = words.get(f"{table} {key}", "")
     good = agrees(found, row)
-    return Line(key, row.name or key, _shown(found, row.unit), number(row.value, row.unit), _difference(found, row), good, word)
+    allowed = f" (allowed {100.0 * row.within:g} %)" if row.within else ""
+    return Line(key, row.name or key, _shown(found, row.unit), number(row.value, row.unit), _difference(found, row), good, word, allowed)
 
 
 def _shown(found: Found, unit: str) -> str:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from frictool.engine.axis import advance
 from frictool.identify.assess.noise_filter import LARGEST_RATIO, filter_for, noise_ratio
@@ -28,7 +29,7 @@ Vector = NDArray[np.float64]
 NAMES = {"inertia": "m", "viscous": "sigma_v", "coulomb": "F_c"}
 TRUTH = np.array([MASS.inertia, MASS.viscous, MASS.coulomb])
 SEEDS, FAST_SEEDS, RECURSIVE_SEEDS, RATE = 400, 100, 4, 0.95
-FILTER, FAST = 2.5e-3, 1e4  # s, m/s
+FILTER, FAST, SETTLED = 2.5e-3, 1e4, 50  # s, m/s, samples after which the filter has forgotten its start
 SPREAD = "95 of 100 single trials"
 GAIN = 1000.0  # F of (4.16) begins at so many times I
 RAMP = MASS._replace(inertia=0.1)  # 4.3: 100 g
@@ -61,8 +62,11 @@ def _row(kind: str, values: list[Vector]) -> dict[str, float | str | Found]:
 
 def _tables_4_2_and_4_3(part: Part) -> None:
     plain, weighted, filtered = [], [], []
+    printed: dict[str, list[Vector]] = {"not weighted": [], "weighted": [], "weighted and filtered": []}
     for seed in range(SEEDS):
         log = mass_sine(seed)
+        for (kind, found), constant, weigh in zip(printed.items(), (0.0, 0.0, FILTER), (False, True, True), strict=True):
+            found.append(_as_printed(log, constant, weigh))
         samples, memory = differenced([log], 0.0)
         plain.append(_values(samples, np.ones(samples.velocity.size), memory))
         weighted.append(_values(samples, by_speed(samples), memory))
@@ -70,8 +74,23 @@ def _tables_4_2_and_4_3(part: Part) -> None:
         filtered.append(_values(samples, by_speed(samples), memory))
     part.add("table_4_2", {**_row("plain", plain), **_row("weighted", weighted)})
     part.add("table_4_3", {**_row("weighted", weighted), **_row("filtered", filtered)})
+    for kind, values in printed.items():
+        told = ", ".join(f"{key.split('.')[1]} {_rms(value):.3g} %" for key, value in _row("printed", values).items())
+        part.say("table_4_3" if "filtered" in kind else "table_4_2", f"With (4.2)'s backward differences, each effort at its own row, {kind}: {told} (rms).")
     part.say("table_4_4", f"rms over {FAST_SEEDS} trials at {FAST:g} m/s.")
     part.say("table_4_2", f"rms over {SEEDS} trials, each with its own noise, phase of the encoder and of the sine.")
+
+
+def _as_printed(log: Record, time_constant: float, weigh: bool) -> Vector:
+    """(4.2) to the letter: v and a by backward differences, the effort of the same row; every signal through the filter of 4.2.2."""
+    speed = np.diff(log.position) / MASS_PERIOD
+    signals = np.column_stack((np.diff(speed) / MASS_PERIOD, speed[1:], np.sign(speed[1:]), log.effort[2:]))
+    if time_constant:
+        pole = np.exp(-MASS_PERIOD / time_constant)
+        signals = lfilter([1.0 - pole], [1.0, -pole], signals, axis=0)[SETTLED:]
+    weight = np.abs(signals[:, 1]) if weigh else np.ones(signals.shape[0])
+    rows = signals * weight[:, None]
+    return np.asarray(np.linalg.lstsq(rows[:, :3], rows[:, 3], rcond=None)[0])
 
 
 def _table_4_4(part: Part) -> None:

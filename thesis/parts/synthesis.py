@@ -85,6 +85,12 @@ def _position(part: Part) -> None:
             "peak": Found(_beyond_one(middle), 100.0 * (float(peaks.min()) - 1.0), 100.0 * (float(peaks.max()) - 1.0), "over the vertices"),
         },
     )
+    floor = STRICT[1] * max(point.coulomb / point.constant for point in own.vertices)
+    free = controller(centre, minimise([centre, *position(BANDWIDTH, *RELAXED, box=box)], RECENTRING))
+    part.say("section_5_4_3_1", f"W3 by (5.58) times the current that cancels table 5.2's largest friction is {floor:.1f}: no gamma is below it.")
+    part.say("section_5_4_3_1", f"Without bounds on its poles the relaxed controller's fastest is at {_fastest(free):.0f} rad/s.")
+    guaranteed = MARGIN / lyapunov.optimum
+    part.say("section_5_4_3_1", f"gamma = {lyapunov.optimum:.2f} guarantees M_mod/gamma = {guaranteed:.2f} of a controller that is not frozen.")
     part.say("section_5_4_3_1", f"Modulus margin of the frozen controller over the 16 vertices: {margins.min():.2f} to {margins.max():.2f}.")
     _draw_position(part, responses, frozen, lyapunov.optimum, weights)
 
@@ -97,6 +103,11 @@ def _lyapunov(box: Polytope, centre: GeneralisedPlant, recentring: float) -> Lya
 def _slowest(k: Lti) -> float:
     """Of its poles, rad/s."""
     return float(np.min(np.abs(np.linalg.eigvals(k.a))))
+
+
+def _fastest(k: Lti) -> float:
+    """Of its poles, rad/s."""
+    return float(np.max(np.abs(np.linalg.eigvals(k.a))))
 
 
 def _beyond_one(responses: NDArray[np.complex128]) -> float:
@@ -151,15 +162,16 @@ def _annex(part: Part) -> None:
             part.say("annex_c_5_2", f"Read as \"{name}\": {found[0]:.3f} and {found[1]:.3f}.")
     below = 2.0 * np.pi * np.geomspace(1e-2, 1e3, 2000)
     apart = float(np.max(np.abs(fast.response(below) / slow.response(below) - 1.0)))
-    part.add("annex_c_5_2", {"apart": 100.0 * apart, "sampled": _sampled((slow, fast), reading.unit)})
+    radius = _sampled((slow, fast), reading.unit)
+    part.add("annex_c_5_2", {"apart": 100.0 * apart, "sampled": "stable" if radius < 1.0 else "unstable"})
+    part.say("annex_c_5_2", f"Sampled by Tustin at 1 ms the larger spectral radius of the two loops is {radius:.2f}.")
     _draw_annex(part, {"LFT": single, "LPV+LFT, rho = 0": slow, "LPV+LFT, rho = 1": fast}, apart)
 
 
-def _sampled(controllers: tuple[Lti, ...], unit: float) -> str:
-    """Whether the loops of both vertices are stable with their controllers sampled by Tustin at 1 ms."""
+def _sampled(controllers: tuple[Lti, ...], unit: float) -> float:
+    """The larger spectral radius of both vertices' loops with their controllers sampled by Tustin at 1 ms."""
     _, plants = uncertain_polytope(annex_model(), ("regime",), unit)
-    radii = [check_loop(tustin(k, PERIOD), plant.rates, LAG, 0).spectral_radius for plant, k in zip(plants, controllers, strict=True)]
-    return "stable" if max(radii) < 1.0 else "unstable"
+    return max(check_loop(tustin(k, PERIOD), plant.rates, LAG, 0).spectral_radius for plant, k in zip(plants, controllers, strict=True))
 
 
 def _draw_annex(part: Part, controllers: dict[str, Lti], apart: float) -> None:
