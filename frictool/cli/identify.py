@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from frictool.cli.observe_given import pattern
 from frictool.cli.output import (
     FiniteRange,
     command_line,
@@ -20,16 +21,16 @@ from frictool.cli.output import (
     save_text,
     say,
 )
+from frictool.cli.workers_options import refuse_both, workers_options
 from frictool.identify.methods import DEFAULT, METHODS
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
     from frictool.documents.model import Model
     from frictool.identify.estimators.inverse_dynamic import Pipeline
+    from frictool.identify.from_files import Currents
     from frictool.identify.identification import Identification
-    from frictool.identify.record import Record, Vector
-
-    Currents = tuple[Vector, Vector, float]  # commanded and measured (n,) A, and the period
+    from frictool.identify.record import Record
 
 HELP = f"""\b
 Example:
@@ -48,6 +49,14 @@ Methods (--method), and when each is right:
 
 A parameter that the logs cannot give is listed as not identified with the reason, and the model carries the bench's interval for it.
 Intervals hold for the bench's nominal effort constant: an error of the constant scales inertia and every friction alike.
+
+\b
+Many actuators, or many records of one:
+  frictool identify --each log fleet/ --bench bench.yaml --date '[0-9]{{4}}-[0-9]{{2}}-[0-9]{{2}}' -o models/
+
+Each log, or all logs of each folder (--each folder), give a model of their own, the same as alone, in the folder -o, and a row of its
+parameters.csv (-o FILE.csv, FILE.parquet: the table alone). What the parameters scatter is held against their intervals: whether they are
+of one population, which units differ, what drifts. A log that cannot be used is a row with its reason, and exit code 3 in the end.
 
 Exit code 1, and no model, where the logs are in order and give nothing at all.
 """
@@ -76,6 +85,10 @@ Exit code 1, and no model, where the logs are in order and give nothing at all.
 @click.option("--padding", type=click.IntRange(0), help="inverse-dynamic: samples that pad either end. [default: 12]")
 @click.option("--skip", type=click.IntRange(0), help="inverse-dynamic: samples left out at the start. [default: 49]")
 @click.option("--decimate", type=click.IntRange(1, 1000), help="inverse-dynamic: one sample in so many. [default: 10]")
+@click.option("--each", type=click.Choice(["log", "folder"]), help="A model for each log, or for the logs of each folder.")
+@click.option("--unit", metavar="REGEX", help="--each: where the logs do not say their unit, what it finds in a file's name.")
+@click.option("--date", metavar="REGEX", help="--each: the same of the date: year, month, day, and hour, minute, second.")
+@workers_options
 @click.option("--plot", type=click.Path(path_type=Path), help="Friction over speed and position, measured and found (SVG).")
 @output_option(required=False, help="The model (YAML); - is stdout. Without it nothing is written.")
 @json_option
@@ -91,6 +104,11 @@ def command(
     time_constant: float | None,
     threshold: float | None,
     forgetting: float | None,
+    each: str | None,
+    unit: str | None,
+    date: str | None,
+    cores: int | None,
+    cluster: str | None,
     plot: Path | None,
     output: Path | None,
     as_json: bool,
@@ -100,6 +118,10 @@ def command(
         raise click.UsageError("Missing argument 'LOG...'.")
     own: dict[str, Any] = {"window": window, "time_constant": time_constant, "threshold": threshold, "forgetting": forgetting}
     _check_options(method, own, filters)
+    _check_each(
+        each, {"--ramp": ramp, "--loops": loops, "--plot": plot}, {"--unit": unit, "--date": date, "--cores": cores, "--cluster": cluster}
+    )
+    refuse_both(cores, cluster)
     inputs = [*logs, *ramp, *loops, bench]
     if plot is not None:
         refuse_inputs(plot, inputs)
@@ -115,6 +137,16 @@ def command(
     from frictool.identify.twice import refuse_twice
 
     settings = Settings(confidence, pipeline=_pipeline(filters), **own)
+    given = {f"--{name.replace('_', '-')}": value for name, value in {**own, **filters}.items()}
+    found_by: dict[str, Any] = {"--measurement": measurement, "--method": method, "--confidence": confidence, **given}
+    if each is not None:
+        from frictool.cli.identify_each import Asked, identify_each
+        from frictool.logs.origin import Patterns
+
+        patterns = Patterns(pattern("--unit", unit), pattern("--date", date))
+        asked = Asked(each, bench, document, method, settings, measurement, patterns, found_by, output, as_json, cores, cluster)
+        click.get_current_context().exit(identify_each(asked, logs))
+    shown = {"logs": logs, "--bench": bench, "--ramp": ramp, "--loops": loops, **found_by}
     currents: list[Currents] = []
     records, ramps, slow = (_records(paths, document, currents) for paths in (logs, ramp, loops))
     refuse_twice([*records, *ramps, *slow])
@@ -125,23 +157,14 @@ def command(
             _tell(error.result, document, as_json, output)
             raise
         result = error.result  # loops alone: all else is the bench's
-    given = {f"--{name.replace('_', '-')}": value for name, value in {**own, **filters}.items()}
-    shown = {
-        "logs": logs,
-        "--bench": bench,
-        "--ramp": ramp,
-        "--loops": loops,
-        "--measurement": measurement,
-        "--method": method,
-        "--confidence": confidence,
-        **given,
-    }
     model = model_of(result, document, record(command_line("identify", shown), inputs))
     if loops:
         model = _presliding(model, slow, alone=not (logs or ramp))
         result = replace(result, refused=model.not_identified)
     if measurement:
-        model = _measured(model, result, [*records, *ramps], currents)
+        from frictool.identify.from_files import with_measurement
+
+        model = with_measurement(model, result, [*records, *ramps], currents)
     if output is not None:
         save_text(output, to_yaml(model), inputs)
     if plot is not None:
@@ -155,31 +178,16 @@ def command(
 
 def _records(paths: tuple[Path, ...], bench: Bench, currents: list[Currents]) -> list[Record]:
     """The logs as records; where a log holds commanded and measured current, both are added to `currents`."""
-    from frictool.identify.record import record_of
-    from frictool.logs.channels.matching import matched
-    from frictool.logs.reading import read_log
+    from frictool.identify.from_files import read
 
     records = []
     for path in paths:
-        log = matched(read_log(path, bench), bench)
-        for warning in log.warnings:
+        one = read(path, bench)
+        for warning in one.log.warnings:
             note(f"warning: {path.name}: {warning}")
-        records.append(record_of(log, bench))
-        signals = log.main.signals
-        if {"current_command", "current"} <= signals.keys():
-            currents.append((signals["current_command"], signals["current"], records[-1].period))
+        records.append(one.record)
+        currents += [] if one.currents is None else [one.currents]
     return records
-
-
-def _measured(model: Model, result: Identification, records: list[Record], currents: list[Currents]) -> Model:
-    """The model with what the logs tell of the bench."""
-    from msgspec.structs import replace as with_fields
-
-    from frictool.identify.identification import SLIDING_LOG
-    from frictool.identify.measurement.document import measurement
-
-    sliding = [record for record in records if result.kinds.get(record.name) == SLIDING_LOG]
-    return with_fields(model, measurement=measurement(sliding, currents, model.bench, model.confidence))
 
 
 def _presliding(model: Model, records: list[Record], alone: bool) -> Model:
@@ -230,6 +238,15 @@ def _check_options(method: str, own: dict[str, Any], filters: dict[str, Any]) ->
     window = own["window"]
     if window is not None and window % 2 == 0:
         raise click.BadParameter(f"{window} is even; allowed: an odd number of samples.", param_hint="'--window'")
+
+
+def _check_each(each: str | None, alone: dict[str, Any], many: dict[str, Any]) -> None:
+    """Raises UsageError where an option of one model is given with --each, or one of --each without it."""
+    wrong = [name for name, value in (many if each is None else alone).items() if value not in (None, ())]
+    if wrong and each is None:
+        raise click.UsageError(f"{wrong[0]} belongs to --each.")
+    if wrong:
+        raise click.UsageError(f"{wrong[0]} belongs to the logs of one model, not to --each; there ramps are recognised.")
 
 
 def _pipeline(filters: dict[str, Any]) -> Pipeline:

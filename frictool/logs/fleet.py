@@ -35,19 +35,24 @@ def _is_bag(folder: Path) -> bool:
 def members(logs: Iterable[Path], without: Sequence[Path] = ()) -> list[Member]:
     """The logs that are named, and those in the folders that are, hidden ones left out; `without`: outputs, which are none.
 
+    What is below one folder is called by where it is in it; below several, with the name of its own.
+
     Raises LogError where a folder has none.
     """
+    logs = list(logs)
+    several = sum(is_fleet([log]) for log in logs) > 1
     left_out = {path.resolve() for path in without}
     found: dict[Path, Member] = {}
     for log in logs:
-        for member in _below(log) if is_fleet([log]) else [Member(log, Name(log.as_posix()))]:
+        for member in _below(log, several) if is_fleet([log]) else [Member(log, Name(log.as_posix()))]:
             if member.path.resolve() not in left_out:
                 found.setdefault(member.path.resolve(), member)
     return list(found.values())
 
 
-def _below(folder: Path) -> list[Member]:
-    below = [(path, path.relative_to(folder)) for path in _logs(folder)]
+def _below(folder: Path, named: bool) -> list[Member]:
+    top = Path(folder.resolve().name if named else "")
+    below = [(path, top / path.relative_to(folder)) for path in _logs(folder)]
     logs = [Member(path, Name(name.as_posix(), name.parent.name)) for path, name in below]
     if not logs:
         raise LogError(folder, f"holds no log; what counts as one ends in {', '.join(SUFFIXES)}, or is a ROS 2 bag")

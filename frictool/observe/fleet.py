@@ -51,7 +51,7 @@ def observed(
     tick: is told the part of them that is done.
     """
     few = sum(member.path.stat().st_size for member in fleet if member.path.is_file()) < WORTH_SHARING
-    observe, jobs = Observe(model, settings, estimators), [(member.path, member) for member in fleet]
+    observe, jobs = Observe(model, settings, estimators), [((member.path,), member) for member in fleet]
     found: dict[int, Found] = {}
     for index, one in share_files(observe, jobs, observe.lost, cores=cores or (1 if few else None), cluster=cluster):
         found[index] = one
@@ -67,7 +67,8 @@ class Observe:
     settings: Settings
     estimators: Estimators = THESE
 
-    def __call__(self, path: Path, member: Member) -> Found:
+    def __call__(self, paths: tuple[Path, ...], member: Member) -> Found:
+        (path,) = paths
         try:
             one = OneLog(path, self.model, self.settings, member.name, self.estimators)
             for _ in one.parts():

@@ -1,9 +1,9 @@
-"""Jobs that read a file, and workers that may not see it: the file is read at its path where the same bytes are there, and sent where not.
+"""Jobs that read files, and workers that may not see them: a file is read at its path where the same bytes are there, and sent where not.
 
-    (path, job) ──▶ worker: at the path, by size and SHA-256? ──yes──▶ function(path, job)
-                                     └─no─▶ asked for ──▶ its bytes come along ──▶ function(a copy, job)
+    (paths, job) ──▶ worker: at the paths, by size and SHA-256? ──yes──▶ function(paths, job)
+                                     └─no─▶ asked for ──▶ their bytes come along ──▶ function(copies, job)
 
-So a shared file system is used where there is one, and not needed. Copies are kept while they are read.
+So a shared file system is used where there is one, and not needed. Copies are gone when they have been read.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ from frictool.workers.share import share
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
-LARGEST_SENT = 256_000_000  # bytes: a task passes through the scheduler's memory
+Paths = tuple[Path, ...]
+LARGEST_SENT = 256_000_000  # bytes of a job's files: a task passes through the scheduler's memory
 JOURNAL = "-wal"  # a database's, which lies beside it and belongs to it
 
 
@@ -37,47 +38,47 @@ class Sent:
 
 @dataclass(frozen=True)
 class NotThere:
-    """In place of a result: the worker has not the same file at its path."""
+    """In place of a result: the worker has not the same files at their paths."""
 
 
 @dataclass(frozen=True)
 class _There(Generic[Job, Result]):
-    """What a worker runs: the function on the file that is there, or on a copy of what was sent."""
+    """What a worker runs: the function on the files that are there, or on copies of what was sent."""
 
-    function: Callable[[Path, Job], Result]
+    function: Callable[[Paths, Job], Result]
 
-    def __call__(self, job: tuple[Sent, Job]) -> Result | NotThere:
+    def __call__(self, job: tuple[tuple[Sent, ...], Job]) -> Result | NotThere:
         sent, own = job
-        if sent.content:
-            with _copy(sent) as path:
-                return self.function(path, own)
-        if not is_here(sent):
+        if any(one.content for one in sent):
+            with _copies(sent) as paths:
+                return self.function(paths, own)
+        if not all(is_here(one) for one in sent):
             return NotThere()
-        return self.function(sent.path, own)
+        return self.function(tuple(one.path for one in sent), own)
 
 
 @dataclass(frozen=True)
 class _Here(Generic[Job, Result]):
     """The same on this machine."""
 
-    function: Callable[[Path, Job], Result]
+    function: Callable[[Paths, Job], Result]
 
-    def __call__(self, job: tuple[Path, Job]) -> Result:
+    def __call__(self, job: tuple[Paths, Job]) -> Result:
         return self.function(*job)
 
 
 def share_files(
-    function: Callable[[Path, Job], Result],
-    jobs: Sequence[tuple[Path, Job]],
+    function: Callable[[Paths, Job], Result],
+    jobs: Sequence[tuple[Paths, Job]],
     instead: Callable[[Job, str], Result],
     *,
     cores: int | None = None,
     cluster: str | None = None,
 ) -> Iterator[tuple[int, Result]]:
-    """As `share` of jobs that read a file each; the function is told where it is.
+    """As `share` of jobs that read files; the function is told where they are.
 
-    instead: the result of a job that ended each process that was at it, or whose file can neither be read there nor be sent.
-    Raises ClusterError where the cluster cannot be used, OSError where a file cannot be read here.
+    instead: the result of a job that ended each process that was at it, or whose files can neither be read there nor be sent.
+    Raises ClusterError where the cluster cannot be used, OSError where a file that may be read cannot be.
     """
     if cluster is None:
         yield from share(_Here(function), jobs, cores=cores, instead=lambda job, why: instead(job[1], why))
@@ -86,20 +87,20 @@ def share_files(
 
 
 def _by_description(
-    function: Callable[[Path, Job], Result], jobs: Sequence[tuple[Path, Job]], instead: Callable[[Job, str], Result], cluster: str
+    function: Callable[[Paths, Job], Result], jobs: Sequence[tuple[Paths, Job]], instead: Callable[[Job, str], Result], cluster: str
 ) -> Iterator[tuple[int, Result]]:
-    """First what each file is, then the bytes of those that a worker has not."""
+    """First what the files are, then the bytes of those that a worker has not."""
     places: list[int] = []
-    described: list[Sent] = []
+    described: list[tuple[Sent, ...]] = []
 
-    def offered() -> Iterator[tuple[Sent, Job]]:
-        for index, (path, job) in enumerate(jobs):
-            if os.access(path, os.R_OK):
+    def offered() -> Iterator[tuple[tuple[Sent, ...], Job]]:
+        for index, (paths, job) in enumerate(jobs):
+            if all(os.access(path, os.R_OK) for path in paths):
                 places.append(index)
-                described.append(described_file(path))
+                described.append(tuple(described_file(path) for path in paths))
                 yield described[-1], job
 
-    def lost(job: tuple[Sent, Job], why: str) -> Result | NotThere:
+    def lost(job: tuple[tuple[Sent, ...], Job], why: str) -> Result | NotThere:
         return instead(job[1], why)
 
     asked: list[int] = []
@@ -108,21 +109,25 @@ def _by_description(
             asked.append(number)
         else:
             yield places[number], result
-    sendable = [number for number in sorted(asked) if described[number].size <= LARGEST_SENT]
+    sendable = [number for number in sorted(asked) if _size(described[number]) <= LARGEST_SENT]
     if sendable:
-        sent = ((with_content(described[number]), jobs[places[number]][1]) for number in sendable)
+        sent = ((tuple(map(with_content, described[number])), jobs[places[number]][1]) for number in sendable)
         for turn, result in share(_There(function), sent, cluster=cluster, instead=lost):
             assert not isinstance(result, NotThere)
             yield places[sendable[turn]], result
-    for number in set(asked) - set(sendable):
-        yield places[number], instead(jobs[places[number]][1], _too_large(described[number]))
-    for index in set(range(len(jobs))) - set(places):  # the function tells best what is wrong with it
+    for number in sorted(set(asked) - set(sendable)):
+        yield places[number], instead(jobs[places[number]][1], _too_large(_size(described[number])))
+    for index in sorted(set(range(len(jobs))) - set(places)):  # the function tells best what is wrong with it
         yield index, function(*jobs[index])
 
 
-def _too_large(sent: Sent) -> str:
+def _size(sent: tuple[Sent, ...]) -> int:
+    return sum(one.size for one in sent)
+
+
+def _too_large(size: int) -> str:
     return (
-        f"is not at its path on the worker, and {sent.size / 1e6:.0f} MB are not sent (allowed: {LARGEST_SENT / 1e6:.0f}); "
+        f"is not at its path on the worker, and {size / 1e6:.0f} MB are not sent (allowed: {LARGEST_SENT / 1e6:.0f}); "
         "put it where the workers see it under the same path"
     )
 
@@ -161,11 +166,12 @@ def _digest(path: Path) -> str:
 
 
 @contextmanager
-def _copy(sent: Sent) -> Iterator[Path]:
-    """The path of a copy under the same name."""
+def _copies(sent: tuple[Sent, ...]) -> Iterator[Paths]:
+    """The paths of copies under the same names."""
     with tempfile.TemporaryDirectory(prefix="frictool-") as folder:
-        for (name, _), content in zip(sent.parts, sent.content, strict=True):
-            target = Path(folder, name)
-            target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_bytes(content)
-        yield Path(folder, sent.path.name)
+        for number, one in enumerate(sent):
+            for (name, _), content in zip(one.parts, one.content, strict=True):
+                target = Path(folder, str(number), name)
+                target.parent.mkdir(parents=True, exist_ok=True)
+                target.write_bytes(content)
+        yield tuple(Path(folder, str(number), one.path.name) for number, one in enumerate(sent))

@@ -1,0 +1,144 @@
+"""`frictool identify --each`: many actuators, or many records of one, to a model each and one table."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from frictool.cli.output import STDOUT, command_line, note, print_json, refuse_inputs, replacing, save_text, say
+from frictool.cli.progress import progress
+from frictool.errors import EXIT_DONE, EXIT_INPUT, EXIT_NO, OutputError
+
+if TYPE_CHECKING:
+    from frictool.documents.bench import Bench
+    from frictool.identify.each import Group, One
+    from frictool.identify.methods import Settings
+    from frictool.logs.origin import Patterns
+
+TABLES = (".csv", ".parquet", ".pq")
+TABLE = "parameters.csv"  # beside the models
+
+
+@dataclass(frozen=True)
+class Asked:
+    """The command line, its bench read. shown: option -> value, of what makes one model alone."""
+
+    each: str
+    bench: Path
+    document: Bench
+    method: str
+    settings: Settings
+    measure: bool
+    patterns: Patterns
+    shown: dict[str, Any]
+    output: Path | None
+    as_json: bool
+    cores: int | None
+    cluster: str | None
+
+    @property
+    def folder(self) -> Path | None:
+        """Where the models go; None where the table alone is asked for."""
+        is_table = self.output is None or self.output == STDOUT or self.output.suffix.lower() in TABLES
+        return None if is_table else self.output
+
+    @property
+    def table(self) -> Path | None:
+        """Where the table goes; None where stdout tells something else."""
+        if self.folder is not None:
+            return self.folder / TABLE
+        return self.output if self.output is not None or self.as_json else STDOUT
+
+
+def identify_each(asked: Asked, logs: Sequence[Path]) -> int:
+    """The exit code: EXIT_INPUT where a log could not be used, else EXIT_NO where one has given nothing."""
+    from frictool.cli.standard_input import STDIN
+    from frictool.documents.provenance import Input, digest
+    from frictool.documents.writing import to_yaml
+    from frictool.identify.each import Identify, groups, identified
+    from frictool.identify.each_table import ordered, require_parquet
+
+    if STDIN in logs:
+        raise click.UsageError("--each reads files and folders, not standard input.")
+    if asked.table is not None and asked.table != STDOUT:
+        require_parquet(asked.table)
+    found = _members(asked, logs)
+    shown = {"logs": (), "--bench": asked.bench, **asked.shown}
+    jobs = [
+        replace(one, words=command_line("identify", {**shown, "logs": [member.path for member in one.members]}))
+        for one in groups(found, asked.each)
+    ]
+    inputs = [asked.bench, *(member.path for member in found if member.path.is_file())]
+    _check_outputs(asked, jobs, inputs)
+    bench_input = Input(asked.bench.name, digest(asked.bench))
+    work = Identify(to_yaml(asked.document), bench_input, asked.method, asked.settings, asked.measure, asked.patterns)
+    batch: dict[int, One] = {}
+    with progress("identify") as tick:
+        for place, one in identified(work, jobs, cores=asked.cores, cluster=asked.cluster, tick=tick):
+            batch[place] = one
+            _save_model(asked, one, inputs)  # as it comes: what is done stays, whatever happens to the rest
+    _tell(asked, ordered([batch[place] for place in range(len(jobs))]), inputs)
+    if any(one.lost for one in batch.values()):
+        return EXIT_INPUT
+    return EXIT_NO if any(one.found is None for one in batch.values()) else EXIT_DONE
+
+
+def _members(asked: Asked, logs: Sequence[Path]) -> list[Any]:
+    """The logs; what an earlier run wrote is none."""
+    from frictool.logs.fleet import members
+
+    found = members(logs, [asked.table] if asked.table is not None else [])
+    if asked.folder is None or any(asked.folder.resolve() == log.resolve() for log in logs):
+        return found
+    return [one for one in found if asked.folder.resolve() not in one.path.resolve().parents]
+
+
+def _check_outputs(asked: Asked, jobs: Sequence[Group], inputs: list[Path]) -> None:
+    """Raises OutputError before the first log is read."""
+    if asked.folder is None:
+        return
+    if asked.folder.exists() and not asked.folder.is_dir():
+        raise OutputError(f"{asked.folder}: is a file; name a folder for the models, or a table that ends in {', '.join(TABLES)}")
+    for target in (asked.folder / TABLE, *(asked.folder / f"{one.name}.yaml" for one in jobs)):
+        refuse_inputs(target, inputs)
+
+
+def _save_model(asked: Asked, one: One, inputs: list[Path]) -> None:
+    from frictool.identify.each_table import model_file
+
+    name = model_file(one)
+    if asked.folder is not None and one.found is not None and name is not None:
+        save_text(asked.folder / name, one.found.text, inputs)
+
+
+def _tell(asked: Asked, batch: list[One], inputs: list[Path]) -> None:
+    """The table, and what it says of them all."""
+    from frictool.identify.each_table import as_csv, as_json, headline, population_lines, reasons, told
+
+    found = told(batch, asked.settings.confidence)
+    if asked.table is not None and asked.table.suffix.lower() in TABLES[1:]:
+        _save_parquet(asked, asked.table, batch, inputs)
+    elif asked.table is not None:
+        save_text(asked.table, as_csv(batch), inputs)
+    if asked.as_json:
+        print_json(as_json(batch, found, asked.document), asked.table if asked.table == STDOUT else None)
+    tell: Callable[[str], None] = note if asked.as_json or asked.table == STDOUT else say
+    for line in [*reasons(batch), *([] if asked.as_json else [headline(batch), *population_lines(found, asked.document)])]:
+        tell(line)
+
+
+def _save_parquet(asked: Asked, target: Path, batch: list[One], inputs: list[Path]) -> None:
+    from frictool.documents.provenance import record
+    from frictool.identify.each_table import write_parquet
+    from frictool.logs.provenance import provenance_record
+
+    words = command_line("identify", {"--each": asked.each, "--bench": asked.bench, **asked.shown})
+    made = io.BytesIO()
+    write_parquet(batch, asked.document, made, provenance_record(record(words, inputs)))
+    with replacing(target, inputs) as stream:
+        stream.write(made.getvalue())

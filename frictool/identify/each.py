@@ -1,0 +1,191 @@
+"""Many actuators, or many records of one: a model for each log, or for the logs of each folder.
+
+logs ──groups──▶ Group, Group, ... ──shared by workers/──▶ One, One, ... ──▶ model.yaml each, a table, population.py
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+from typing import Any, cast
+
+from frictool import __version__
+from frictool.documents.bench import Bench
+from frictool.documents.provenance import Input, Provenance, digest
+from frictool.documents.reading import Reader, compose
+from frictool.documents.writing import to_yaml
+from frictool.errors import FrictoolError, LogError
+from frictool.identify.from_files import Read, read, with_measurement
+from frictool.identify.identification import identify
+from frictool.identify.machine import as_view
+from frictool.identify.methods import Settings
+from frictool.identify.model import model_of
+from frictool.identify.outcome import Fit, Interval, NothingUsable
+from frictool.logs.fleet import Member
+from frictool.logs.origin import Origin, Patterns, origin_by_name, origin_of_log
+from frictool.workers.files import Paths, share_files
+
+EACH = ("log", "folder")  # what a model is made of
+FEW = 4  # models, below which the start of further processes takes longer than they save
+
+
+@dataclass(frozen=True)
+class Group:
+    """The logs of one model. name: of its file, without the ending. words: the command that makes this model alone."""
+
+    name: str
+    members: tuple[Member, ...]
+    words: str = ""
+
+    @property
+    def files(self) -> str:
+        """What its logs are called."""
+        return "; ".join(member.name.file for member in self.members)
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a group has given. text: the model as YAML. view: what `identify --json` prints of it."""
+
+    identified: dict[str, Interval]
+    method: str
+    fit: Fit | None
+    text: str
+    view: dict[str, Any]
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class One:
+    """What a group has given, or why it has no model. lost: whether a log could not be used."""
+
+    group: Group
+    origin: Origin
+    found: Found | None
+    reason: str = ""
+    lost: bool = False
+
+
+def groups(members: Sequence[Member], each: str) -> list[Group]:
+    """The logs that belong together, in the order given; each group has a name of its own."""
+    together: dict[Path, list[Member]] = {}
+    for member in members:
+        together.setdefault(member.path if each == "log" else member.path.parent, []).append(member)
+    found = list(together.values())
+    return [Group(name, tuple(own)) for name, own in zip(_names([_called(own, each) for own in found]), found, strict=True)]
+
+
+def _called(members: list[Member], each: str) -> PurePosixPath:
+    """What a group is called: its log, or the folder that its logs are in."""
+    log = PurePosixPath(members[0].name.file)
+    called = log if each == "log" else log.parent if log.parent.name else PurePosixPath(members[0].path.absolute().parent.name)
+    return PurePosixPath(*(part for part in called.parts if part not in ("/", "..")))
+
+
+def _names(called: list[PurePosixPath]) -> list[str]:
+    """The names without an ending where that tells them apart, with it where not, and numbered where nothing does."""
+    plain = [one.with_suffix("").as_posix() for one in called]
+    whole = [short if plain.count(short) == 1 else one.as_posix() for short, one in zip(plain, called, strict=True)]
+    seen: dict[str, int] = {}
+    names = []
+    for name in whole:
+        seen[name] = seen.get(name, 0) + 1
+        names.append(name if whole.count(name) == 1 else f"{name}-{seen[name]}")
+    return names
+
+
+@dataclass(frozen=True)
+class Identify:
+    """One group, wherever its logs are read. bench: as YAML, for pickle does not keep which fields were left to their defaults, and a model
+    has its bench verbatim. bench_input: what the provenance of a model says of it.
+    """
+
+    bench: str
+    bench_input: Input
+    method: str
+    settings: Settings
+    measure: bool = False
+    patterns: Patterns = field(default_factory=Patterns)
+
+    def __call__(self, paths: Paths, group: Group) -> One:
+        try:
+            return self._identified(paths, group)
+        except NothingUsable as error:
+            return self._without(group, _named(str(error), paths, group), lost=False)
+        except FrictoolError as error:
+            return self._without(group, _named(str(error), paths, group), lost=True)
+        except MemoryError:
+            return self._without(group, "needs more memory than there is", lost=True)
+        except OSError as error:
+            return self._without(group, f"cannot be read: {error.strerror or error}", lost=True)
+        except Exception as error:  # a mistake of ours with one log must not take the others along
+            reason = f"could not be identified ({type(error).__name__}: {error}); identify it alone to see more"
+            return self._without(group, _named(reason, paths, group), lost=True)
+
+    def _identified(self, paths: Paths, group: Group) -> One:
+        bench = _bench(self.bench)
+        logs = [read(path, bench) for path in paths]
+        origin = self._origin(logs, group)
+        records = [one.record for one in logs]
+        result = identify(records, [], bench, self.method, self.settings)
+        inputs = [Input(path.name, digest(path)) for path in paths if path.is_file()]
+        model = model_of(result, bench, Provenance(group.words, __version__, (*inputs, self.bench_input)))
+        if self.measure:
+            model = with_measurement(model, result, records, [one.currents for one in logs if one.currents is not None])
+        told = [warning for one in logs for warning in one.log.warnings] + list(result.warnings)
+        warnings = tuple(_named(text, paths, group) for text in told)
+        found = Found(result.identified, result.method, result.fit, to_yaml(model), as_view(result, bench, model), warnings)
+        return One(group, origin, found)
+
+    def _origin(self, logs: Sequence[Read], group: Group) -> Origin:
+        """Of all of them; the earliest date. Raises LogError where they are of several units."""
+        origins = [origin_of_log(one.log, member.name, self.patterns) for one, member in zip(logs, group.members, strict=True)]
+        units = list(dict.fromkeys(one.unit for one in origins if one.unit is not None))
+        if len(units) > 1:
+            raise LogError(group.name, f"holds logs of several units ({', '.join(units)}), and a model is of one; take --each log")
+        dates = sorted(one.date for one in origins if one.date is not None)
+        return Origin(units[0] if units else None, dates[0] if dates else None)
+
+    def gone(self, group: Group, reason: str) -> One:
+        """In place of what it would have given."""
+        return self._without(group, reason, lost=True)
+
+    def _without(self, group: Group, reason: str, lost: bool) -> One:
+        return One(group, origin_by_name(group.members[0].name, self.patterns), None, reason, lost)
+
+
+@functools.lru_cache(maxsize=4)
+def _bench(text: str) -> Bench:
+    """The document of a bench's YAML, which was read before."""
+    path = Path("bench.yaml")
+    return cast(Bench, Reader(path).read(compose(text, path), Bench, ""))
+
+
+def _named(text: str, paths: Paths, group: Group) -> str:
+    """A message with the logs' names in place of where they were read; without, where there is but one."""
+    if len(paths) == 1:
+        text = text.removeprefix(f"{paths[0]}: ")
+    for path, member in zip(paths, group.members, strict=True):
+        text = text.replace(str(path), member.name.file)
+    return text
+
+
+def identified(
+    identify_one: Identify,
+    asked: Sequence[Group],
+    *,
+    cores: int | None = None,
+    cluster: str | None = None,
+    tick: Callable[[float], None] = lambda part: None,
+) -> Iterator[tuple[int, One]]:
+    """Place and model of each group, in the order in which they are done. cores, cluster: who does it, as `workers/share.py`.
+
+    tick: is told the part of them that is done.
+    """
+    jobs = [(tuple(member.path for member in group.members), group) for group in asked]
+    alone = 1 if len(asked) < FEW else None
+    for done, (place, one) in enumerate(share_files(identify_one, jobs, identify_one.gone, cores=cores or alone, cluster=cluster), 1):
+        tick(done / len(asked))
+        yield place, one

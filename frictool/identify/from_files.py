@@ -1,0 +1,44 @@
+"""From log files to the records that methods start from, and what they tell of the bench itself."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from msgspec.structs import replace as with_fields
+
+from frictool.documents.bench import Bench
+from frictool.documents.model import Model
+from frictool.identify.identification import SLIDING_LOG, Identification
+from frictool.identify.measurement.document import measurement
+from frictool.identify.record import Record, Vector, record_of
+from frictool.logs.channels.matching import matched
+from frictool.logs.log import Log
+from frictool.logs.reading import read_log
+
+Currents = tuple[Vector, Vector, float]  # commanded and measured (n,) A, and the period
+
+
+@dataclass(frozen=True)
+class Read:
+    """A log, its record, and its currents where it holds commanded and measured ones. The log's warnings are of what let pass."""
+
+    log: Log
+    record: Record
+    currents: Currents | None
+
+
+def read(path: Path, bench: Bench) -> Read:
+    """Raises LogError where it cannot be read, or has not what a record needs."""
+    log = matched(read_log(path, bench), bench)
+    record = record_of(log, bench)
+    signals = log.main.signals
+    both = {"current_command", "current"} <= signals.keys()
+    return Read(log, record, (signals["current_command"], signals["current"], record.period) if both else None)
+
+
+def with_measurement(model: Model, result: Identification, records: Sequence[Record], currents: Sequence[Currents]) -> Model:
+    """The model with what the logs tell of the bench."""
+    sliding = [record for record in records if result.kinds.get(record.name) == SLIDING_LOG]
+    return with_fields(model, measurement=measurement(sliding, list(currents), model.bench, model.confidence))
