@@ -70,8 +70,16 @@ def exported(controller: Controller, language: Language, number: Number, origin:
     try:
         return {"c": _c, "json": _json, "cmsis": _cmsis, "matlab": _matlab}[language](controller, number, origin)
     except DoesNotFit as error:
-        bounds = "a travel and a top speed in the bench bound what is measured" if "no bounds" in str(error) else "rescale the units"
-        raise NoSolutionError(f"{controller.name}: {number} cannot be scaled: {error}; {bounds}, or use --number float") from None
+        raise NoSolutionError(f"{controller.name}: {number} cannot be scaled: {error}; {_remedy(controller, error)}") from None
+
+
+def _remedy(controller: Controller, error: DoesNotFit) -> str:
+    """What to try where fixed point cannot be scaled."""
+    if "no bounds" not in str(error):
+        return "rescale the units, or use --number float"
+    if controller.schedule is not None:
+        return "nothing bounds the states of a controller whose coefficients move; use --number float, or leave scheduled out of the design"
+    return "a travel and a top speed in the bench bound what is measured, or use --number float"
 
 
 def _c(controller: Controller, number: Number, origin: Origin) -> Exported:
