@@ -7,6 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.metrics.median import median
+
 MARGIN = 2.0  # standard deviations beyond the expected largest of n: exceeded by chance in fewer than 1 of 1000 records
 
 
@@ -17,7 +19,7 @@ def noise_deviation(signal: NDArray[np.float64]) -> float:
     """
     if signal.size < 3:
         return 0.0
-    return float(np.median(np.abs(np.diff(signal, 2)))) / (0.6745 * math.sqrt(6.0))
+    return median(np.abs(np.diff(signal, 2))) / (0.6745 * math.sqrt(6.0))
 
 
 def noise_floor(signal: NDArray[np.float64]) -> float:

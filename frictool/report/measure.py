@@ -47,16 +47,19 @@ class Measured:
         return self.hold.origin is not None
 
 
-def measure(spec: Spec, evidence: Evidence) -> list[Measured]:
-    """The metrics of every hold, whether or not they are specified."""
+def measure(spec: Spec, evidence: Evidence, whole: bool = True) -> list[Measured]:
+    """The metrics of every hold, whether or not they are specified; those that are, and some more, where they are not to be whole."""
     time = evidence.stream.time
     out = []
     for number, hold in enumerate(evidence.holds, start=1):
         measured = Measured(hold, number, float(time[hold.start]))
         _measure_position(spec, evidence, measured)
-        _measure_cycle(evidence, measured)
-        _measure_drive(spec, evidence, measured)
-        _measure_load(spec, evidence, measured)
+        if whole or spec.limit_cycle is not None:
+            _measure_cycle(evidence, measured)
+        if whole or spec.saturation_time_s is not None or spec.energy is not None:
+            _measure_drive(spec, evidence, measured)
+        if whole or spec.load_static_error is not None:
+            _measure_load(spec, evidence, measured)
         _measure_rest(spec, evidence, measured)
         if hold.origin is None:
             measured.missing.update(dict.fromkeys(OF_A_STEP, NO_STEP))

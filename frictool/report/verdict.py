@@ -20,17 +20,17 @@ def judge(spec: Spec, logs: list[Log], controller: Controller | None = None, ben
 
     Raises LogError where a log cannot be reported on at all (no stream, no samples, another kind of axis).
     """
-    requirements, evidence = decided(spec, logs, controller, bench)
+    requirements, evidence = decided(spec, logs, controller, bench, whole=True)
     of_logs = [make for name, make in _asked(spec).items() if name != "modulus_margin"]
     return Verdict(spec.name, requirements, evidence, tuple(_meets(spec, one, of_logs) for one in evidence))
 
 
 def decided(
-    spec: Spec, logs: list[Log], controller: Controller | None = None, bench: Bench | None = None
+    spec: Spec, logs: list[Log], controller: Controller | None = None, bench: Bench | None = None, whole: bool = False
 ) -> tuple[tuple[Requirement, ...], Judged]:
-    """The requirements of `judge`, and what they were decided by, without what each stream does by itself."""
+    """The requirements of `judge`, and what they were decided by; whole: with metrics that are not specified."""
     rig = Rig.of(bench if bench is not None or controller is None else controller.bench)
-    evidence = tuple((item, tuple(measure(spec, item))) for item in gather(spec, logs, rig))
+    evidence = tuple((item, tuple(measure(spec, item, whole))) for item in gather(spec, logs, rig))
     return tuple(make(spec, evidence, controller) for make in _asked(spec).values()), evidence
 
 
