@@ -6,8 +6,6 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
-import msgspec
-
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design
 from frictool.documents.model import Model
@@ -58,15 +56,6 @@ def controller(name: str) -> Controller:
     return design_controller(identified(), spec(), load(path, Design), HERE)
 
 
-@cache
-def plant(name: str = "nonlinear") -> Model:
-    """The clutch of 4.4 (nonlinear), or NAME.yaml of the rig."""
-    return load(RIG / f"{name}.yaml", Model)
-
-
-def played(name: str, scenario: str, on: str = "nonlinear", *, plants: int | None = None, variants: str | None = None) -> Log:
-    """A controller on the clutch in a scenario of the rig, its variants as the scenario says or as given."""
-    document = load(RIG / f"{scenario}.yaml", Scenario)
-    if variants is not None:
-        document = msgspec.structs.replace(document, variants=variants, plants=plants)
-    return step_test(plant(on), controller(name), document, HERE)
+def played(name: str, scenario: str) -> Log:
+    """A controller on the clutch of 4.4 in a scenario of the rig."""
+    return step_test(load(RIG / "nonlinear.yaml", Model), controller(name), load(RIG / f"{scenario}.yaml", Scenario), HERE)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import matplotlib as mpl
@@ -38,7 +39,7 @@ def kept(curve: Curve) -> tuple[Vector, Vector]:
         return x, y
     edges = np.linspace(0, x.size, BUCKETS + 1).astype(int)
     chosen = {0, x.size - 1}
-    for start, end in zip(edges[:-1], edges[1:], strict=True):
+    for start, end in itertools.pairwise(edges):
         chosen |= {start + int(np.argmin(y[start:end])), start + int(np.argmax(y[start:end]))}
     index = np.array(sorted(chosen))
     return x[index], y[index]

@@ -62,7 +62,9 @@ def judge(documents: Documents, part: Part, chosen: frozenset[str] | None = None
         problems += [f"{name} {key}: found, and not in published.yaml" for key in ours if key not in table.rows]
         tables[name] = [_line(name, key, row, ours[key], documents.words) for key, row in table.rows.items() if key in ours]
         used |= {f"{name} {key}" for key in table.rows}
-        problems += [f"{name} {line.key}: differs, {line.ours} for {line.published}, without a word" for line in tables[name] if _lacks(line)]
+        problems += [
+            f"{name} {line.key}: differs, {line.ours} for {line.published}, without a word" for line in tables[name] if _lacks(line)
+        ]
         problems += [f"{name} {line.key}: agrees, and words say why it differs" for line in tables[name] if line.agrees and line.word]
     if chosen is None:
         problems += [f"words.yaml, {key}: no such value is published" for key in documents.words if key not in used]

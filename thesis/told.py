@@ -35,7 +35,9 @@ def as_json(documents: Documents, part: Part, judged: Judged) -> str:
         for name, lines in judged.tables.items()
     }
     figures = {
-        number: {**_plain(documents, number), "here": drawn.caption} for number, drawn in part.figures.items() if number in documents.figures
+        number: {**_plain(documents, number), "here": drawn.caption}
+        for number, drawn in part.figures.items()
+        if number in documents.figures
     }
     return json.dumps({"tables": tables, "figures": figures, "problems": list(judged.problems)}, indent=2, ensure_ascii=False) + "\n"
 
@@ -66,7 +68,11 @@ def summary(documents: Documents, part: Part, judged: Judged) -> list[str]:
     good = sum(line.agrees for line in every)
     lines += [f"{'all':<20}{len(every):>8}{good:>8}{len(every) - good:>8}   and {len(part.figures)} figures", ""]
     for name, found in judged.tables.items():
-        lines += [f"{name} {line.key}: {line.ours}, published {line.published}: {line.word or 'WITHOUT A WORD'}" for line in found if not line.agrees]
+        lines += [
+            f"{name} {line.key}: {line.ours}, published {line.published}: {line.word or 'WITHOUT A WORD'}"
+            for line in found
+            if not line.agrees
+        ]
     if judged.problems:
         lines += ["", f"WRONG: {len(judged.problems)}", *(f"  {problem}" for problem in judged.problems)]
     return lines

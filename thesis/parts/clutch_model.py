@@ -79,7 +79,10 @@ def _table_4_6(part: Part, whole: Record, bench: Bench) -> None:
     free = fit(samples, np.ones(samples.velocity.size), memory, RATE, {}).parameters
     inertia = free["inertia"].value
     part.add("table_4_6", {"inertia": inertia, **{name: told.parameters[name].value for name in ("viscous", "coulomb")}})
-    part.add("table_4_6", {"time_constant": inertia / told.parameters["viscous"].value, "believed": "yes" if "inertia" in told.parameters else "no"})
+    part.add(
+        "table_4_6",
+        {"time_constant": inertia / told.parameters["viscous"].value, "believed": "yes" if "inertia" in told.parameters else "no"},
+    )
     part.say("table_4_6", f"On the SIMULATED clutch; frictool refuses the inertia: {told.refused.get('inertia', '')}.")
 
 
@@ -104,17 +107,24 @@ def _friction(part: Part, found: Identification, whole: Record, ramped: Record, 
     rows: Rows = stroke_rows([whole], bench)
     svg = picture(model, rows, found.ramp)
     knee = found.laws.regimes[0].above.value if found.laws is not None else math.nan
-    part.draw("4.10", f"Above: means of strokes and the law over speed (4.9, 4.10), its knee at {knee:.0f} rad/s; in the middle breakaways and "
-              "their polynomials (4.12); below friction over both (4.13).", svg)
+    part.draw(
+        "4.10",
+        f"Above: means of strokes and the law over speed (4.9, 4.10), its knee at {knee:.0f} rad/s; in the middle breakaways and "
+        "their polynomials (4.12); below friction over both (4.13).",
+        svg,
+    )
     found_ramp: Breakaway | None = found.ramp
     assert found_ramp is not None
     curve = Curve(ramped.position, ramped.effort, "", "line")
-    part.draw("4.11", f"{found_ramp.onsets} breakaways both ways over the travel, seen {1e3 * found_ramp.delay:.1f} mN m late in the mean.",
-              draw("ramp torque", "theta, rad", [("u, N m", [curve])], thin=False))
+    part.draw(
+        "4.11",
+        f"{found_ramp.onsets} breakaways both ways over the travel, seen {1e3 * found_ramp.delay:.1f} mN m late in the mean.",
+        draw("ramp torque", "theta, rad", [("u, N m", [curve])], thin=False),
+    )
 
 
 def _validation(part: Part) -> None:
-    """Figures 4.14 to 4.17: the PID's limit cycle on the mechanism of chapter 2 with rigid flanks in its backlash, and with ones that yield."""
+    """Figures 4.14 to 4.17: the PID's limit cycle on chapter 2's mechanism, flanks rigid and yielding."""
     document = load(RIG / "mechanism.yaml", Mechanism)
     scenario = load(RIG / "scenarios/rebound.yaml", Scenario)
     logs = {name: _under_pid(one, scenario) for name, one in (("rigid", document), ("yielding", yielding(document)))}
@@ -125,14 +135,23 @@ def _validation(part: Part) -> None:
     part.say("section_4_4_4", f"Flanks that yield: the ramps are aside of 0 on {aside} of {len(told['yielding'])} holds.")
     views = {name: _view(log) for name, log in logs.items()}
     reference = Curve(*views["yielding"]["reference"], "reference", "reference")
-    part.draw("4.14", "The exhaustive mechanism with flanks that yield, in place of the bench: sticks and slips around each place.",
-              draw("position", "t, s", [("theta, rad", [Curve(*views["yielding"]["position"], "theta"), reference])]))
+    part.draw(
+        "4.14",
+        "The exhaustive mechanism with flanks that yield, in place of the bench: sticks and slips around each place.",
+        draw("position", "t, s", [("theta, rad", [Curve(*views["yielding"]["position"], "theta"), reference])]),
+    )
     halves = ", ".join(f"{one.centre:+.3f} ± {one.half:.3f}" for one in told["yielding"])
-    part.draw("4.15", f"Its torque: ramps {halves} N m on the five holds, not centred around 0, as on the bench.",
-              draw("torque, yielding", "t, s", [("u, N m", [Curve(*views["yielding"]["effort"])])]))
+    part.draw(
+        "4.15",
+        f"Its torque: ramps {halves} N m on the five holds, not centred around 0, as on the bench.",
+        draw("torque, yielding", "t, s", [("u, N m", [Curve(*views["yielding"]["effort"])])]),
+    )
     halves = ", ".join(f"{one.centre:+.3f} ± {one.half:.3f}" for one in told["rigid"])
-    part.draw("4.16", f"With rigid flanks, as the thesis's model has them: {halves} N m, centred.",
-              draw("torque, rigid", "t, s", [("u, N m", [Curve(*views["rigid"]["effort"])])]))
+    part.draw(
+        "4.16",
+        f"With rigid flanks, as the thesis's model has them: {halves} N m, centred.",
+        draw("torque, rigid", "t, s", [("u, N m", [Curve(*views["rigid"]["effort"])])]),
+    )
     part.draw("4.17", *_detail(logs))
 
 
@@ -159,7 +178,9 @@ def _detail(logs: dict[str, Log]) -> tuple[str, str]:
         least = min(least, int(first.sum()))
     count = int(least)
     apart = max(float(np.max(np.abs(curve.y[:count] - rows[0][1][0].y[:count]))) for curve in rows[0][1])
-    return f"The first step in detail: the positions are at most {apart:.2f} rad apart, the backlash is 3 rad.", draw("detail", "t, s", rows)
+    return f"The first step in detail: the positions are at most {apart:.2f} rad apart, the backlash is 3 rad.", draw(
+        "detail", "t, s", rows
+    )
 
 
 def _short() -> Scenario:

@@ -65,7 +65,7 @@ def _tables_4_2_and_4_3(part: Part) -> None:
     printed: dict[str, list[Vector]] = {"not weighted": [], "weighted": [], "weighted and filtered": []}
     for seed in range(SEEDS):
         log = mass_sine(seed)
-        for (kind, found), constant, weigh in zip(printed.items(), (0.0, 0.0, FILTER), (False, True, True), strict=True):
+        for found, constant, weigh in zip(printed.values(), (0.0, 0.0, FILTER), (False, True, True), strict=True):
             found.append(_as_printed(log, constant, weigh))
         samples, memory = differenced([log], 0.0)
         plain.append(_values(samples, np.ones(samples.velocity.size), memory))
@@ -76,7 +76,10 @@ def _tables_4_2_and_4_3(part: Part) -> None:
     part.add("table_4_3", {**_row("weighted", weighted), **_row("filtered", filtered)})
     for kind, values in printed.items():
         told = ", ".join(f"{key.split('.')[1]} {_rms(value):.3g} %" for key, value in _row("printed", values).items())
-        part.say("table_4_3" if "filtered" in kind else "table_4_2", f"With (4.2)'s backward differences, each effort at its own row, {kind}: {told} (rms).")
+        part.say(
+            "table_4_3" if "filtered" in kind else "table_4_2",
+            f"With (4.2)'s backward differences, each effort at its own row, {kind}: {told} (rms).",
+        )
     part.say("table_4_4", f"rms over {FAST_SEEDS} trials at {FAST:g} m/s.")
     part.say("table_4_2", f"rms over {SEEDS} trials, each with its own noise, phase of the encoder and of the sine.")
 
@@ -107,7 +110,11 @@ def _table_4_4(part: Part) -> None:
     part.add("table_4_4", {key: value for kind in ("plain", "conditioned") for key, value in _row(kind, found[kind]).items()})
     for kind, title in (("recursive", "without"), ("recursive_conditioned", "with")):
         told = ", ".join(f"{key.split('.')[1]} {_rms(value):.3g} %" for key, value in _row(kind, found[kind]).items())
-        part.say("table_4_4", f"By the recursion (4.16) as printed, its gain from {GAIN:g} I on, {title} conditioning: {told} (rms, {RECURSIVE_SEEDS} trials).")
+        part.say(
+            "table_4_4",
+            f"By the recursion (4.16) as printed, its gain from {GAIN:g} I on, {title} conditioning: {told} "
+            f"(rms, {RECURSIVE_SEEDS} trials).",
+        )
     sine = np.sin(2.0 * np.pi * np.arange(0.5, 1000.0) / 1000.0)
     before, after = (condition_m2(speed * sine, np.sign(sine)) for speed in (FAST, BEST_SPEED))
     part.add("table_4_4", {"condition_before": before, "condition_after": after})
@@ -170,7 +177,7 @@ def ramps() -> Ramps:
         before, position[k], effort[k] = count, count * MASS.encoder_step, command
         if advance(state, command, parameters, MASS_PERIOD) != 0:
             raise RuntimeError("the ramp could not be simulated")
-    return Ramps(np.arange(RAMP_SAMPLES) * MASS_PERIOD, position, effort)
+    return Ramps(np.arange(RAMP_SAMPLES, dtype=np.float64) * MASS_PERIOD, position, effort)
 
 
 def _ramp(part: Part) -> None:
@@ -183,17 +190,29 @@ def _ramp(part: Part) -> None:
     part.add("section_4_3", {"u_max": largest, "breakaway": Found(told.interval.value, told.interval.low, told.interval.high, "95 %")})
     part.say("section_4_3", f"u_max is {(largest - RAMP.breakaway) / STEP:.1f} steps xi of the ramp above the breakaway that was put in.")
     first = found.time < 2.0
-    part.draw("4.6", "The force as the law has it: it grows by xi a sample, and begins at 0 when the encoder has moved.",
-              draw("ramp law", "t, s", [("u, N", [Curve(found.time[first], found.effort[first])])]))
-    part.draw("4.7", f"{told.onsets} breakaways in {found.time[-1]:.1f} s.", draw("ramp position", "t, s", [("x, m", [Curve(found.time, found.position)])]))
-    part.draw("4.8", f"Largest {largest:.3f} N; `identify` finds {told.interval.value:.4f} N in [{told.interval.low:.4f}, {told.interval.high:.4f}] N.",
-              draw("ramp force", "t, s", [("u, N", [Curve(found.time, found.effort)])]))
+    part.draw(
+        "4.6",
+        "The force as the law has it: it grows by xi a sample, and begins at 0 when the encoder has moved.",
+        draw("ramp law", "t, s", [("u, N", [Curve(found.time[first], found.effort[first])])]),
+    )
+    part.draw(
+        "4.7",
+        f"{told.onsets} breakaways in {found.time[-1]:.1f} s.",
+        draw("ramp position", "t, s", [("x, m", [Curve(found.time, found.position)])]),
+    )
+    part.draw(
+        "4.8",
+        f"Largest {largest:.3f} N; `identify` finds {told.interval.value:.4f} N in [{told.interval.low:.4f}, {told.interval.high:.4f}] N.",
+        draw("ramp force", "t, s", [("u, N", [Curve(found.time, found.effort)])]),
+    )
 
 
 def _pictures(part: Part) -> None:
     """Figure 4.3."""
     ratios = np.linspace(0.02, LARGEST_RATIO, 200)
     constants = np.array([filter_for(float(ratio), 1.0) for ratio in ratios])
-    part.draw("4.3", f"tau over T_s by (4.7): {constants[0]:.2f} at 2 %, {filter_for(0.096, 1.0):.2f} at 9.6 %, {constants[-1]:.3f} at 80 %.",
-              draw("filter", "noise ratio rho", [("tau/T_s", [Curve(ratios, constants)])]))
-
+    part.draw(
+        "4.3",
+        f"tau over T_s by (4.7): {constants[0]:.2f} at 2 %, {filter_for(0.096, 1.0):.2f} at 9.6 %, {constants[-1]:.3f} at 80 %.",
+        draw("filter", "noise ratio rho", [("tau/T_s", [Curve(ratios, constants)])]),
+    )

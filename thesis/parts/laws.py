@@ -31,7 +31,9 @@ def laws() -> Part:
     part.add("table_2_1", {f"{law}.{row}": found.laws[law].properties[row] for law in TABLE_2_1 for row in found.laws[law].properties})
     part.add("table_3_2", {f"{law}.{row}": cell for law in TABLE_3_2 for row, cell in found.laws[law].verdicts.items()})
     part.add("table_2_1", _speeds(simulator, setting))
-    part.say("table_2_1", f"Speed of simulation: + where the stick-slip test of 60 s runs at least {REAL_TIME:g} times faster than it lasts.")
+    part.say(
+        "table_2_1", f"Speed of simulation: + where the stick-slip test of 60 s runs at least {REAL_TIME:g} times faster than it lasts."
+    )
     for picture in pictures(found):
         if picture.number:
             part.draw(picture.number, _caption(found, picture.number), picture.svg)
@@ -87,13 +89,11 @@ def _told(found: Comparison, test: str, law: str) -> str:
     tested = found.laws[law]
     if test == "stick_slip":
         period = "none" if tested.stick_slip.period_s is None else f"{tested.stick_slip.period_s:.4f} s"
-        return f"{tested.title}: {tested.stick_slip.sticks} sticks, period {period}"
+        return f"{tested.title}: {tested.stick_slip.sticks} stick{'s' if tested.stick_slip.sticks != 1 else ''}, period {period}"
     if test == "limit_cycle":
-        period = tested.limit_cycle.period_s
-        return f"{tested.title}: {'dies out' if period is None else f'±{tested.limit_cycle.amplitude:.4f} m, {period:.2f} s'}"
+        cycle = tested.limit_cycle
+        return f"{tested.title}: {'dies out' if cycle.period_s is None else f'±{cycle.amplitude:.4f} m, {cycle.period_s:.2f} s'}"
     if test == "presliding":
         contact = tested.presliding
         return f"{tested.title}: points of return {contact.closure:.3f} F_s apart, loop area {contact.area:.3f} F_s z_max"
     return f"{tested.title}: moves by {tested.drift.z_max_units:.3g} z_max over 194 cycles"
-
-

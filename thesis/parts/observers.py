@@ -82,8 +82,11 @@ def _first(part: Part, ran: dict[str, Ran]) -> None:
         printed = ran[f"{kind}_printed"].figures
         assert isinstance(printed, First)
         settled = "never" if math.isinf(printed.settled) else f"after {printed.settled:.2f} s"
-        part.say("section_6_3_2", f"{kind}: within {100 * WITHIN:g} % after {found.settled:.2f} s, friction's error {found.friction:.1f} %; with the theorem's "
-                 f"inequalities alone, without a decay: {settled}, friction's error {printed.friction:.0f} %.")
+        part.say(
+            "section_6_3_2",
+            f"{kind}: within {100 * WITHIN:g} % after {found.settled:.2f} s, friction's error {found.friction:.1f} %; with the theorem's "
+            f"inequalities alone, without a decay: {settled}, friction's error {printed.friction:.0f} %.",
+        )
     factor = ran["multiplicative"].figures
     assert isinstance(factor, First)
     part.add("section_6_3_2", {"alpha_before": factor.before, "alpha_after": factor.after})
@@ -93,7 +96,11 @@ def _second(part: Part, ran: dict[str, Ran], before: dict[str, Ran]) -> None:
     for kind in KINDS:
         larger = ran[kind].figures.velocity > SLOWER * before[kind].figures.velocity
         part.add("section_6_3_2", {f"{kind}.speed": "larger" if larger else "not larger"})
-        part.say("section_6_3_2", f"{kind}, speed's error: {before[kind].figures.velocity:.2f} rad/s in the first test, {ran[kind].figures.velocity:.1f} in the second.")
+        part.say(
+            "section_6_3_2",
+            f"{kind}, speed's error: {before[kind].figures.velocity:.2f} rad/s in the first test, "
+            f"{ran[kind].figures.velocity:.1f} in the second.",
+        )
     factor, added = (ran[kind].figures for kind in KINDS)
     assert isinstance(factor, Second)
     assert isinstance(added, Second)
@@ -101,8 +108,11 @@ def _second(part: Part, ran: dict[str, Ran], before: dict[str, Ran]) -> None:
     part.add("section_6_3_2", {"alpha_second": "not 1" if off > 0.02 else "1"})
     part.add("section_6_4_2", {"alpha_low": added.low, "alpha_high": added.high})
     part.add("section_6_4_2", {"friction": "wrong" if added.friction > 10.0 else "right"})
-    part.say("section_6_3_2", f"Second test: alpha is {factor.series[0]:.3f} and {factor.series[1]:.3f} in the two series of steps, and moves between "
-             f"{factor.low:.3f} and {factor.high:.3f}.")
+    part.say(
+        "section_6_3_2",
+        f"Second test: alpha is {factor.series[0]:.3f} and {factor.series[1]:.3f} in the two series of steps, and moves between "
+        f"{factor.low:.3f} and {factor.high:.3f}.",
+    )
     part.say("section_6_4_2", f"Second test: friction's error {added.friction:.0f} % rms.")
 
 
@@ -111,15 +121,21 @@ def _map(part: Part) -> None:
     model = load(PLANTS["first"], Model)
     known, theta = friction_map(model), np.linspace(0.0, 63.0, 631)
     forward, backward = (np.asarray(friction_at(known, side, theta)) for side in (1, -1))
-    part.draw("6.1", f"Forward {forward.min():.3f} to {forward.max():.3f} N m, backward {backward.min():.3f} to {backward.max():.3f} N m.",
-              draw("friction f", "theta, rad", [("f, N m", [Curve(theta, forward, "forward"), Curve(theta, -backward, "backward")])]))
+    part.draw(
+        "6.1",
+        f"Forward {forward.min():.3f} to {forward.max():.3f} N m, backward {backward.min():.3f} to {backward.max():.3f} N m.",
+        draw("friction f", "theta, rad", [("f, N m", [Curve(theta, forward, "forward"), Curve(theta, -backward, "backward")])]),
+    )
     edges = np.linspace(theta[0], theta[-1], INTERVALS + 1)
     middles = 0.5 * (edges[:-1] + edges[1:])
     steps = np.repeat(np.asarray(friction_at(known, 1, middles)), 2)
     ends = np.column_stack((edges[:-1], edges[1:])).ravel()
     level = steps[::2][np.minimum(np.searchsorted(edges, theta, side="right") - 1, INTERVALS - 1)]
-    part.draw("6.2", f"{INTERVALS} levels forward, each f at its interval's middle: at most {float(np.max(np.abs(level - forward))):.4f} N m off.",
-              draw("levels of f", "theta, rad", [("f_m, N m", [Curve(theta, forward, "f"), Curve(ends, steps, "f_m")])], thin=False))
+    part.draw(
+        "6.2",
+        f"{INTERVALS} levels forward, each f at its interval's middle: at most {float(np.max(np.abs(level - forward))):.4f} N m off.",
+        draw("levels of f", "theta, rad", [("f_m, N m", [Curve(theta, forward, "f"), Curve(ends, steps, "f_m")])], thin=False),
+    )
 
 
 def _draw(part: Part, ran: dict[str, dict[str, Ran]]) -> None:
@@ -150,5 +166,8 @@ def _frictions(part: Part, number: str, test: str, ran: Ran) -> None:
     both = shown & slipping(known, found, ran.observer)
     error = 100.0 * float(np.sqrt(np.mean((found.friction - known.friction)[both] ** 2) / np.mean(known.friction[both] ** 2)))
     curves = [Curve(known.time[shown], found.friction[shown], "estimated"), Curve(known.time[shown], known.friction[shown], "simulated")]
-    part.draw(number, f"Friction estimated where the axis slips: {error:.0f} % rms off in these {ZOOM[1] - ZOOM[0]:g} s of the {test} test.",
-              draw(f"figure {number}", "t, s", [("f, N m", curves)]))
+    part.draw(
+        number,
+        f"Friction estimated where the axis slips: {error:.0f} % rms off in these {ZOOM[1] - ZOOM[0]:g} s of the {test} test.",
+        draw(f"figure {number}", "t, s", [("f, N m", curves)]),
+    )

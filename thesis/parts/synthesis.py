@@ -1,6 +1,6 @@
-"""5.4.3.1 and annex C.5.2: the gammas, and the transfers of the thesis's own designs, figures 5.12 to 5.17 and C.8 to C.10.
+"""5.4.3.1 and annex C.5.2: the gammas, and the transfers of the thesis's own designs, figures 5.12 to 5.17, C.8 to C.10.
 
-The text's controllers are kept in continuous time as it designs them; what runs on the target is designed otherwise (docs/theory/clutch.md).
+The text's controllers are kept in continuous time as it designs them; what the target runs is designed otherwise (docs/theory/clutch.md).
 """
 
 from __future__ import annotations
@@ -79,7 +79,9 @@ def _position(part: Part) -> None:
         "section_5_4_3_1",
         {
             "order": str(frozen.order),
-            "slow_pole": Found(_slowest(frozen), min(slow), max(slow), f"recentred at {RECENTRINGS[0]:g} to {RECENTRINGS[-1]:g} times gamma*"),
+            "slow_pole": Found(
+                _slowest(frozen), min(slow), max(slow), f"recentred at {RECENTRINGS[0]:g} to {RECENTRINGS[-1]:g} times gamma*"
+            ),
             "stable": "all" if all(loop.stable for loop in closed) else "not all",
             "margin": float(margins.min()),
             "peak": Found(_beyond_one(middle), 100.0 * (float(peaks.min()) - 1.0), 100.0 * (float(peaks.max()) - 1.0), "over the vertices"),
@@ -87,11 +89,17 @@ def _position(part: Part) -> None:
     )
     floor = STRICT[1] * max(point.coulomb / point.constant for point in own.vertices)
     free = controller(centre, minimise([centre, *position(BANDWIDTH, *RELAXED, box=box)], RECENTRING))
-    part.say("section_5_4_3_1", f"W3 by (5.58) times the current that cancels table 5.2's largest friction is {floor:.1f}: no gamma is below it.")
+    part.say(
+        "section_5_4_3_1", f"W3 by (5.58) times the current that cancels table 5.2's largest friction is {floor:.1f}: no gamma is below it."
+    )
     part.say("section_5_4_3_1", f"Without bounds on its poles the relaxed controller's fastest is at {_fastest(free):.0f} rad/s.")
     guaranteed = MARGIN / lyapunov.optimum
-    part.say("section_5_4_3_1", f"gamma = {lyapunov.optimum:.2f} guarantees M_mod/gamma = {guaranteed:.2f} of a controller that is not frozen.")
-    part.say("section_5_4_3_1", f"Modulus margin of the frozen controller over the 16 vertices: {margins.min():.2f} to {margins.max():.2f}.")
+    part.say(
+        "section_5_4_3_1", f"gamma = {lyapunov.optimum:.2f} guarantees M_mod/gamma = {guaranteed:.2f} of a controller that is not frozen."
+    )
+    part.say(
+        "section_5_4_3_1", f"Modulus margin of the frozen controller over the 16 vertices: {margins.min():.2f} to {margins.max():.2f}."
+    )
     _draw_position(part, responses, frozen, lyapunov.optimum, weights)
 
 
@@ -125,8 +133,11 @@ def _draw_position(part: Part, responses: NDArray[np.complex128], frozen: Lti, g
         "5.15": ("e/w, dB of rad per unit of friction", responses[:, :, 0, 1]),
         "5.16": ("theta/theta_c, dB", 1.0 - responses[:, :, 0, 0]),
     }
-    part.draw("5.12", f"1/|W2|: low frequencies {1 / abs(w2[0]):.4f}, high {1 / abs(w2[-1]):.3g}, which is 1/M_mod.",
-              draw("template", "rad/s", [("1/W2, dB", [Curve(FREQUENCIES, _decibels(1.0 / w2))])], log=True))
+    part.draw(
+        "5.12",
+        f"1/|W2|: low frequencies {1 / abs(w2[0]):.4f}, high {1 / abs(w2[-1]):.3g}, which is 1/M_mod.",
+        draw("template", "rad/s", [("1/W2, dB", [Curve(FREQUENCIES, _decibels(1.0 / w2))])], log=True),
+    )
     for number, (label, gains) in entries.items():
         curves = [Curve(FREQUENCIES, _decibels(one)) for one in gains]
         told = f"The 16 vertices of table 5.2, the controller frozen at the centre; largest {_decibels(gains).max():.1f} dB."
@@ -136,15 +147,21 @@ def _draw_position(part: Part, responses: NDArray[np.complex128], frozen: Lti, g
             told += f" Largest over its template (gamma {gamma:.2f}): {beyond:.2f} of it."
         part.draw(number, told, draw(f"transfer {number}", "rad/s", [(label, curves)], log=True))
     sampled = with_integrator(tustin(frozen, PERIOD), BANDWIDTH)
-    below = FREQUENCIES[FREQUENCIES < 0.98 * np.pi / PERIOD]
+    below = FREQUENCIES[: int(np.searchsorted(FREQUENCIES, 0.98 * np.pi / PERIOD))]
     both = [frozen.response(FREQUENCIES)[:, 0, 0], sampled.response(below)[:, 0, 0]]
     at = [float(abs(one.response(np.array([BANDWIDTH]))[0, 0, 0])) for one in (frozen, sampled)]
     rows: list[Row] = [
-        ("gain, dB", [Curve(below, _decibels(both[1]), "sampled at 1 ms, with an integrator"), Curve(FREQUENCIES, _decibels(both[0]), "continuous")]),
+        (
+            "gain, dB",
+            [Curve(below, _decibels(both[1]), "sampled at 1 ms, with an integrator"), Curve(FREQUENCIES, _decibels(both[0]), "continuous")],
+        ),
         ("phase, rad", [Curve(below, np.unwrap(np.angle(both[1]))), Curve(FREQUENCIES, np.unwrap(np.angle(both[0])))]),
     ]
-    part.draw("5.17", f"At {BANDWIDTH:g} rad/s the two gains are {at[0]:.4f} and {at[1]:.4f} A/rad; at low frequencies they part, the pole being at 0.",
-              draw("controller of 5.4.3", "rad/s", rows, log=True))
+    part.draw(
+        "5.17",
+        f"At {BANDWIDTH:g} rad/s the two gains are {at[0]:.4f} and {at[1]:.4f} A/rad; at low frequencies they part, the pole being at 0.",
+        draw("controller of 5.4.3", "rad/s", rows, log=True),
+    )
 
 
 def _annex(part: Part) -> None:
@@ -159,7 +176,7 @@ def _annex(part: Part) -> None:
     for name, other in READINGS.items():
         if name != READING:
             found = minimise([annex_lft(other)], RECENTRING).optimum, minimise(annex_mixed(other), RECENTRING).optimum
-            part.say("annex_c_5_2", f"Read as \"{name}\": {found[0]:.3f} and {found[1]:.3f}.")
+            part.say("annex_c_5_2", f'Read as "{name}": {found[0]:.3f} and {found[1]:.3f}.')
     below = 2.0 * np.pi * np.geomspace(1e-2, 1e3, 2000)
     apart = float(np.max(np.abs(fast.response(below) / slow.response(below) - 1.0)))
     radius = _sampled((slow, fast), reading.unit)
@@ -183,15 +200,27 @@ def _draw_annex(part: Part, controllers: dict[str, Lti], apart: float) -> None:
     w2 = W2.system(0.0).response(FREQUENCIES)[:, 0, 0]
     curves = [Curve(FREQUENCIES, _decibels(loop[:, 0, 0]), name) for name, loop in loops.items()]
     drives = [Curve(FREQUENCIES, _decibels(loop[:, 1, 0])) for loop in loops.values()]
-    rows: list[Row] = [("e/omega_c, dB", [*curves, Curve(FREQUENCIES, _decibels(1.0 / w2), "1/W2", "reference")]), ("i/omega_c, dB", drives)]
+    rows: list[Row] = [
+        ("e/omega_c, dB", [*curves, Curve(FREQUENCIES, _decibels(1.0 / w2), "1/W2", "reference")]),
+        ("i/omega_c, dB", drives),
+    ]
     peak = max(float(curve.y.max()) for curve in curves)
-    part.draw("C.8", f"Largest sensitivity {peak:.1f} dB; the three loops differ little.", draw("annex sensitivities", "rad/s", rows, log=True))
+    part.draw(
+        "C.8", f"Largest sensitivity {peak:.1f} dB; the three loops differ little.", draw("annex sensitivities", "rad/s", rows, log=True)
+    )
     friction = [Curve(FREQUENCIES, _decibels(loop[:, 0, 1]), name) for name, loop in loops.items()]
     offset = float(np.max(np.abs(friction[1].y - friction[2].y)))
-    part.draw("C.9", f"From friction in units of its own F_c: rho = 0 and rho = 1 are up to {offset:.1f} dB apart, since F_c differs.",
-              draw("annex friction", "rad/s", [("e/w, dB", friction)], log=True))
+    part.draw(
+        "C.9",
+        f"From friction in units of its own F_c: rho = 0 and rho = 1 are up to {offset:.1f} dB apart, since F_c differs.",
+        draw("annex friction", "rad/s", [("e/w, dB", friction)], log=True),
+    )
     gains = [Curve(FREQUENCIES, _decibels(k.response(FREQUENCIES)[:, 0, 0]), name) for name, k in controllers.items()]
-    part.draw("C.10", f"rho = 0 and rho = 1 differ by at most {100 * apart:.1f} % below 1 kHz.", draw("annex controllers", "rad/s", [("C, dB", gains)], log=True))
+    part.draw(
+        "C.10",
+        f"rho = 0 and rho = 1 differ by at most {100 * apart:.1f} % below 1 kHz.",
+        draw("annex controllers", "rad/s", [("C, dB", gains)], log=True),
+    )
 
 
 def _loop(k: Lti, rates: Rates) -> NDArray[np.complex128]:
