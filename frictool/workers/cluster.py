@@ -89,7 +89,7 @@ def _check(client: Any, address: str) -> None:
         client.wait_for_workers(1, timeout=CONNECT_S)
     except TimeoutError:
         raise ClusterError(f"{address}: the scheduler has no worker; start some with `dask worker {address} --nthreads 1`") from None
-    here, found = installation(), client.run(installation, on_error="return")
+    here, found = installation(), client.run(remote.installed, on_error="return")
     unlike = {name: _unlike(here, there) for name, there in found.items()}
     unlike = {name: text for name, text in unlike.items() if text}
     if unlike:

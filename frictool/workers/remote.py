@@ -36,6 +36,11 @@ class Unfit:
     error: Exception
 
 
+def installed() -> Installation:
+    """That of the worker."""
+    return installation()
+
+
 def run(topic: str, expected: Installation, function: bytes, task: bytes) -> bytes:
     """The results of a task, by pickle. topic: where the one that shares the work hears of waits for the compiler."""
     with _TURN:

@@ -1,46 +1,64 @@
-"""Functions to share: some end the process that runs them."""
+"""Functions to share: some end the process that runs them, some fail. Nothing is imported that takes a process long to start."""
 
 from __future__ import annotations
 
+import itertools
 import os
+import random
 import signal
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
+from frictool.errors import LogError
 
 
-def spectrum(seed: int) -> NDArray[np.float64]:
+def series(seed: int) -> list[float]:
     """Some arithmetic whose last bits tell the order of its sums."""
-    drawn = np.random.default_rng(seed).normal(size=(40, 40))
-    return np.linalg.svd(drawn @ drawn.T, compute_uv=False)
+    drawn = random.Random(seed)
+    return list(itertools.accumulate(drawn.gauss(0.0, 1.0) for _ in range(200)))
 
 
-def slow_spectrum(seed: int) -> NDArray[np.float64]:
+def slow_series(seed: int) -> list[float]:
     """The same, long enough to be ended in its middle."""
     time.sleep(0.02)
-    return spectrum(seed)
+    return series(seed)
 
 
 @dataclass(frozen=True)
 class Deadly:
-    """Ends its process where the job is one of `fatal`, the first `times` times that a file in `folder` does not count yet."""
+    """Ends its process where the job is one of `fatal`, the first `times` times: files in `folder` count them."""
 
     folder: Path
     fatal: tuple[int, ...]
     times: int
-    work: Callable[[int], NDArray[np.float64]] = spectrum
 
-    def __call__(self, seed: int) -> NDArray[np.float64]:
-        deaths = self.deaths(seed)
+    def __call__(self, seed: int) -> list[float]:
+        deaths = len(list(self.folder.glob(f"{seed}.*")))
         if seed in self.fatal and deaths < self.times:
             (self.folder / f"{seed}.{deaths}").touch()
             os.kill(os.getpid(), signal.SIGKILL)
-        return self.work(seed)
+        return series(seed)
 
-    def deaths(self, seed: int) -> int:
-        """How many processes have died at a job."""
-        return len(list(self.folder.glob(f"{seed}.*")))
+
+def negative(number: int) -> int:
+    """Fails at 7 as a reader of logs does."""
+    if number == 7:
+        raise LogError("run.csv", "has no samples", line=3)
+    return -number
+
+
+def untravelled(number: int) -> Any:
+    """A result that pickle refuses."""
+    return lambda: number
+
+
+def content(paths: tuple[Path, ...], job: str) -> tuple[str, list[tuple[str, bytes]]]:
+    """What the files hold that a job reads, by their names."""
+    return job, [(path.name, path.read_bytes()) for path in paths]
+
+
+def instead(job: str, reason: str) -> tuple[str, list[tuple[str, bytes]]]:
+    """In place of it."""
+    return job, [(reason, b"")]

@@ -1,0 +1,54 @@
+"""A Dask scheduler and workers, each a process of its own on the loopback."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+PATIENCE_S = 60.0
+
+
+class Loopback:
+    """A scheduler that gives a task up after `failures` dead workers, and workers in a folder of their own."""
+
+    def __init__(self, folder: Path, workers: int, failures: int = 3) -> None:
+        self.folder = folder
+        self._file = folder / "scheduler.json"
+        quiet = {"OPENBLAS_NUM_THREADS": "1", "DASK_DISTRIBUTED__LOGGING__DISTRIBUTED": "error"}
+        self._environment = {**os.environ, **quiet, "PYTHONPATH": str(ROOT)}
+        self._environment["DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES"] = str(failures)
+        own = ("--port", "0", "--scheduler-file", str(self._file))
+        self.scheduler = self._start("dask_scheduler", own)
+        until = time.monotonic() + PATIENCE_S
+        while not self._file.exists() and time.monotonic() < until:
+            time.sleep(0.02)
+        self.address = str(json.loads(self._file.read_text())["address"])
+        self.workers = [self.add() for _ in range(workers)]
+
+    def _start(self, module: str, arguments: Sequence[str]) -> subprocess.Popen[bytes]:
+        line = [sys.executable, "-m", f"distributed.cli.{module}", "--host", "127.0.0.1", "--no-dashboard", *arguments]
+        with (self.folder / f"{module}.log").open("ab") as log:
+            return subprocess.Popen(line, cwd=self.folder, env=self._environment, stdout=log, stderr=log, start_new_session=True)
+
+    def add(self) -> subprocess.Popen[bytes]:
+        """One more worker, which nothing starts again when it is ended."""
+        return self._start("dask_worker", (self.address, "--nthreads", "1", "--no-nanny", "--local-directory", str(self.folder)))
+
+    def close(self) -> None:
+        """Ends what is left."""
+        for process in (*self.workers, self.scheduler):
+            process.kill()
+            process.wait()
+
+
+def end(process: subprocess.Popen[bytes]) -> None:
+    """As the system does where memory is short."""
+    process.send_signal(signal.SIGKILL)
+    process.wait()

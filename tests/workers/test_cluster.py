@@ -1,0 +1,111 @@
+"""Work shared among the workers of a Dask cluster: the bits of one process, whatever dies; and one line where it cannot be."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictool.errors import ClusterError
+from frictool.workers import cluster, files
+from frictool.workers.files import share_files
+from frictool.workers.installation import Installation, differences, installation
+from frictool.workers.share import share
+from tests.workers.arrays import spectrum
+from tests.workers.jobs import content, instead, negative
+from tests.workers.loopback import Loopback, end
+
+pytest.importorskip("distributed")
+JOBS = 60
+
+
+@pytest.fixture(scope="module")
+def loopback(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Loopback]:
+    made = Loopback(tmp_path_factory.mktemp("cluster"), workers=2)
+    yield made
+    made.close()
+
+
+def test_a_worker_killed_in_the_middle_loses_nothing_and_changes_no_bit(loopback: Loopback) -> None:
+    alone = dict(share(spectrum, range(JOBS), cores=1))
+    found: list[tuple[int, np.ndarray]] = []
+    for done in share(spectrum, range(JOBS), cluster=loopback.address, batch=3):
+        found.append(done)
+        if len(found) == 12:
+            end(loopback.workers[0])
+    assert sorted(index for index, _ in found) == list(range(JOBS))
+    assert all(result.tobytes() == alone[index].tobytes() for index, result in found)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="a path that is another file in each process")
+def test_a_file_that_the_workers_do_not_see_is_sent(loopback: Loopback, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    own = Path("/proc/self/cwd")
+    (tmp_path / "here.csv").write_bytes(b"a,b\n")
+    (tmp_path / "bag").mkdir()
+    (tmp_path / "bag" / "metadata.yaml").write_bytes(b"x: 1\n")
+    (tmp_path / "log.db3").write_bytes(b"\0\1")
+    (tmp_path / "large.csv").write_bytes(b"1," * 600)
+    monkeypatch.setattr(files, "LARGEST_SENT", 1000)
+    jobs = [((tmp_path / "here.csv",), "seen"), ((own / "here.csv", own / "log.db3"), "sent"), ((own / "large.csv",), "large")]
+    jobs.append(((tmp_path / "large.csv",), "large and seen"))
+    found = dict(share_files(content, jobs, instead, cluster=loopback.address))
+    assert found[0] == ("seen", [("here.csv", b"a,b\n")])
+    assert found[1] == ("sent", [("here.csv", b"a,b\n"), ("log.db3", b"\0\1")])
+    ((reason, _),) = found[2][1]
+    assert "not at its path on the worker" in reason
+    assert found[3] == ("large and seen", [("large.csv", b"1," * 600)])
+
+
+def test_workers_that_are_not_alike_are_refused_by_name(loopback: Loopback, monkeypatch: pytest.MonkeyPatch) -> None:
+    here = installation()
+    other = Installation((("frictool", "9.9"), *here.versions[1:]), here.processor)
+    monkeypatch.setattr(cluster, "installation", lambda: other)
+    with pytest.raises(ClusterError, match=r"workers differ from this machine: .*frictool .*sources .*here 9\.9"):
+        list(share(negative, range(3), cluster=loopback.address))
+    monkeypatch.setattr(cluster, "_check", lambda client, address: None)  # one that joins later is found out by its task
+    with pytest.raises(ClusterError, match=r"differs: frictool .*, here 9\.9"):
+        list(share(negative, range(3), cluster=loopback.address))
+
+
+def test_what_a_job_raises_comes_back_and_then_the_scheduler_goes(loopback: Loopback) -> None:
+    with pytest.raises(Exception, match="no samples") as raised:
+        list(share(negative, range(20), cluster=loopback.address))
+    assert str(raised.value) == "run.csv:3: has no samples"
+    found: list[int] = []
+
+    def until_it_is_gone() -> None:
+        for index, _ in share(spectrum, range(10_000), cluster=loopback.address):
+            found.append(index)
+            if len(found) == 5:
+                end(loopback.scheduler)
+
+    with pytest.raises(ClusterError, match="the scheduler is gone; what was done before is kept"):
+        until_it_is_gone()
+    assert len(found) >= 5
+
+
+def test_no_cluster_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "CONNECT_S", 0.3)
+    for address, word in (
+        ("127.0.0.1:8786", "allowed: tcp://HOST:PORT"),
+        ("tcp://127.0.0.1", "allowed: tcp://HOST:PORT"),
+        ("tcp://127.0.0.1:1", "no Dask scheduler answers"),
+        ("tcp://127.0.0.1:99999", "no Dask scheduler answers"),
+        ("tls://127.0.0.1:1", "certificates"),
+    ):
+        with pytest.raises(ClusterError, match=word):
+            list(share(negative, range(3), cluster=address))
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(ClusterError, match=r"pip install 'frictool\[cluster\]'"):
+        list(share(negative, range(3), cluster="tcp://127.0.0.1:8786"))
+
+
+def test_differences_name_both_sides() -> None:
+    here, there = Installation((("numpy", "2.4"), ("scipy", "1.1")), ""), Installation((("numpy", "2.3"), ("scipy", "1.1")), "")
+    assert differences(here, there) == "numpy 2.3, here 2.4"
+    assert differences(here, here) == ""
+    assert {"frictool", "numpy", "numba", "python"} <= dict(installation().versions).keys()
