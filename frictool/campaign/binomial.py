@@ -2,8 +2,10 @@
 
 A bound is the share p at which a count as far off as the one that was found has just the probability 1 - confidence; it is exact whatever p
 and n are. The count of a Latin hypercube is no binomial one. Its mean has at most the variance of n - 1 independent draws, whatever the
-function (Owen, Annals of Statistics 25(4), 1997, and Art Owen's "Monte Carlo theory", proposition 10.4), so that its bounds are taken as of
-n - 1 draws with the same share: wide where factors act by themselves, and about right where they act only together.
+function (Owen, Annals of Statistics 25(4), 1997), so that its bounds are taken as of n - 1 draws with the same share, and by half a count
+less: where factors act only together the count may have steps of two, of which Clopper and Pearson's bounds know nothing. So they are wide
+where factors act by themselves, and hold for the worst function that is known, parity in the halves of two factors
+(tests/campaign/test_binomial.py).
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ from scipy.special import betaincinv
 from frictool.campaign.sampling import Method
 
 CONFIDENCE = 0.95
+STEP = 0.5  # of a count, see above
 
 
 def lower(count: int, draws: int, confidence: float = CONFIDENCE, method: Method = "random") -> float:
@@ -20,7 +23,7 @@ def lower(count: int, draws: int, confidence: float = CONFIDENCE, method: Method
     weight = _independent(draws, method)
     if count == 0 or weight == 0.0:
         return 0.0
-    found = count / draws * weight
+    found = (count - STEP * (method == "latin" and count < draws)) / draws * weight
     return float(betaincinv(found, weight - found + 1.0, 1.0 - confidence))
 
 

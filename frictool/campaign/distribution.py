@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,7 @@ Vector = NDArray[np.float64]
 Counts = NDArray[np.int64]
 QUANTILES = (0.05, 0.5, 0.95)
 COVERED = 0.95  # of all plants, by the bound
-BINS, SPREAD = 40, 4.0  # of a histogram; a limit farther off than so many widths of the values is not drawn into it
+BINS = 40  # of a histogram
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,11 @@ class Distribution:
         """Whether any trial has given a finite value."""
         return self.histogram.counts.size > 0
 
+    @property
+    def varies(self) -> bool:
+        """Whether trials differ in their finite values."""
+        return self.histogram.counts.size > 1
+
 
 def distribution(trials: Trials, index: int, method: Method, confidence: float = CONFIDENCE) -> Distribution:
     """Of the metric number `index`."""
@@ -96,7 +102,7 @@ def distribution(trials: Trials, index: int, method: Method, confidence: float =
         trials_for_bound=fewest(method, confidence),
         worst=None if worst is None else float(found[worst]),
         worst_trial=worst,
-        histogram=_histogram(found[finite], metric.limit),
+        histogram=_histogram(found[finite], metric),
     )
 
 
@@ -146,21 +152,20 @@ def _quantile(ordered: Vector, level: float, method: Method | None, confidence: 
     return Quantile(level, value, low, float(ordered[above - 1]) if above is not None else np.inf)
 
 
-def _histogram(values: Vector, limit: float) -> Histogram:
-    """Bins of one width, moved so that the limit is an edge where it is near the values."""
+def _histogram(values: Vector, metric: Metric) -> Histogram:
+    """Bins of one width; where the limit is near the values it is an edge, and a value at the limit lies on the side that meets it."""
     if values.size == 0:
         return Histogram(np.empty(0), np.empty(0, dtype=np.int64))
-    low, high = float(values.min()), float(values.max())
+    low, high, limit = float(values.min()), float(values.max()), metric.limit
     width = (high - low) / BINS
     if not width > 1e-12 * max(abs(low), abs(high)):  # one value: a bin around it
-        around = 0.5 * max(abs(low), abs(limit), 1e-300) / BINS
+        around = max(abs(low), 1e-300) / BINS
         return Histogram(np.array([low - around, high + around]), np.array([values.size]))
-    start = low
-    if np.isfinite(limit) and low - width < limit < high + width:
-        start = limit - np.ceil((limit - low) / width) * width
-    steps = int(np.ceil((high - start) / width * (1.0 - 1e-12)))
-    edges: Vector = np.asarray(start + width * np.arange(steps + 1.0), dtype=float)
-    edges[-1] = max(edges[-1], high)
-    # a value at the limit meets it, and belongs to the bin below: bins are (a, b]
-    counts = np.bincount(np.clip(np.searchsorted(edges, values, side="left") - 1, 0, edges.size - 2), minlength=edges.size - 1)
-    return Histogram(edges, counts)
+    origin = limit if low - width < limit < high + width else low
+    below, above = int(np.ceil((origin - low) / width)), int(np.ceil((high - origin) / width))
+    side: Literal["left", "right"] = "left" if metric.relation == "<=" else "right"  # bins (a, b] or [a, b)
+    below += side == "left" and origin - below * width >= low
+    above += side == "right" and origin + above * width <= high
+    edges: Vector = np.asarray(origin + width * np.arange(-below, above + 1.0), dtype=float)
+    places = np.clip(np.searchsorted(edges, values, side=side) - 1, 0, edges.size - 2)
+    return Histogram(edges, np.bincount(places, minlength=edges.size - 1))

@@ -51,6 +51,7 @@ def page(found: Findings, provenance: Provenance) -> str:
         questions=[(asked(one), one, _rows(found, one)) for one in found.sensitivity.questions],
         causes=[_embedded(picture) for picture in ([plane] if plane else []) + causes(found)],
         metrics=[_embedded(picture) for picture in metrics],
+        constant=[one for one in found.distributions if one.has_values and not one.varies],
         columns=_columns(found),
         table=[(one.metric.name, influence, _cells(found, influence)) for one, influence in _with_influence(found)],
         worst=[(one, _values(found, one)) for one in found.worst],

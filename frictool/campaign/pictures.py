@@ -76,8 +76,8 @@ def rates(found: Findings) -> Picture:
 
 
 def metric(found: Findings, one: Distribution) -> Picture | None:
-    """Histogram and distribution against the limit; None without a finite value."""
-    if not one.has_values:
+    """Histogram and distribution against the limit; None where no two finite values differ."""
+    if not one.varies:
         return None
     name, unit = one.metric.name.replace("_", " "), unit_shown(one.metric.unit)
     with drawing(f"metric {one.metric.name}"):

@@ -18,7 +18,6 @@ from frictool.campaign.slices import Slices
 
 Vector = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-TENTHS = 10
 EXACT = 4_000_000  # failing times passing trials up to which the probability is counted and not taken from the limit
 
 

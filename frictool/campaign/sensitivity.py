@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.campaign.holm import corrected
-from frictool.campaign.regional import TENTHS, Region, region
-from frictool.campaign.slices import Draws, Slices, crossed, slices_for
+from frictool.campaign.interaction import joint_share
+from frictool.campaign.regional import Region, region
+from frictool.campaign.slices import TENTHS, Draws, few_slices_for, slices_for
 from frictool.campaign.trials import BROKEN, MET, Trials
 from frictool.campaign.variance_shares import Share, chance_of_ranks, rank_correlation, scores_of, variance_share
 
@@ -62,8 +63,8 @@ class Influence:
 
     @property
     def rest(self) -> float | None:
-        """Of the variance what no factor explains by itself: factors that act together, noise, what slices are too coarse for."""
-        return max(0.0, 1.0 - sum(share.share for share in self.shares)) if self.shares else None
+        """Of the variance what no named factor explains by itself: factors that act together, noise, what slices are too coarse for."""
+        return min(1.0, max(0.0, 1.0 - sum(self.shares[i].share for i in self.named))) if self.shares else None
 
     @property
     def order(self) -> tuple[int, ...]:
@@ -166,12 +167,11 @@ def _influence(trials: Trials, draws: Draws, metric: int, drawn: bool) -> Influe
         return Influence(used, reason=f"{used} trials have a value, {FEWEST} are needed")
     if np.ptp(values[finite]) == 0.0:
         return Influence(used, reason="it is the same in every trial")
-    scores, shares = scores_of(values[known]), []
+    scores, few, shares = scores_of(values[known]), few_slices_for(int(known.sum())), []
     for factor in range(trials.space.size):
         slices = draws.sliced(factor, slices_for(used), finite)
-        ranked = slices if known.sum() == used else draws.sliced(factor, slices_for(int(known.sum())), known)
         share, error = variance_share(slices, values[finite], drawn)
-        chance = chance_of_ranks(ranked, scores) if drawn else None
+        chance = chance_of_ranks(draws.sliced(factor, few, known), scores) if drawn else None
         shares.append(Share(share, error, chance, rank_correlation(trials.units[known, factor], scores)))
     return Influence(used, tuple(shares))
 
@@ -183,14 +183,5 @@ def _pair(trials: Trials, draws: Draws, drawn: bool) -> Pair | None:
     n = failing.size
     each = int(np.clip(round(n**0.25), 2, FINEST))
     slices = [draws.sliced(factor, each, decided) for factor in range(trials.space.size)]
-    alone = [variance_share(one, failing, drawn)[0] for one in slices]
-    pairs = [_joint(slices, alone, failing, drawn, i, j) for i, j in combinations(range(trials.space.size), 2)]
+    pairs = [Pair(i, j, *joint_share(slices[i], slices[j], failing, drawn)) for i, j in combinations(range(trials.space.size), 2)]
     return max(pairs, key=lambda pair: pair.joint, default=None)
-
-
-def _joint(slices: list[Slices], alone: list[float], failing: NDArray[np.float64], drawn: bool, i: int, j: int) -> Pair:
-    cells = crossed(slices[i], slices[j])
-    joint = variance_share(cells, failing, drawn)[0]
-    freedom = max(1, cells.count - slices[i].count - slices[j].count + 1)
-    error = (1.0 - joint) * np.sqrt(2.0 * freedom) / failing.size if drawn else 0.0
-    return Pair(i, j, joint, joint - alone[i] - alone[j], float(error))

@@ -11,7 +11,7 @@ from frictool.campaign.trials import Trials
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
-FEWEST, MOST = 4, 50
+FEWEST, TENTHS, MOST = 3, 10, 60
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,15 @@ class Slices:
 
 
 def slices_for(draws: int) -> int:
-    """How many: 2 n^(1/3), so that what varies inside of a slice and what is noise of its mean shrink together."""
-    return int(np.clip(round(2.0 * draws ** (1.0 / 3.0)), FEWEST, MOST))
+    """How many for a share: 3 n^(1/3), so that what varies inside of a slice and what is noise of its mean shrink together."""
+    return int(np.clip(round(3.0 * draws ** (1.0 / 3.0)), FEWEST, MOST))
+
+
+def few_slices_for(draws: int) -> int:
+    """How many for a decision: few, since what is spread over many is hardly seen; a dozen draws in each at least, where there are so
+    many.
+    """
+    return int(np.clip(draws // 12, FEWEST, TENTHS))
 
 
 class Draws:
