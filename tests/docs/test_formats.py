@@ -14,8 +14,8 @@ from tests.docs.pages import ROOT, Block, blocks
 class Loader(yaml.SafeLoader):
     """Takes the key `on` for a word, as frictool does, and not for a truth value."""
 
-    yaml_implicit_resolvers = {letter: rules for letter, rules in yaml.SafeLoader.yaml_implicit_resolvers.items() if letter != "o"}
 
+Loader.yaml_implicit_resolvers = {letter: rules for letter, rules in yaml.SafeLoader.yaml_implicit_resolvers.items() if letter != "o"}
 
 CLUTCH = ROOT / "configs" / "clutch"
 BLOCKS = [block for name in ("formats.md", "log_formats.md") for block in blocks(ROOT / "docs" / name, "yaml")]

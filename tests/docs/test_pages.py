@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 import subprocess
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -25,7 +26,7 @@ ELSEWHERE = {  # pages with a test of their own, in a folder of their own
 }
 PLAYED = [page for page in PAGES if blocks(page, "sh", "python") and page != README and name_of(page) not in ELSEWHERE]
 LANGUAGES = {"sh", "text", "python", "console", "yaml", "c", "matlab", "json"}
-TARGETS = re.compile(r"make (?:-C (\S+) )?(\w[\w ]*)$")
+TARGETS = re.compile(r"make(?: -C (\S+))?(?: (\w[\w ]*))?$")
 
 
 @pytest.fixture(scope="module")
@@ -91,10 +92,21 @@ def test_what_takes_too_long_here_says_so_and_can_be_made(page: Path) -> None:
     for line, block in _console(page):
         command, _, reason = line.partition("  #")
         assert reason.strip(), f"{name_of(page)}, line {block.line}: why is {line!r} not run with the others?"
-        target = TARGETS.match(command.strip())
-        assert target, f"{name_of(page)}: {command!r}"
-        made = subprocess.run(["make", "-n", "-C", target[1] or ".", *target[2].split()], cwd=ROOT, capture_output=True, text=True)
-        assert made.returncode == 0, f"{command}\n{made.stderr}"
+        _can_be_made(page, command.strip())
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_targets_named_in_the_text_can_be_made(page: Path) -> None:
+    for command in sorted(set(re.findall(r"`(make [^`]*)`", prose(page)))):
+        _can_be_made(page, command)
+
+
+@cache
+def _can_be_made(page: Path, command: str) -> None:
+    target = TARGETS.match(command)
+    assert target, f"{name_of(page)}: {command!r}"
+    made = subprocess.run(["make", "-n", "-C", target[1] or ".", *(target[2] or "").split()], cwd=ROOT, capture_output=True, text=True)
+    assert made.returncode == 0, f"{command}\n{made.stderr}"
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
