@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from frictool.documents.provenance import Provenance
 
 TRIALS, EVALUATIONS = 1000, 300
+WORTH_SHARING_S = 3.0  # of work, below which the start of further processes takes longer than they save
 EXIT_INTERRUPTED = 130  # as a shell has it
 
 HELP = """\b
@@ -197,19 +198,26 @@ def _play(trial: CampaignTrial, draws: Draws, store: Store, paths: Paths, option
         note(f"{store.path}: {min(already, count)} of {count} trials are there; the others are played")
     try:
         with progress("campaign") as tell:
-            trials = run_trials(trial, trial.space, metrics_of(nominal), draws.units, store, _share(options), tell, each)
-        return trials, [] if options.worst is None else worst_cases(trial, trials, store, _share(options), paths, options)
+            metrics, share = metrics_of(nominal), _share(options, (count - already) * each)
+            trials = run_trials(trial, trial.space, metrics, draws.units, store, share, tell, each)
+        if options.worst is None:
+            return trials, []
+        share = _share(options, len(metrics) * options.evaluations * each)
+        return trials, worst_cases(trial, trials, store, share, paths, options)
     except KeyboardInterrupt:
         left = f"; the same command goes on from {store.path}" if store.path is not None else "; none is kept: name a file with --keep"
         note(f"\ninterrupted: {min(len(store.trials), count)} of {count} trials are done{left}")
         sys.exit(EXIT_INTERRUPTED)
 
 
-def _share(options: Options) -> Share:
+def _share(options: Options, seconds: float) -> Share:
+    """How work is shared that takes about so long."""
     from frictool.workers.share import share
 
+    cores = 1 if options.cores is None and seconds < WORTH_SHARING_S else options.cores
+
     def shared(function: Any, jobs: Any, batch: int, instead: Any) -> Any:
-        return share(function, jobs, cores=options.cores, cluster=options.cluster, batch=batch, instead=instead)
+        return share(function, jobs, cores=cores, cluster=options.cluster, batch=batch, instead=instead)
 
     return shared
 

@@ -27,6 +27,14 @@ def load_mechanism(path: Path) -> tuple[Mechanism, Assembled]:
         raise wrong_in_file(path, wrong) from None
 
 
+def tell_notes(path: Path, assembled: Assembled) -> None:
+    """What was left out or does not fit, on stderr."""
+    from frictool.cli.output import note
+
+    for told in assembled.notes:
+        note(f"note: {path}: {told}")
+
+
 def wrong_in_file(path: Path, wrong: WrongElement) -> DocumentError:
     """The same complaint, with the file and the line of the element."""
     from frictool.documents.lines import line_of

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -102,7 +103,9 @@ def command(
         "--tolerance": tolerance if tolerance != 0.05 else None,
     }
     try:
-        found = _reduction(mechanism, bandwidth, controller, travel, bench, tolerance, record(command_line("reduce", words), inputs))
+        found = _reduction(
+            mechanism, bandwidth, controller, travel, bench, tolerance, lambda: record(command_line("reduce", words), inputs)
+        )
     except Unfinished as stopped:
         _tell_unfinished(stopped, mechanism, reduced, inputs, as_json)
         raise
@@ -150,18 +153,19 @@ def _reduction(
     travel: tuple[float, float] | None,
     bench: Path | None,
     tolerance: float,
-    provenance: Provenance,
+    provenance: Callable[[], Provenance],
 ) -> Reduction:
-    from frictool.cli.mechanism_file import load_mechanism, wrong_in_file
+    from frictool.cli.mechanism_file import load_mechanism, tell_notes, wrong_in_file
     from frictool.plant.mechanism.wrong import WrongElement
     from frictool.reduce.part import over
     from frictool.reduce.reduction import reduction
 
-    document, _ = load_mechanism(path)
+    document, assembled = load_mechanism(path)
+    tell_notes(path, assembled)
     try:
         document = document if travel is None else over(document, travel)
         asked = _bandwidth(document, bandwidth, controller, tolerance)
-        return reduction(document, asked, tolerance, _bench(bench), provenance, _progress)
+        return reduction(document, asked, tolerance, _bench(bench), provenance(), _progress)
     except WrongElement as wrong:
         raise wrong_in_file(path, wrong) from None
 

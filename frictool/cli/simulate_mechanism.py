@@ -53,11 +53,12 @@ class Events:
 
 def mechanism_plant(path: Path, events: Events) -> MechanismPlant:
     """The mechanism at `path` as a controller's plant. Raises DocumentError where it is none."""
-    from frictool.cli.mechanism_file import load_mechanism, wrong_in_file
+    from frictool.cli.mechanism_file import load_mechanism, tell_notes, wrong_in_file
     from frictool.plant.mechanism.wrong import WrongElement
     from frictool.simulate.mechanism_plant import MechanismPlant
 
     document, assembled = load_mechanism(path)
+    tell_notes(path, assembled)
     try:
         return MechanismPlant(document, assembled, events.add)
     except WrongElement as wrong:
@@ -77,7 +78,7 @@ def on_bench(path: Path, gains: Gains) -> tuple[MechanismOnBench, Servo]:
 
 def open_log(path: Path, scenario: Path, output: Path, progress: Callable[[int, int], None], events: Events) -> tuple[Log, list[Path]]:
     """The log of a scenario without a controller, and its inputs."""
-    from frictool.cli.mechanism_file import load_mechanism, wrong_in_file
+    from frictool.cli.mechanism_file import load_mechanism, tell_notes, wrong_in_file
     from frictool.documents.provenance import record
     from frictool.documents.registry import load
     from frictool.documents.scenario import Scenario
@@ -86,6 +87,7 @@ def open_log(path: Path, scenario: Path, output: Path, progress: Callable[[int, 
     from frictool.simulate.open_test import open_test
 
     (document, assembled), played = load_mechanism(path), load(scenario, Scenario)
+    tell_notes(path, assembled)
     inputs = [path, scenario]
     refuse_inputs(output, inputs)
     provenance = record(command_line("simulate", {"model": path, "--scenario": scenario}), inputs)

@@ -180,12 +180,18 @@ def factor_to_si(unit: str, dimension: str, axis: Axis) -> float:
     try:
         factor = float(units.Quantity(1.0, _spelling(unit)).to(_spelling(target)).magnitude)
     except pint.DimensionalityError:
-        raise ValueError(f"unit {unit!r} does not measure {dimension} of a {axis} axis; allowed: {target} and its multiples") from None
+        raise ValueError(f"unit {unit!r} does not measure {_measured(dimension, axis)}; allowed: {target} and its multiples") from None
     except Exception:
-        raise ValueError(f"unknown unit {unit!r}; for {dimension} of a {axis} axis write {target} or a multiple of it") from None
+        raise ValueError(f"unknown unit {unit!r}; for {_measured(dimension, axis)} write {target} or a multiple of it") from None
     if not math.isfinite(factor) or factor <= 0.0:
         raise ValueError(f"unit {unit!r} cannot be used as a scale; write {target}")
     return factor
+
+
+def _measured(dimension: str, axis: Axis) -> str:
+    """The dimension, with the kind of axis where its unit depends on that."""
+    rotary, linear = SI_UNITS[dimension]
+    return dimension if rotary == linear else f"{dimension} of a {axis} axis"
 
 
 def factor_between(unit: str, target: str) -> float:

@@ -24,6 +24,12 @@ from frictool.errors import DocumentError, InputFileError
 MAX_BYTES = 50_000_000
 Pairs = dict[str, tuple[yaml.Node, yaml.Node]]  # key -> (its node, the value's node)
 
+# what to do where a mechanism stands for one of these
+OF_A_MECHANISM = {
+    "Model": "reduce it first: frictool reduce {path} -o model.yaml",
+    "Bench": "a model has its bench: frictool reduce {path} -o model.yaml writes both; or write a bench.yaml (frictool init)",
+}
+
 
 def read_text(path: Path) -> str:
     """The text of a document file. Raises InputFileError where it cannot be read as text."""
@@ -147,6 +153,7 @@ class Reader:
         if tag is not None:  # which struct it is has been told
             given = {name: pair for name, pair in given.items() if name != tag}
         if "format" in given and "format" in fields:  # of a document of another kind every key would be unknown
+            self._refuse_mechanism(given["format"][1], kind, _join(key, "format"))
             self.read(given["format"][1], hints["format"], _join(key, "format"))
         self._known(given, list(fields), key)
         values: dict[str, Any] = {}
@@ -195,13 +202,19 @@ class Reader:
             self._known(pairs, list(get_args(names)), key)
         return {name: self.read(value, kind, _join(key, name)) for name, (_, value) in pairs.items()}
 
+    def _refuse_mechanism(self, node: yaml.Node, kind: type[msgspec.Struct], key: str) -> None:
+        """Where a document that a mechanism leads to is wanted, the way there."""
+        tried = OF_A_MECHANISM.get(kind.__name__)
+        if tried is not None and isinstance(node, yaml.ScalarNode) and node.value == "mechanism/1":
+            self.fail(node, key, f"found 'mechanism/1'; allowed: {kind.__name__.lower()}/1; {tried.format(path=self.path)}")
+
     def _sequence(self, node: yaml.Node, kind: Any, meta: list[msgspec.Meta], key: str) -> tuple[Any, ...]:
         if not isinstance(node, yaml.SequenceNode):
             self.fail(node, key, f"found {_shown(node)}; allowed: a list")
         for item in meta:
             least, most, found = item.min_length or 0, item.max_length, len(node.value)
             if found < least or (most is not None and found > most):
-                allowed = f"at least {least}" if most is None else f"{least} to {most}"
+                allowed = f"at least {least}" if most is None else f"at most {most}" if found > most else f"{least} to {most}"
                 self.fail(node, key, f"found a list of {found}; allowed: {allowed}")
         return tuple(self.read(item, kind, f"{key}[{index}]") for index, item in enumerate(node.value))
 

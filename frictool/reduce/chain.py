@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from frictool.documents.mechanism import Mechanism
 from frictool.errors import NoSolutionError
 from frictool.plant.mechanism.driving import commanded
+from frictool.plant.mechanism.wrong import WrongElement
 from frictool.reduce.backlash import told_of_play
 from frictool.reduce.compliance import made_rigid, yielding
 from frictool.reduce.curves import as_resistance
@@ -58,8 +59,8 @@ class Unfinished(NoSolutionError):
 def chain(whole: Mechanism, bandwidth: float | None, progress: Progress = lambda _: None, number: float | None = None) -> Chain:
     """Every step. bandwidth [rad/s]: resonances above are dropped; needed where a link yields. number: as `load_beside` takes `known`.
 
-    Raises WrongElement where the mechanism is wrong; NoSolutionError where it has more than one motion, more than one command, a sensor
-    behind a play, or a load that no model.yaml has: Unfinished, with the steps that were made.
+    Raises WrongElement where the mechanism is wrong, or its sensor measures no position; NoSolutionError where it has more than one
+    motion, more than one command, a sensor behind a play, or a load that no model.yaml has: Unfinished, with the steps that were made.
     """
     steps: list[Step] = []
     try:
@@ -72,8 +73,9 @@ def _chain(whole: Mechanism, bandwidth: float | None, progress: Progress, steps:
     source, sensor = commanded(whole)
     _one_command(whole, source)
     if whole.sensors[sensor].measures != "position":
-        raise NoSolutionError(
-            f"sensors.{sensor}: measures {whole.sensors[sensor].measures}; a model.yaml needs a position: name one by control"
+        raise WrongElement(
+            f"sensors.{sensor}.measures",
+            f"found {whole.sensors[sensor].measures}; allowed: position, which a model.yaml needs; name such a sensor by control",
         )
 
     def take(result: tuple[Mechanism, Told]) -> Mechanism:

@@ -148,7 +148,7 @@ def test_a_weight_is_an_offset_or_a_part_of_the_friction_that_holds_it(weight: f
 
 def test_a_sensor_of_the_speed_is_no_models(tmp_path: Path) -> None:
     wide = msgspec.structs.replace(two_plays(), sensors={"speed": Sensor("motor", "velocity")}, travel=None)
-    refused(run("reduce", _write(tmp_path / "mechanism.yaml", wide)), 4, "sensors.speed: measures velocity")
+    refused(run("reduce", _write(tmp_path / "mechanism.yaml", wide)), 3, "sensors.speed.measures: found velocity; allowed: position")
 
 
 def test_end_stops_and_what_they_throw_back_are_those_of_the_model(tmp_path: Path) -> None:
@@ -162,3 +162,24 @@ def test_end_stops_and_what_they_throw_back_are_those_of_the_model(tmp_path: Pat
     assert (model.bench.mechanics.travel.low, model.bench.mechanics.travel.high) == pytest.approx((-20.0, 30.0), rel=1e-12)
     assert model.laws is not None
     assert model.laws.restitution == 0.3
+
+
+def test_a_missing_file_is_told_in_the_words_of_every_command(tmp_path: Path, train: Path) -> None:
+    refused(run("reduce", tmp_path / "nothere.yaml"), 3, "nothere.yaml: no such file")
+    refused(run("reduce", train / "mechanism.yaml", "--controller", tmp_path / "nothere.yaml"), 3, "nothere.yaml: no such file")
+
+
+def test_where_a_model_is_wanted_a_mechanism_is_to_be_reduced_first(train: Path) -> None:
+    refused(run("validate", train / "mechanism.yaml", train / "log.mcap"), 3, "reduce it first: frictool reduce")
+
+
+def test_a_travel_is_a_part_of_the_mechanisms_own(tmp_path: Path, train: Path) -> None:
+    turned = run("reduce", train / "mechanism.yaml", "--travel", "3", "1")
+    assert turned.code == 2
+    assert "--travel: found 3 to 1; allowed: LOW < HIGH" in turned.stderr
+    refused(run("reduce", train / "mechanism.yaml", "--travel", "11", "12"), 4, "--travel: found 11 to 12 rad; allowed: a part of")
+    assert run("reduce", train / "mechanism.yaml", "--travel", "-2", "20", "-o", tmp_path / "model.yaml").code == 0
+    model = load(tmp_path / "model.yaml", Model)
+    assert model.bench.mechanics.travel is not None
+    assert (model.bench.mechanics.travel.low, model.bench.mechanics.travel.high) == (-2.0, 10.0)
+    assert "--travel -2 20" in model.provenance.command

@@ -18,6 +18,7 @@ from frictool.plant.mechanism.ends import Blocks, check_unit
 from frictool.plant.mechanism.graph import Group, groups_of, loose_parts, without_loops
 from frictool.plant.mechanism.links import Transmission, Transmitting, transmission
 from frictool.plant.mechanism.packed import FRAME, Joints, Packed, Vector
+from frictool.plant.mechanism.room import room_notes
 from frictool.plant.mechanism.scale import speed_scale
 from frictool.plant.mechanism.sizes import check_sizes
 from frictool.plant.mechanism.wrong import WrongElement
@@ -71,6 +72,7 @@ def assemble(document: Mechanism) -> Assembled:
         commanded(document)
     _refuse_loose(links, collected, blocks, {*sources.block, *sensor_blocks})
     collected.note_short_curves(groups)
+    collected.notes += room_notes(document, blocks, start, joints)
     packed = Packed(
         inertia=np.array(inertia, dtype=np.float64),
         scale=_scale(document, blocks, inertia, links, collected, sources.constant * sources.limit, sources.block),

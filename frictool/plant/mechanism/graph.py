@@ -106,10 +106,12 @@ def _redundant(link: Transmission, way: list[tuple[int, float, Transmission]], n
     for _, step, _ in way:
         round_trip *= step
     loop = f"{names[link.a]} - {' - '.join(f'{other.name} - {names[there]}' for there, _, other in way)} - {link.name}"
-    if len(way) == 1:
-        other = way[0][2].name
+    if len(way) == 1 and abs(round_trip - 1.0) > CLOSED:
+        first, second, other = names[link.a], names[link.b], way[0][2].name
         raise WrongElement(
-            key, f"links {names[link.a]} and {names[link.b]} rigidly, as {other} does; allowed: one rigid link between two blocks"
+            key,
+            f"moves {second} {link.ratio:.6g} as far as {first}, and {other} moves it {way[0][1]:.6g} as far: no motion solves both; "
+            "allowed: the same ratio and direction, or one rigid link between two blocks",
         )
     if abs(round_trip - 1.0) > CLOSED:
         raise WrongElement(

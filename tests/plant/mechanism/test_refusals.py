@@ -70,7 +70,9 @@ WRONG = [
     (BEARING, BEARING.replace("mN m", "N"), "links.bearing.parameters.coulomb.unit", ["'N'; allowed: N m"]),
     # loops
     (RACK, RACK + "  belt: {kind: belt, between: [motor, shaft], radius_a: {value: 1, unit: cm}, radius_b: {value: 4, unit: cm}}\n",
-     "links.belt", ["links motor and shaft rigidly, as reducer does"]),
+     "links.belt", ["moves shaft 0.25 as far as motor, and reducer moves it -0.25 as far: no motion solves both"]),
+    (SHAFT, SHAFT.replace("kg m^2", "kg"), "blocks.shaft.inertia.unit", ["unit 'kg' does not measure rotary inertia; allowed: kg m^2"]),
+    (GEAR, GEAR.replace("motor, shaft", "motor, shaft, cart"), "links.reducer.between", ["found a list of 3; allowed: at most 2"]),
     # what has no part in anything
     (CART, CART + "  idle: {inertia: {value: 1, unit: kg m^2}}\n", "blocks.idle", ["ties idle to the rest", "ground it"]),
 ]  # fmt: skip
@@ -124,6 +126,28 @@ def test_a_loop_whose_ratios_disagree_is_told_whole(tmp_path: Path) -> None:
     )
     assert "no motion solves it" in message
     assert "make a link compliant" in message
+
+
+def test_two_links_that_say_the_same(tmp_path: Path) -> None:
+    twin = "  twin: {kind: gear, between: [motor, shaft], ratio: 0.25}\n"
+    path = tmp_path / "mechanism.yaml"
+    path.write_text(TRAIN.replace(", efficiency: 0.9", "").replace(RACK, RACK + twin))
+    _, mechanism = load_mechanism(path)
+    assert mechanism.notes == ("twin is left out: it closes the loop motor - reducer - shaft - twin and says nothing new",)
+    assert "in which reducer has a loss" in refusal(TRAIN.replace(RACK, RACK + twin), tmp_path)
+
+
+def test_ways_that_do_not_fit_each_other_are_noted(tmp_path: Path) -> None:
+    """45 mm between the stops of the cart; the motor starts at 0."""
+    path = tmp_path / "mechanism.yaml"
+    for play, travel, words in (
+        ("46", "-1", ["the play of rack, 0.046 m at cart, is wider than its way: ends leaves it 0.045 m"]),
+        ("44", "1", ["travel from 1 to 100 rad does not hold where motor starts, 0 rad"]),
+        ("44", "0", []),
+    ):
+        text = TRAIN.replace("value: 0.2, unit: mm", f"value: {play}, unit: mm")
+        path.write_text(text + f"travel: {{low: {travel}, high: 100, unit: rad}}\n")
+        assert list(load_mechanism(path)[1].notes) == words
 
 
 def test_a_loop_with_a_solution(tmp_path: Path) -> None:
