@@ -15,6 +15,8 @@ from frictool.plant.generalised import GeneralisedPlant
 from frictool.plant.lti import Lti
 from frictool.synth.problem import Problem
 
+SLOW, EASY = 5e-5, 1e-4  # rad a sample, of W2's pole: what is nearly an integrator; where the inequalities are solved with ease
+
 
 def solved(problem: Problem, plants: Sequence[GeneralisedPlant]) -> tuple[Lyapunov, tuple[Lti, ...]]:
     """The Lyapunov matrices over all plants, with the gamma that is claimed, and the controller of each in common coordinates.
@@ -29,6 +31,20 @@ def solved(problem: Problem, plants: Sequence[GeneralisedPlant]) -> tuple[Lyapun
         raise NoSolutionError(f"the synthesis broke down numerically ({error}); bring the weights nearer to each other") from None
     except ValueError as error:
         raise FrictoolError(f"{problem.design.name}: {error}") from None
+    except NoSolutionError as error:
+        raise NoSolutionError(f"{error}{slow_weight(problem)}") from None
+
+
+def slow_weight(problem: Problem) -> str:
+    """What to try where W2 integrates nearly for ever, which no controller reaches: a sentence's end, or nothing."""
+    weight = problem.weights.error
+    share = weight.pole * problem.period
+    if share >= SLOW:
+        return ""
+    return (
+        f"; W2 asks for a static error of {1.0 / weight.gain:.2g} by a pole at {weight.pole:.2g} rad/s, which no controller moves and "
+        f"which at {problem.period:g} s is nearly an integrator: try weights.static_error {EASY / share / weight.gain:.1g}"
+    )
 
 
 def pole_region(poles: Poles | None) -> PoleRegion | None:

@@ -144,6 +144,8 @@ def _beyond(controller: Controller) -> list[str]:
             lines.append(
                 f"proved for every constant plant of the box: {what} < {bound.below:.4g} ({len(bound.cells)} cells, exact arithmetic)"
             )
+        if controller.certificate.bounds:  # with none of them a note has told why
+            lines += [f"not proved: {reason}" for reason in controller.certificate.not_proved.values()]
     return lines
 
 
