@@ -24,12 +24,13 @@ def scenario_of(base: Scenario, space: Space, values: Vector, noise: tuple[int, 
     noise: seed and number of the draw whose noise it has. step: of the encoder [rad | m].
     """
     spread, at = base.spread or Spread(), dict(zip(space.names, map(float, values), strict=True))
+    drawn = {factor.name: Quantity(value=at[factor.name], unit=factor.unit) for factor in space.factors if factor.kind == "plant"}
     return msgspec.structs.replace(
         base,
         start=_start(base, spread, at, step),
         variants="given",
         plants=None,
-        given={factor.name: Quantity(value=at[factor.name], unit=factor.unit) for factor in space.factors if factor.kind == "plant"},
+        given={**base.given, **drawn},
         seed=noise_seed(*noise) if base.drive_noise > 0.0 else base.seed,
         disturbances=(*base.disturbances, *_disturbances(spread, at)),
         drifts=_drifts(base.drifts, spread, at),
@@ -39,8 +40,8 @@ def scenario_of(base: Scenario, space: Space, values: Vector, noise: tuple[int, 
 
 
 def nominal_of(base: Scenario) -> Scenario:
-    """The scenario on the plant of the document itself, with nothing of `spread`."""
-    return msgspec.structs.replace(base, variants="nominal", plants=None, given={}, spread=None)
+    """The scenario on the plant of the document itself, or the one that is given, with nothing of `spread`."""
+    return msgspec.structs.replace(base, variants="given" if base.given else "nominal", plants=None, spread=None)
 
 
 def _start(base: Scenario, spread: Spread, at: Values, step: float) -> Quantity | None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -14,8 +15,10 @@ import numpy as np
 
 from frictool.documents.mechanism import FrictionOf, Mechanism
 from frictool.documents.quantity import Quantity
+from frictool.documents.reading import Reader, compose
 from frictool.documents.scenario import Scenario
-from frictool.errors import FrictoolError
+from frictool.documents.writing import to_yaml
+from frictool.errors import DocumentError, FrictoolError
 from frictool.friction.table import LAWS
 from frictool.logs.log import MAIN_TOPIC, MECHANISM_TOPIC
 from frictool.plant.mechanism.assembly import Assembled, assemble
@@ -82,11 +85,21 @@ def ranges(document: Mechanism) -> dict[str, Range]:
 def _variant(document: Mechanism, name: str, values: dict[str, float], owner: str, remedy: str) -> MechanismVariant:
     """The mechanism with these values. Raises FrictoolError where it cannot be put together."""
     made = changed(document, values)
+    if any(value <= 0.0 for value in values.values()):
+        _check_signs(made, owner, remedy)
     units = {key: one.unit for key, one in _quantities(document, "") if key in values}
     try:
         return MechanismVariant(name, made, assemble(made), values, units)
     except WrongElement as wrong:
         raise FrictoolError(f"{owner}{wrong.key}: {wrong}; {remedy}") from None
+
+
+def _check_signs(made: Mechanism, owner: str, remedy: str) -> None:
+    """Raises FrictoolError where a value is below what its key allows, as when the document is read."""
+    try:
+        Reader(Path()).read(compose(to_yaml(made), Path()), Mechanism, "")
+    except DocumentError as error:
+        raise FrictoolError(f"{owner}{str(error).partition(': ')[2]}; {remedy}") from None
 
 
 def changed(document: Mechanism, values: Mapping[str, float]) -> Mechanism:
