@@ -13,7 +13,7 @@ import os
 import sys
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
 from pathlib import Path
@@ -44,17 +44,25 @@ def made(name: str) -> tuple[Part, str]:
 def collected(names: list[str]) -> tuple[Part, list[str]]:
     """All parts in one, a part to a core, with what was wrong; tells progress on stderr."""
     start, whole, wrong = time.monotonic(), Part(), []
+    for done, (name, part, broken) in enumerate(_each(names), start=1):
+        _join(whole, part)
+        if broken:
+            wrong.append(f"{name}: {broken.strip().splitlines()[-1]}")
+            print(broken, file=sys.stderr)
+        told = f"{len(part.values)} tables, {len(part.figures)} figures"
+        print(f"{time.monotonic() - start:6.0f} s  {done} of {len(names)}  {name}: {told}", file=sys.stderr, flush=True)
+    return whole, wrong
+
+
+def _each(names: list[str]) -> Iterator[tuple[str, Part, str]]:
+    """Name, part and traceback of each, as they are done; one alone is made in this process."""
+    if len(names) == 1:
+        yield names[0], *made(names[0])
+        return
     with ProcessPoolExecutor(min(len(names), os.cpu_count() or 1), get_context("fork")) as pool:
         asked = {pool.submit(made, name): name for name in names}
-        for done, future in enumerate(as_completed(asked), start=1):
-            part, broken = future.result()
-            _join(whole, part)
-            if broken:
-                wrong.append(f"{asked[future]}: {broken.strip().splitlines()[-1]}")
-                print(broken, file=sys.stderr)
-            told = f"{len(part.values)} tables, {len(part.figures)} figures"
-            print(f"{time.monotonic() - start:6.0f} s  {done} of {len(names)}  {asked[future]}: {told}", file=sys.stderr, flush=True)
-    return whole, wrong
+        for future in as_completed(asked):
+            yield asked[future], *future.result()
 
 
 def _join(whole: Part, part: Part) -> None:

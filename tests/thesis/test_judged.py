@@ -1,0 +1,124 @@
+"""A value that differs needs a word, and one that agrees has none; what is missing or unknown is told; the files fit each other."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from thesis import __main__ as thesis
+from thesis.documents import HERE, Documents, Figure, Row, Table, read
+from thesis.found import Found, Part
+from thesis.judged import agrees, judge
+from thesis.page import page
+from thesis.told import as_json, summary
+
+FIGURE = Figure("Title", "shows", "1.1")
+SVG = '<svg role="img"></svg>'
+
+
+def documents(words: dict[str, str] | None = None, **rows: Row) -> Documents:
+    return Documents({"table_4_2": Table("Title", "4.2", "ours", rows)}, words or {}, {"4.1": FIGURE})
+
+
+def part(**values: float | str | Found) -> Part:
+    found = Part()
+    found.add("table_4_2", {**values})
+    found.draw("4.1", "Caption.", SVG)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("found", "row", "good"),
+    [
+        (Found(1.04), Row(1.0, within=0.05), True),
+        (Found(1.06), Row(1.0, within=0.05), False),
+        (Found(-1.06), Row(-1.0, within=0.05), False),
+        (Found(2.0, 0.9, 3.0), Row(1.0), True),
+        (Found(2.0, 1.1, 3.0), Row(1.0), False),
+        (Found(2.0, 1.1, 3.0), Row(1.0, within=0.2), True),
+        (Found(math.nan), Row(1.0, within=9.0), False),
+        (Found(math.inf), Row(1.0, within=9.0), False),
+        (Found("+"), Row("+"), True),
+        (Found("+"), Row("±"), False),
+        (Found("28"), Row(">8"), True),
+        (Found("8"), Row(">8"), False),
+    ],
+)
+def test_what_agrees(found: Found, row: Row, good: bool) -> None:
+    assert agrees(found, row) is good
+
+
+def test_a_difference_needs_a_word_and_an_agreement_none() -> None:
+    row = Row(1.0, within=0.05)
+    assert judge(documents(m=row), part(m=1.0)).problems == ()
+    assert "without a word" in judge(documents(m=row), part(m=2.0)).problems[0]
+    assert judge(documents({"table_4_2 m": "why"}, m=row), part(m=2.0)).problems == ()
+    assert "agrees, and words say why" in judge(documents({"table_4_2 m": "why"}, m=row), part(m=1.0)).problems[0]
+
+
+def test_what_is_missing_or_unknown_is_told() -> None:
+    row = Row(1.0)
+    assert any("frictool gave none" in line for line in judge(documents(m=row, n=row), part(m=1.0)).problems)
+    assert any("not in published.yaml" in line for line in judge(documents(m=row), part(m=1.0, n=1.0)).problems)
+    assert any("no such value" in line for line in judge(documents({"table_4_2 q": "why"}, m=row), part(m=1.0)).problems)
+    empty = part(m=1.0)
+    empty.figures.clear()
+    assert judge(documents(m=row), empty).problems == ("figure 4.1: frictool drew none",)
+
+
+def test_the_page_and_the_summary_say_what_differs_and_why() -> None:
+    given, ours = documents({"table_4_2 m": "because of <it>"}, m=Row(1.0, name="mass", unit="kg")), part(m=2.0)
+    found = judge(given, ours)
+    text = page(given, ours, found)
+    assert "because of &lt;it&gt;" in text
+    assert SVG in text
+    assert not re.search(r"https?://(?!www\.w3\.org)|<script", text)
+    assert "table_4_2 m: 2 kg, published 1 kg: because of <it>" in summary(given, ours, found)
+    value = json.loads(as_json(given, ours, found))["tables"]["table_4_2"]["values"]["m"]
+    assert (value["ours"], value["published"], value["agrees"], value["why"]) == (2.0, 1.0, False, "because of <it>")
+
+
+def test_every_word_is_of_a_value_and_every_table_has_its_place() -> None:
+    found = read()
+    known = {f"{name} {key}" for name, table in found.tables.items() for key in table.rows}
+    assert found.words.keys() <= known
+    assert all(table.title and table.where and table.ours and table.rows for table in found.tables.values())
+
+
+def test_a_file_that_is_wrong_is_named(tmp_path: Path) -> None:
+    for name in ("published.yaml", "words.yaml", "figures.yaml"):
+        (tmp_path / name).write_text((HERE / name).read_text())
+    (tmp_path / "words.yaml").write_text("a b: [1]\n")
+    with pytest.raises(ValueError, match=r"words\.yaml: "):
+        read(tmp_path)
+
+
+def test_a_part_is_made_into_a_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The smallest part, by the command; it is within what is published."""
+    assert thesis.main([str(tmp_path / "out"), "mechanism"]) == 0
+    assert "section_2_2" in capsys.readouterr().out
+    assert "2.14" in json.loads((tmp_path / "out/tables.json").read_text())["figures"]
+
+
+def test_wrong_command_lines(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert thesis.main([]) == 2
+    assert thesis.main([str(tmp_path), "nothing"]) == 2
+    assert "no part is called nothing; there are: laws" in capsys.readouterr().err
+    (tmp_path / "file").write_text("")
+    assert thesis.main([str(tmp_path / "file")]) == 2
+    assert "name a folder" in capsys.readouterr().err
+
+
+def test_a_part_that_breaks_is_told_and_hides_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    broken = ModuleType("thesis.parts.broken")
+    monkeypatch.setattr(broken, "broken", lambda: 1 / 0, raising=False)
+    monkeypatch.setitem(sys.modules, "thesis.parts.broken", broken)
+    whole, wrong = thesis.collected(["broken"])
+    assert whole.values == {}
+    assert wrong == ["broken: ZeroDivisionError: division by zero"]
