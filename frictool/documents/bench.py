@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import msgspec
 
-from frictool.documents.load import LoadTerms
+from frictool.documents.load_terms import LoadTerms
 from frictool.documents.quantity import (
     Axis,
     DriveConstant,

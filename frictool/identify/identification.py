@@ -9,7 +9,7 @@ import msgspec
 
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
-from frictool.documents.load import LoadTerms
+from frictool.documents.load_terms import LoadTerms
 from frictool.documents.quantity import Quantity
 from frictool.identify import methods
 from frictool.identify.breakaway.breakaway import Breakaway, breakaway, is_ramp

@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 
 from frictool.documents.bench import Bench, Encoder
-from frictool.documents.load import LoadTerms, Ripple, Term
+from frictool.documents.load_terms import LoadTerms, Ripple, Term
 from frictool.documents.quantity import Estimate, Quantity
 from frictool.engine.replay import FREE, replay, replayed
 from frictool.identify.methods import Settings, run

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from frictool.documents.bench import Bench
-from frictool.documents.load import LoadTerms, Term
+from frictool.documents.load_terms import LoadTerms, Term
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.errors import NoSolutionError

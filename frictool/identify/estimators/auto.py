@@ -19,7 +19,7 @@ import msgspec
 import numpy as np
 
 from frictool.documents.bench import Bench
-from frictool.documents.load import LoadTerms
+from frictool.documents.load_terms import LoadTerms
 from frictool.documents.quantity import Quantity
 from frictool.identify.assess.assessment import WANTED
 from frictool.identify.assess.bench_facts import Facts

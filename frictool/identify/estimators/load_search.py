@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 
 from frictool.documents.bench import Bench
-from frictool.documents.load import LoadTerms, Term
+from frictool.documents.load_terms import LoadTerms, Term
 from frictool.identify.methods import Settings
 from frictool.identify.outcome import SLIDING, NothingUsable
 from frictool.identify.record import Record, Vector

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from frictool.documents.bench import Bench
-from frictool.documents.load import OVER_POSITION
+from frictool.documents.load_terms import OVER_POSITION
 from frictool.documents.quantity import si_unit
 from frictool.errors import NoSolutionError
 from frictool.identify.excite.information import Beside, Friction, Sensing, Vector
