@@ -53,12 +53,12 @@ def command(controller: Path, lang: Language, number: Number | None, output: Pat
     from frictool.documents.registry import load
 
     document = load(controller, Controller)
-    from frictool.export.exported import exported
+    from frictool.export.exported import default_number, export
     from frictool.export.origin import Origin
 
-    number = number or ("float" if lang == "cmsis" else "double")
+    number = number or default_number(lang)
     words = command_line("export", {"controller": controller, "--lang": lang, "--number": number})
-    found = exported(document, lang, number, Origin(digest(controller), words))
+    found = export(document, lang, number, Origin(digest(controller), words))
     save_folder(output, found.files, [controller], overwrite=True)
     if lang == "c" and output != STDOUT:
         _tell_others(output, found.files)

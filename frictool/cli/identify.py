@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from frictool.documents.bench import Bench
     from frictool.documents.model import Model
     from frictool.identify.estimators.inverse_dynamic import Pipeline
-    from frictool.identify.from_files import Currents
     from frictool.identify.identification import Identification
     from frictool.identify.record import Record
 
@@ -131,10 +130,10 @@ def command(
     from frictool.documents.writing import to_yaml
 
     document = load(bench, Bench)
-    from frictool.identify.identification import NothingIdentified, identify
+    from frictool.identify.from_logs import identify
+    from frictool.identify.identification import NothingIdentified
     from frictool.identify.methods import Settings
-    from frictool.identify.model import model_of
-    from frictool.identify.twice import refuse_twice
+    from frictool.logs.reading import read_log
 
     settings = Settings(confidence, pipeline=_pipeline(filters), **own)
     given = {f"--{name.replace('_', '-')}": value for name, value in {**own, **filters}.items()}
@@ -147,58 +146,32 @@ def command(
         asked = Asked(each, bench, document, method, settings, measurement, patterns, found_by, output, as_json, cores, cluster)
         click.get_current_context().exit(identify_each(asked, logs))
     shown = {"logs": logs, "--bench": bench, "--ramp": ramp, "--loops": loops, **found_by}
-    currents: list[Currents] = []
-    records, ramps, slow = (_records(paths, document, currents) for paths in (logs, ramp, loops))
-    refuse_twice([*records, *ramps, *slow])
+    read, ramps, slow = ([read_log(path, document) for path in paths] for paths in (logs, ramp, loops))
     try:
-        result = identify(records, ramps, document, method, settings)
+        found = identify(
+            read,
+            document,
+            ramps=ramps,
+            loops=slow,
+            measurement=measurement,
+            method=method,
+            settings=settings,
+            provenance=record(command_line("identify", shown), inputs),
+            tell=lambda warning: note(f"warning: {warning}"),
+        )
     except NothingIdentified as error:
-        if logs or ramp:
-            _tell(error.result, document, as_json, output)
-            raise
-        result = error.result  # loops alone: all else is the bench's
-    model = model_of(result, document, record(command_line("identify", shown), inputs))
-    if loops:
-        model = _presliding(model, slow, alone=not (logs or ramp))
-        result = replace(result, refused=model.not_identified)
-    if measurement:
-        from frictool.identify.from_files import with_measurement
-
-        model = with_measurement(model, result, [*records, *ramps], currents)
+        _tell(error.result, document, as_json, output)
+        raise
+    model, result = found.model, found.result
     if output is not None:
         save_text(output, to_yaml(model), inputs)
     if plot is not None:
-        save_text(plot, _picture(model, result, records, document) + "\n", inputs)
+        save_text(plot, _picture(model, result, list(found.records), document) + "\n", inputs)
     _tell(result, document, as_json, output, model)
     if not as_json:
         from frictool.identify.text import table
 
         say(table(result, model), output)
-
-
-def _records(paths: tuple[Path, ...], bench: Bench, currents: list[Currents]) -> list[Record]:
-    """The logs as records; where a log holds commanded and measured current, both are added to `currents`."""
-    from frictool.identify.from_files import read
-
-    records = []
-    for path in paths:
-        one = read(path, bench)
-        for warning in one.log.warnings:
-            note(f"warning: {path.name}: {warning}")
-        records.append(one.record)
-        currents += [] if one.currents is None else [one.currents]
-    return records
-
-
-def _presliding(model: Model, records: list[Record], alone: bool) -> Model:
-    """The model with what loops tell. Raises NothingUsable where they were all that was given, and tell nothing."""
-    from frictool.identify.outcome import NothingUsable
-    from frictool.identify.presliding.document import with_presliding
-
-    found = with_presliding(model, records)
-    if alone and found.presliding is None:
-        raise NothingUsable(f"presliding: {found.not_identified['presliding']}")
-    return found
 
 
 def _picture(model: Model, result: Identification, records: list[Record], bench: Bench) -> str:

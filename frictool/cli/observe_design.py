@@ -120,9 +120,8 @@ def command(model: Path, kind: Kind, output: Path | None, as_json: bool, **optio
 
 def _designed(model: Model, kind: Kind, provenance: Provenance, options: dict[str, Any]) -> Observer:
     """The observer of a kind."""
-    from frictool.observe.design import additive, multiplicative
+    from frictool.observe.design.any_kind import design_observer
     from frictool.observe.design.settings import Settings
-    from frictool.observe.design.tracking import design_tracking
 
     def quantity(name: str, dimension: str) -> float | None:
         given = options[name]
@@ -131,7 +130,7 @@ def _designed(model: Model, kind: Kind, provenance: Provenance, options: dict[st
     inertia = quantity("inertia", "inertia")
     if kind == "tracking":
         noise = quantity("drive_noise", model.bench.actuator.drive) or 0.0
-        return design_tracking(model, provenance, options["bandwidth"], noise, inertia=inertia)
+        return design_observer(model, kind, bandwidth_rad_s=options["bandwidth"], drive_noise=noise, inertia=inertia, provenance=provenance)
     settings = Settings(
         intervals=options["intervals"],
         switch_speed=quantity("switch_speed", "velocity"),
@@ -142,5 +141,4 @@ def _designed(model: Model, kind: Kind, provenance: Provenance, options: dict[st
         stuck_speed=1.0 if options["stuck_speed"] == "held" else 0.0,
         quiet=options["quiet"],
     )
-    design = multiplicative.design if kind == "multiplicative" else additive.design
-    return design(model, settings, provenance)
+    return design_observer(model, kind, settings=settings, provenance=provenance)

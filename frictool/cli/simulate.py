@@ -211,7 +211,7 @@ def _step_test(
     inputs = [model, controller, scenario, *(one for one in (observer, recorded) if one is not None)]
     refuse_inputs(output, inputs)
     from frictool.simulate.agreement import Names
-    from frictool.simulate.step_test import step_test
+    from frictool.simulate.simulation import simulate
 
     log = None if recorded is None else recorded_log(recorded, scenario, plant.bench if isinstance(plant, Model) else documents[1].bench)
     code = None if target is None else _target(target, controller, documents[1])
@@ -219,7 +219,15 @@ def _step_test(
     words = {"model": model, "--controller": controller, "--scenario": scenario, "--observer": observer, "--target": target}
     provenance = record(command_line("simulate", words | {"--number": number}), inputs)
     names = Names(str(model), str(controller), str(scenario))
-    played = step_test(*documents, provenance, names, _progress, log, number or "double", code)
+    played = simulate(
+        *documents,
+        recorded=log,
+        number=number or "double",
+        target=code,
+        provenance=provenance,
+        names=names,
+        progress=_progress,
+    )
     _save(played, output, inputs, events)
     return played
 

@@ -47,16 +47,18 @@ def command(model: Path, spec: Path, design: Path, vertices_only: bool, plot: Pa
             refuse_inputs(target, [model, spec, design])
     if plot is not None and output is not None and plot.resolve() == output.resolve():
         raise click.UsageError(f"--plot and --output are the same file, {plot.name}; give the picture a name of its own, such as trade.svg")
-    from frictool.synth.design import designed
     from frictool.synth.disturbance import disturbance
     from frictool.synth.machine import machine
+    from frictool.synth.synthesis import synthesise
     from frictool.synth.text import text
 
     found = disturbance(model_document)
     inputs = [model, spec, design]
     words = {"model": model, "--spec": spec, "--design": design, "--vertices-only": vertices_only}
     provenance = record(command_line("synth", words), inputs)
-    result = designed(model_document, spec_document, design_document, provenance, beyond=not vertices_only, progress=_progress)
+    result = synthesise(
+        model_document, spec_document, design_document, vertices_only=vertices_only, provenance=provenance, progress=_progress
+    )
     if output is not None:
         save_text(output, to_yaml(result.controller), inputs)
     if plot is not None and result.trade is not None:

@@ -59,8 +59,7 @@ def command(
         refuse_inputs(plot, [model, log])
     from frictool.documents.model import Model
     from frictool.documents.registry import load
-    from frictool.identify.record import record_of
-    from frictool.identify.validate.validation import validate
+    from frictool.identify.validate.against_log import validate
     from frictool.logs.channels.matching import matched
     from frictool.logs.reading import read_log
 
@@ -69,7 +68,7 @@ def command(
     for warning in measured.warnings:
         note(f"warning: {log.name}: {warning}")
     servo = gains.servo(document.bench) if closed else None
-    found = validate(document, record_of(measured, document.bench), skip, cutoff_hz, servo, moving)
+    found = validate(document, measured, skip=skip, cutoff_hz=cutoff_hz, servo=servo, moving=moving)
     if plot is not None:
         from frictool.identify.validate.picture import picture
 

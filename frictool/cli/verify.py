@@ -35,11 +35,11 @@ def command(ctx: click.Context, controller: Path, as_json: bool) -> None:
     from frictool.documents.controller import Controller
     from frictool.documents.registry import load
     from frictool.errors import EXIT_NO
-    from frictool.verify.controller import recheck
+    from frictool.verify.again import verify
 
     document = load(controller, Controller)
+    proved = verify(document)
     if document.certificate is None or not document.certificate.bounds:
-        recheck(document)
         reasons = {} if document.certificate is None else document.certificate.not_proved
         if as_json:
             print_json({"name": document.name, "certificate": None, "not_proved": reasons})
@@ -47,10 +47,6 @@ def command(ctx: click.Context, controller: Path, as_json: bool) -> None:
             why = "; ".join(reasons.values()) or "frictool synth makes one"
             say(f"{document.name}: no certificate, so that only the margins at its vertices hold ({why})")
         ctx.exit(EXIT_NO)
-    from frictool.verify.certificate_document import prove_document
-
-    proved = prove_document(document, document.certificate)
-    recheck(document)
     if as_json:
         print_json(machine_view(document, proved))
     else:

@@ -278,6 +278,7 @@ class Schedule(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """`controller.yaml`.
 
+    method own: designed by somebody else (synth/own.py).
     weights: of the generalised plant whose norm was verified, where no certificate holds them. resonances: of the model, with which
     stability and the modulus margin hold at the vertices too; norms and certificate are of the plant without them.
     """
@@ -286,7 +287,7 @@ class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     name: Name
     axis: Axis
     structure: Structure
-    method: Method
+    method: Literal[Method, "own"]
     domain: Domain
     sample_period_s: SamplePeriod
     delay_samples: Annotated[int, msgspec.Meta(ge=0, le=2)]

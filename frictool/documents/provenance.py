@@ -8,6 +8,7 @@ from pathlib import Path
 import msgspec
 
 from frictool import __version__
+from frictool.documents.writing import to_yaml
 
 
 class Input(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -29,6 +30,13 @@ def digest(path: Path) -> str:
     """SHA-256 of a file, read in blocks."""
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def called(function: str, **documents: msgspec.Struct | None) -> Provenance:
+    """The provenance of what a function made of documents in memory; their digests are those of the files that they are saved as."""
+    given = {name: to_yaml(document) for name, document in documents.items() if document is not None}
+    inputs = tuple(Input(f"{name}.yaml", hashlib.sha256(text.encode()).hexdigest()) for name, text in given.items())
+    return Provenance(f"{function}() in Python", __version__, inputs)
 
 
 def record(command: str, inputs: list[Path]) -> Provenance:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar, cast, overload
 
 import msgspec
+import yaml
 
 from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller
@@ -17,7 +18,7 @@ from frictool.documents.observer import Observer
 from frictool.documents.reading import Reader, compose, read_text
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
-from frictool.errors import InputFileError
+from frictool.errors import DocumentError, InputFileError
 
 DOCUMENTS: dict[str, type[msgspec.Struct]] = {
     "bench": Bench,
@@ -34,12 +35,34 @@ DOCUMENTS: dict[str, type[msgspec.Struct]] = {
 T = TypeVar("T", bound=msgspec.Struct)
 
 
-def load(path: Path, kind: type[T]) -> T:
-    """The document at `path`, every quantity in SI.
+@overload
+def load(path: Path | str, kind: type[T]) -> T: ...
+
+
+@overload
+def load(path: Path | str) -> Any: ...
+
+
+def load(path: Path | str, kind: type[T] | None = None) -> T | Any:
+    """The document at `path`, every quantity in SI; without `kind` it is of the one that its key `format` names.
 
     Raises DocumentError with file, line and key, what was found and what is allowed; InputFileError where it is no YAML text.
     """
-    return cast(T, Reader(path).read(compose(read_text(path), path), kind, ""))
+    path = Path(path)
+    node = compose(read_text(path), path)
+    return cast(T, Reader(path).read(node, kind or _kind(node, path), ""))
+
+
+def _kind(node: yaml.Node, path: Path) -> type[msgspec.Struct]:
+    """What a document says that it is."""
+    for key, value in node.value if isinstance(node, yaml.MappingNode) else []:
+        if key.value == "format":
+            found = DOCUMENTS.get(str(value.value).partition("/")[0])
+            if found is not None:
+                return found
+            allowed = ", ".join(f"{name}/1" for name in DOCUMENTS)
+            raise DocumentError(path, f"found {value.value!r}; allowed: {allowed}", line=value.start_mark.line + 1, key="format")
+    raise DocumentError(path, "is missing, and says what the document is: bench/1, model/1, ...", line=1, key="format")
 
 
 def same_axis(documents: dict[Path, Any]) -> None:

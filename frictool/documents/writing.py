@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
 from typing import Any
 
 import msgspec
 import yaml
 
 from frictool.documents.scalars import Dumper
+from frictool.errors import OutputError
 
 FLOW_WIDTH = 110
 
@@ -54,6 +57,18 @@ def to_yaml(document: msgspec.Struct) -> str:
     """The YAML text of a document, keys in the order of the type, unset optional keys left out."""
     tree: dict[str, Any] = without_unset(msgspec.to_builtins(document))
     return tree_to_yaml(tree)
+
+
+def save(document: msgspec.Struct, path: Path | str) -> None:
+    """Writes a document to `path`, whole or not at all. Raises OutputError where it cannot."""
+    path = Path(path)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        temporary.write_text(to_yaml(document), encoding="utf-8")
+        temporary.replace(path)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
 def tree_to_yaml(tree: dict[str, Any]) -> str:

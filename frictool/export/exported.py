@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -10,6 +11,7 @@ from frictool.control.composition import controller_program
 from frictool.control.fixed_point import DoesNotFit
 from frictool.documents.controller import Controller, Number
 from frictool.documents.quantity import si_unit
+from frictool.documents.writing import to_yaml
 from frictool.errors import NoSolutionError
 from frictool.export.c99 import c_sources
 from frictool.export.cmsis import cmsis_arrays, cmsis_header
@@ -62,6 +64,20 @@ class Exported:
             f"verified with coefficients rounded to {self.number}: modulus margin {self.loop.modulus_margin:.4f} at {self.loop.at}{norm}",
             *self.more,
         ]
+
+
+def default_number(language: Language) -> Number:
+    """The number format where none is asked for: CMSIS-DSP has no biquads in double."""
+    return "float" if language == "cmsis" else "double"
+
+
+def export(controller: Controller, language: Language = "c", number: Number | None = None, origin: Origin | None = None) -> Exported:
+    """What `frictool export` writes: `files` are name -> content. number: by default double, of cmsis float.
+
+    origin: of the document, by default the digest that it has as a file. Raises NoSolutionError as `exported`.
+    """
+    given = origin or Origin(hashlib.sha256(to_yaml(controller).encode()).hexdigest(), "frictool.export.export() in Python")
+    return exported(controller, language, number or default_number(language), given)
 
 
 def exported(controller: Controller, language: Language, number: Number, origin: Origin) -> Exported:

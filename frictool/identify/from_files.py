@@ -31,7 +31,12 @@ class Read:
 
 def read(path: Path, bench: Bench) -> Read:
     """Raises LogError where it cannot be read, or has not what a record needs."""
-    log = matched(read_log(path, bench), bench)
+    return taken(read_log(path, bench), bench)
+
+
+def taken(given: Log, bench: Bench) -> Read:
+    """A log in memory. Raises LogError where it is not of this bench, or has not what a record needs."""
+    log = matched(given, bench)
     record = record_of(log, bench)
     signals = log.main.signals
     both = {"current_command", "current"} <= signals.keys()

@@ -11,9 +11,10 @@ from frictool.logs.canonical.mcap_reader import is_canonical
 from frictool.logs.log import Log
 
 
-def read_log(path: Path, bench: Bench | None = None) -> Log:
+def read_log(path: Path | str, bench: Bench | None = None) -> Log:
     """The log at `path`. A raw file needs the bench, which a canonical log ignores.
 
     Raises LogError where the file cannot be read or mapped.
     """
+    path = Path(path)
     return read_mcap(path) if is_canonical(path) else whole(assemble([path], bench))

@@ -1,1 +1,19 @@
 """From a mechanism to the one-inertia model, step by step, each with what it neglects and the error that it makes (thesis 2.1.5, 2.2.4)."""
+
+from typing import TYPE_CHECKING
+
+from frictool.exports import lazily
+
+if TYPE_CHECKING:
+    from frictool.reduce.reduction import Reduction as Reduction
+    from frictool.reduce.reduction import reduce as reduce
+else:
+    __getattr__, __dir__ = lazily(
+        __name__,
+        {
+            "Reduction": "frictool.reduce.reduction",
+            "reduce": "frictool.reduce.reduction",
+        },
+    )
+
+__all__ = ["Reduction", "reduce"]

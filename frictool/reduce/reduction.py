@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from frictool.documents.bench import Bench
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model
-from frictool.documents.provenance import Provenance
+from frictool.documents.provenance import Provenance, called
+from frictool.errors import NoSolutionError
 from frictool.reduce.chain import Chain, chain
 from frictool.reduce.checked import Checked, checked
 from frictool.reduce.final import final
@@ -23,6 +24,29 @@ class Reduction:
     chain: Chain
     model: Model
     checked: Checked
+
+
+TOLERANCE = 0.05  # of the way
+
+
+def reduce(
+    mechanism: Mechanism,
+    *,
+    bandwidth: float | None = None,
+    tolerance: float = TOLERANCE,
+    bench: Bench | None = None,
+    provenance: Provenance | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Reduction:
+    """What `frictool reduce` does: the one-inertia model of a mechanism, with what each step neglects.
+
+    bandwidth [rad/s]: resonances below it are kept, needed where a link yields. bench: in place of the mechanism's own source and sensor.
+    Raises WrongElement where the mechanism is none, NoSolutionError where a step cannot be made or its error is beyond `tolerance`.
+    """
+    found = reduction(mechanism, bandwidth, tolerance, bench, provenance or called("frictool.reduce.reduce", mechanism=mechanism), progress)
+    if found.checked.refused is not None:
+        raise NoSolutionError(f"{found.chain.whole.name}: not reduced: {found.checked.refused}")
+    return found
 
 
 def reduction(

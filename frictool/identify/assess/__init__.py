@@ -1,1 +1,19 @@
 """What a bench can identify, before anything is measured on it (thesis 4.2.1-4.2.4, annex B)."""
+
+from typing import TYPE_CHECKING
+
+from frictool.exports import lazily
+
+if TYPE_CHECKING:
+    from frictool.identify.assess.assessment import Assessment as Assessment
+    from frictool.identify.assess.assessment import assess as assess
+else:
+    __getattr__, __dir__ = lazily(
+        __name__,
+        {
+            "Assessment": "frictool.identify.assess.assessment",
+            "assess": "frictool.identify.assess.assessment",
+        },
+    )
+
+__all__ = ["Assessment", "assess"]

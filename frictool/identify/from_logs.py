@@ -1,0 +1,83 @@
+"""Logs and a bench to a model: what `frictool identify` does, on values in memory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from frictool.documents.bench import Bench
+from frictool.documents.model import Model
+from frictool.documents.provenance import Provenance, called
+from frictool.identify.from_files import Currents, taken, with_measurement
+from frictool.identify.identification import Identification, NothingIdentified
+from frictool.identify.identification import identify as identified
+from frictool.identify.methods import DEFAULT, Settings
+from frictool.identify.model import model_of
+from frictool.identify.outcome import NothingUsable
+from frictool.identify.presliding.document import with_presliding
+from frictool.identify.record import Record
+from frictool.identify.twice import refuse_twice
+from frictool.logs.log import Log
+
+
+@dataclass(frozen=True)
+class Identified:
+    """model: the document. result: what was found and refused, and why. records: of the `logs` that were given."""
+
+    model: Model
+    result: Identification
+    records: tuple[Record, ...]
+
+
+def identify(
+    logs: Sequence[Log],
+    bench: Bench,
+    *,
+    ramps: Sequence[Log] = (),
+    loops: Sequence[Log] = (),
+    measurement: bool = False,
+    method: str = DEFAULT,
+    settings: Settings | None = None,
+    provenance: Provenance | None = None,
+    tell: Callable[[str], None] = lambda _: None,
+) -> Identified:
+    """The model that the logs give of the bench's axis, each parameter with its interval.
+
+    logs: of motion, or of breakaway ramps, which are recognised. ramps: those that are known to be. loops: slow loops of the effort below
+    the breakaway, for presliding. measurement: what the logs tell of the bench itself, too. method: a key of METHODS.
+    `tell` is told what is odd about the logs.
+    Raises NothingIdentified (a NothingUsable) with the reasons where the logs give nothing at all; LogError where a log is given twice, or
+    cannot be one of this bench.
+    """
+    currents: list[Currents] = []
+    records, slopes, slow = (_records(group, bench, currents, tell) for group in (logs, ramps, loops))
+    refuse_twice([*records, *slopes, *slow])
+    alone = not (logs or ramps)
+    try:
+        result = identified(records, slopes, bench, method, settings or Settings())
+    except NothingIdentified as error:
+        if not alone or not loops:
+            raise
+        result = error.result  # loops alone: all else is the bench's
+    model = model_of(result, bench, provenance or called("frictool.identify.identify", bench=bench))
+    if loops:
+        model = with_presliding(model, slow)
+        if alone and model.presliding is None:
+            raise NothingUsable(f"presliding: {model.not_identified['presliding']}")
+        result = replace(result, refused=model.not_identified)
+    if measurement:
+        model = with_measurement(model, result, [*records, *slopes], currents)
+    return Identified(model, result, tuple(records))
+
+
+def _records(logs: Sequence[Log], bench: Bench, currents: list[Currents], tell: Callable[[str], None]) -> list[Record]:
+    """The logs as records; where one holds commanded and measured current, both are added to `currents`."""
+    found = []
+    for given in logs:
+        one = taken(given, bench)
+        for warning in one.log.warnings:
+            tell(f"{Path(one.log.source).name}: {warning}")
+        found.append(one.record)
+        currents += [] if one.currents is None else [one.currents]
+    return found

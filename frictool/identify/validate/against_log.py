@@ -1,0 +1,24 @@
+"""A model against a measured log in memory."""
+
+from __future__ import annotations
+
+from frictool.documents.model import Model
+from frictool.engine.servo import Servo
+from frictool.identify.record import record_of
+from frictool.identify.validate.validation import Validation
+from frictool.identify.validate.validation import validate as replayed
+from frictool.logs.channels.matching import matched
+from frictool.logs.log import Log
+
+SKIP, CUTOFF_HZ = 20, 100.0
+
+
+def validate(
+    model: Model, log: Log, *, skip: int = SKIP, cutoff_hz: float = CUTOFF_HZ, servo: Servo | None = None, moving: bool = False
+) -> Validation:
+    """The measured effort of `log` through `model`, or with a servo (its gains from position to effort) the measured reference.
+
+    Errors are of what remains after `skip` samples, velocity and acceleration through a low-pass of `cutoff_hz`; `moving`: begin with the
+    measured speed and not at rest. Raises LogError, NoSolutionError as `validation.validate`.
+    """
+    return replayed(model, record_of(matched(log, model.bench), model.bench), skip, cutoff_hz, servo, moving)

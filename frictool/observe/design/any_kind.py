@@ -1,0 +1,36 @@
+"""An observer of any kind: what `frictool observe design` does, on values in memory."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from frictool.documents.model import Model
+from frictool.documents.observer import Observer
+from frictool.documents.provenance import Provenance, called
+from frictool.observe.design import additive, multiplicative
+from frictool.observe.design.settings import Settings
+from frictool.observe.design.tracking import design_tracking
+
+Kind = Literal["multiplicative", "additive", "tracking"]
+
+
+def design_observer(
+    model: Model,
+    kind: Kind,
+    *,
+    settings: Settings | None = None,
+    bandwidth_rad_s: float | None = None,
+    drive_noise: float = 0.0,
+    inertia: float | None = None,
+    provenance: Provenance | None = None,
+) -> Observer:
+    """The observer of a model, verified.
+
+    settings: of the switched kinds, multiplicative and additive. bandwidth_rad_s, drive_noise [A | V], inertia [kg m2 | kg]: of tracking.
+    Raises NoSolutionError where there is none, or it is not verified.
+    """
+    origin = provenance or called("frictool.observe.design_observer", model=model)
+    if kind == "tracking":
+        return design_tracking(model, origin, bandwidth_rad_s, drive_noise, inertia=inertia)
+    design = multiplicative.design if kind == "multiplicative" else additive.design
+    return design(model, settings or Settings(), origin)

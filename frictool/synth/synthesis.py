@@ -1,0 +1,33 @@
+"""Documents in memory to a verified controller: what `frictool synth` does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from frictool.documents.design import Design
+from frictool.documents.model import Model
+from frictool.documents.provenance import Provenance, called
+from frictool.documents.registry import same_axis
+from frictool.documents.spec import Spec
+from frictool.synth.design import Designed, designed
+
+
+def synthesise(
+    model: Model,
+    spec: Spec,
+    design: Design,
+    *,
+    vertices_only: bool = False,
+    provenance: Provenance | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Designed:
+    """A controller for every plant that the model's and the bench's intervals span, verified as it will run.
+
+    vertices_only: quicker, without bounds over the whole box and without a certificate. `progress` is told what is being done.
+    Raises NoSolutionError (exit 4) where the method finds none, or what it finds is not verified; InputFileError where the documents
+    are not of one kind of axis.
+    """
+    same_axis({Path("model"): model, Path("spec"): spec, Path("design"): design})
+    origin = provenance or called("frictool.synth.synthesise", model=model, spec=spec, design=design)
+    return designed(model, spec, design, origin, beyond=not vertices_only, progress=progress)

@@ -1,0 +1,72 @@
+"""Documents as linear systems (`plant.lti.Lti`): a controller, the axis around it, and the loop that both close.
+
+    eta ──▶ controller ──▶ drive ──▶ delay ──▶ axis ──▶ position            loop gain L: from eta to the position
+
+The friction is left out but for its viscous part, as in the loops that are verified (verify/effective.py).
+"""
+
+from __future__ import annotations
+
+from frictool.documents.controller import Controller
+from frictool.documents.model import Model
+from frictool.errors import FrictoolError
+from frictool.plant.connect import Block, connect
+from frictool.plant.linear_axis import Rates, linear_axis
+from frictool.plant.lti import Lti, delay
+from frictool.plant.polytope import PlantPoint
+from frictool.plant.resonance import resonance_filters
+from frictool.verify.effective import running
+
+ETA, DRIVE, POSITION = "eta", "drive", "position"
+ASKED = "asked"  # the drive that the controller asks for; DRIVE is what flows, behind delay and lag
+
+
+def controller_system(controller: Controller) -> Lti:
+    """The linear controller as it runs on the target, sampled: from eta (or the speed's error, linear.input) to the drive [A | V]."""
+    return running(controller.linear, controller.sample_period_s)
+
+
+def plant_system(document: Model | Controller, vertex: str | None = None, *, sampled: bool = False) -> Lti:
+    """The axis from the commanded drive [A | V] to the position [rad | m], with the drive's lag and a model's resonances.
+
+    Of a model: its nominal parameters. Of a controller: one of the vertices at which it was verified, by name. sampled: held at the bench's
+    period, behind its delay; else in continuous time, without. Raises FrictoolError where there is no such vertex.
+    """
+    bench = document.bench
+    lag, period = bench.actuator.loop_time_constant_s, bench.sample_period_s if sampled else 0.0
+    resonance = None if document.resonances is None else resonance_filters(document.resonances)[0]
+    blocks = {"axis": linear_axis(_rates(document, vertex), lag, period, resonance)}
+    if sampled:
+        blocks["delay"] = Block(delay(bench.delay_samples, period), (ASKED,), ("command",))
+    sums: dict[str, dict[str, float]] = {"speed_reference": {}, "friction": {}, "uncertain_effort": {}, POSITION: {ETA: -1.0}}
+    return connect(blocks, sums, (ASKED if sampled else "command",), (POSITION,))
+
+
+def loop_system(controller: Controller, vertex: str) -> Lti:
+    """L(z), from eta to the position, at one vertex with the bench's delay, closed by -1; of a controller that is fed by eta.
+
+    1/max |1/(1 + L)| is the vertex's modulus margin. Raises FrictoolError where there is no such vertex, or the controller sees a speed.
+    """
+    if controller.linear.input != "eta":
+        raise FrictoolError(
+            f"{controller.name}: its linear controller sees the speed and not eta; its loops are those of verify/effective.py"
+        )
+    blocks = {
+        "controller": Block(controller_system(controller), (ETA,), (ASKED,)),
+        "plant": Block(plant_system(controller, vertex, sampled=True), (ASKED,), (POSITION,)),
+    }
+    return connect(blocks, {}, (ETA,), (POSITION,))
+
+
+def _rates(document: Model | Controller, vertex: str | None) -> Rates:
+    if isinstance(document, Model):
+        if vertex is not None:
+            raise FrictoolError(f"{document.name}: a model has no vertex {vertex!r}; those are of a controller")
+        today = document.parameters
+        point = PlantPoint("model", today.inertia.value, today.viscous.value, today.coulomb.value, document.bench.actuator.constant.value)
+        return point.rates
+    for one in document.verified.vertices:
+        if one.name == vertex:
+            return PlantPoint(one.name, one.inertia, one.viscous, one.coulomb, one.constant).rates
+    names = ", ".join(one.name for one in document.verified.vertices)
+    raise FrictoolError(f"{document.name}: there is no vertex {vertex!r}; allowed: {names}")
