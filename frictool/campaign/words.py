@@ -33,7 +33,7 @@ def percent(share: float, toward: Literal["nearest", "down", "up"] = "nearest") 
     """
     if share in (0.0, 1.0):
         return f"{100.0 * share:.0f} %"
-    digits = min(9, max(1, 1 - math.floor(math.log10(100.0 * min(share, 1.0 - share)))))
+    digits = min(9, max(1, 1 - math.floor(math.log10(100.000001 * min(share, 1.0 - share)))))
     scaled = share * 100.0 * 10.0**digits
     whole = {"down": math.floor(scaled + 1e-6), "up": math.ceil(scaled - 1e-6), "nearest": round(scaled)}[toward]
     return f"{whole / 10.0**digits:.{digits}f} %"

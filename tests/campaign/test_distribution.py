@@ -105,7 +105,7 @@ def test_all_vertices_have_no_intervals() -> None:
     assert all(q.low is q.high is None for q in found.quantiles)
 
 
-@settings(max_examples=60)
+@settings(max_examples=40)
 @given(arrays(float, st.integers(1, 60), elements=st.floats(-1e6, 1e6, width=32)), st.data(), st.sampled_from(["<=", ">="]))
 def test_a_histogram_loses_no_trial_and_no_bin_has_both_sides_of_the_limit(values: np.ndarray, data: st.DataObject, relation: str) -> None:
     limit = data.draw(st.one_of(st.sampled_from(values.tolist()), st.floats(-1e6, 1e6, width=32)))

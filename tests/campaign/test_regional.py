@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
@@ -20,6 +20,7 @@ def tell(units: Array, failing: Array, drawn: bool = True) -> Region:
     return region(units, 2.0 * units, failing, Slices(np.minimum(9, (10.0 * units).astype(np.int64)), 10), drawn)
 
 
+@settings(max_examples=30)
 @given(st.integers(0, 2**32), st.integers(1, 30), st.integers(1, 30))
 def test_the_distance_and_the_leaning_are_those_of_the_definition(seed: int, bad: int, good: int) -> None:
     rng = np.random.default_rng(seed)
@@ -65,7 +66,7 @@ def test_few_failures_of_many_trials_are_told_and_many_as_fast() -> None:
 def test_the_probability_of_a_factor_without_influence_is_uniform() -> None:
     rng = np.random.default_rng(4)
     for bad, good in ((40, 400), (1500, 3000)):  # counted; from one sample of as many as they are worth
-        chances = [tell(units, np.arange(bad + good) < bad).chance for units in rng.random((150, bad + good))]
+        chances = [tell(units, np.arange(bad + good) < bad).chance for units in rng.random((100, bad + good))]
         assert stats.kstest([c for c in chances if c is not None], "uniform").pvalue > 1e-3
 
 
@@ -80,6 +81,7 @@ def test_holm_corrects_in_order() -> None:
     np.testing.assert_allclose(corrected(np.array([0.9, 0.5])), [1.0, 1.0])
 
 
+@settings(max_examples=30)
 @given(st.lists(st.floats(0.0, 1.0), min_size=1, max_size=20))
 def test_holm_lowers_no_probability_and_never_more_than_bonferroni(chances: list[float]) -> None:
     before = np.array(chances)

@@ -17,7 +17,7 @@ from frictool.campaign.variance_shares import chance_of_ranks, scores_of
 from tests.campaign.example import Function, factors, trials_of
 
 Array = np.ndarray
-SEEDS = range(40)
+SEEDS = range(30)
 
 
 def ishigami(v: Array) -> Array:
@@ -65,13 +65,13 @@ def test_the_shares_are_those_that_are_known_and_their_errors_those_that_they_ha
     found, errors = shares(space, function, 1000)
     assert np.abs(found.mean(axis=0) - known).max() < 0.015  # of which slices that are not infinitely fine take a part
     spread, told = found.std(axis=0), errors.mean(axis=0)
-    assert np.all(spread < 1.4 * told)  # 40 seeds know a deviation to 11 %
+    assert np.all(spread < 1.45 * told)  # 30 seeds know a deviation to 13 %
     assert np.all(spread[known > 0.1] > 0.6 * told[known > 0.1])
 
 
 def test_more_trials_come_nearer() -> None:
     space, function, known = FUNCTIONS["ishigami"]
-    found = influence(space, function, 40_000)
+    found = influence(space, function, 20_000)
     assert np.abs([s.share for s in found.shares] - known).max() < 0.01
     assert found.rest == pytest.approx(0.243684, abs=0.02)  # what x1 and x3 do together
     assert found.named[:2] == (1, 0)
@@ -92,7 +92,7 @@ def _no_influence(v: Array) -> Array:
 
 
 def test_in_a_table_a_dummy_is_called_important_as_rarely_as_it_says() -> None:
-    space, wrong, campaigns = factors(6), 0, 150
+    space, wrong, campaigns = factors(6), 0, 100
     for seed in range(campaigns):
         found = sensitivity(trials_of(space, [_no_influence, linear_of_first], [1.0, 0.2], 120, seed), drawn=True)
         wrong += any(factor >= 2 for one in (*found.influences, *found.questions) for factor in one.named)
@@ -109,7 +109,7 @@ def test_the_probability_of_a_factor_without_influence_is_uniform() -> None:
     trials = trials_of(factors(1), [linear_of_first], [1.0], 300)
     slices = Draws(trials).sliced(0, few_slices_for(300), np.ones(300, dtype=bool))
     for make in (rng.normal, rng.standard_cauchy, lambda size: np.maximum(0.0, rng.normal(size=size))):  # the last with ties
-        chances = np.array([chance_of_ranks(slices, scores_of(make(size=300))) for _ in range(400)])
+        chances = np.array([chance_of_ranks(slices, scores_of(make(size=300))) for _ in range(250)])
         found.append(stats.kstest(chances, "uniform").pvalue)
     assert min(found) > 0.001
 
