@@ -7,7 +7,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --no-compile --disable-pip-versi
 COMPILE := -@$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: demo test lint accept thesis fuzz bench rack logs schemas clean
+.PHONY: demo test lint accept thesis fuzz bench rack logs schemas dist clean
 
 demo: $(VENV)/.run
 	$(MAKE) -C configs/clutch demo
@@ -39,6 +39,10 @@ bench: $(VENV)/.bench
 rack: $(VENV)/.run
 	$(MAKE) -C configs/rack
 
+# source distribution and wheel of the last commit, built twice and compared, in dist/
+dist: $(VENV)/.dist
+	$(BIN)/python -m release dist
+
 # the synthetic sample logs, made anew from their seed
 logs: $(VENV)/.run
 	$(BIN)/python sample_logs/make.py
@@ -50,6 +54,11 @@ $(VENV)/bin/python:
 $(VENV)/.run: pyproject.toml constraints.txt | $(VENV)/bin/python
 	$(INSTALL) -e .
 	$(COMPILE)
+	@touch $@
+
+# what builds them, pinned
+$(VENV)/.dist: pyproject.toml constraints.txt | $(VENV)/bin/python
+	$(INSTALL) 'setuptools>=77.0.3'
 	@touch $@
 
 $(VENV)/.dev: pyproject.toml constraints.txt | $(VENV)/bin/python
@@ -68,4 +77,4 @@ schemas: $(VENV)/.run
 	for name in $$($(BIN)/python -c 'from frictool.documents.registry import DOCUMENTS; print(*DOCUMENTS)'); do $(BIN)/frictool schema $$name -o docs/schemas/$$name.schema.json; done
 
 clean:
-	rm -rf build configs/*/build frictool/__pycache__/kernels-*
+	rm -rf build dist configs/*/build frictool/__pycache__/kernels-*

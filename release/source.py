@@ -1,0 +1,38 @@
+"""What is built: the last commit of a clone, or an unpacked source distribution, without what was made in it; and its date."""
+
+from __future__ import annotations
+
+import io
+import os
+import shutil
+import subprocess
+import tarfile
+from pathlib import Path
+
+MADE = (".venv", "build", "dist", "__pycache__", "*.egg-info", ".git", ".*_cache", ".hypothesis")
+
+
+def is_clone(root: Path) -> bool:
+    """Whether `root` is the top of a git checkout."""
+    return (root / ".git").exists()
+
+
+def source(root: Path, target: Path) -> Path:
+    """A copy in `target` of what is committed in `root`; where that is no clone, of all that was not made there."""
+    if is_clone(root):
+        archive = subprocess.run(["git", "-C", str(root), "archive", "--format=tar", "HEAD"], capture_output=True, check=True).stdout
+        with tarfile.open(fileobj=io.BytesIO(archive)) as tar:
+            tar.extractall(target, filter="data")
+    else:
+        shutil.copytree(root, target, ignore=shutil.ignore_patterns(*MADE))
+    return target
+
+
+def epoch_of(root: Path) -> int:
+    """SOURCE_DATE_EPOCH where it is set, else the date of the last commit, or of the source distribution's own metadata [s]."""
+    given = os.environ.get("SOURCE_DATE_EPOCH")
+    if given:
+        return int(given)
+    if is_clone(root):
+        return int(subprocess.run(["git", "-C", str(root), "log", "-1", "--format=%ct"], capture_output=True, text=True, check=True).stdout)
+    return int((root / "PKG-INFO").stat().st_mtime)
