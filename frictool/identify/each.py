@@ -6,6 +6,7 @@ logs ──groups──▶ Group, Group, ... ──shared by workers/──▶ O
 from __future__ import annotations
 
 import functools
+import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
@@ -28,7 +29,7 @@ from frictool.logs.origin import Origin, Patterns, origin_by_name, origin_of_log
 from frictool.workers.files import Paths, share_files
 
 EACH = ("log", "folder")  # what a model is made of
-FEW = 4  # models, below which the start of further processes takes longer than they save
+WORTH_SHARING = 10_000_000  # bytes of all logs, below which the start of further processes takes longer than they save
 
 
 @dataclass(frozen=True)
@@ -74,14 +75,23 @@ def groups(members: Sequence[Member], each: str) -> list[Group]:
     for member in members:
         together.setdefault(member.path if each == "log" else member.path.parent, []).append(member)
     found = list(together.values())
-    return [Group(name, tuple(own)) for name, own in zip(_names([_called(own, each) for own in found]), found, strict=True)]
+    return [Group(name, tuple(own)) for name, own in zip(_names(_below_one([_called(own, each) for own in found])), found, strict=True)]
 
 
 def _called(members: list[Member], each: str) -> PurePosixPath:
     """What a group is called: its log, or the folder that its logs are in."""
     log = PurePosixPath(members[0].name.file)
-    called = log if each == "log" else log.parent if log.parent.name else PurePosixPath(members[0].path.absolute().parent.name)
-    return PurePosixPath(*(part for part in called.parts if part not in ("/", "..")))
+    if each == "log":
+        return log
+    return log.parent if log.parent.name else PurePosixPath(members[0].path.absolute().parent.name)
+
+
+def _below_one(called: list[PurePosixPath]) -> list[PurePosixPath]:
+    """The same without what may not be in a name below a folder: where a path from the root begins, as far as they agree, and `..`."""
+    rooted = [one for one in called if one.is_absolute()]
+    top = PurePosixPath(os.path.commonpath([one.parent for one in rooted])) if rooted else PurePosixPath()
+    below = [one.relative_to(top) if one.is_absolute() else one for one in called]
+    return [PurePosixPath(*(part for part in one.parts if part != "..")) for one in below]
 
 
 def _names(called: list[PurePosixPath]) -> list[str]:
@@ -180,12 +190,14 @@ def identified(
     cluster: str | None = None,
     tick: Callable[[float], None] = lambda part: None,
 ) -> Iterator[tuple[int, One]]:
-    """Place and model of each group, in the order in which they are done. cores, cluster: who does it, as `workers/share.py`.
+    """Place and model of each group, in the order in which they are done. cores, cluster: who does it, as `workers/share.py`; few bytes are
+    identified in this process.
 
     tick: is told the part of them that is done.
     """
     jobs = [(tuple(member.path for member in group.members), group) for group in asked]
-    alone = 1 if len(asked) < FEW else None
+    few = sum(path.stat().st_size for paths, _ in jobs for path in paths if path.is_file()) < WORTH_SHARING
+    alone = 1 if few else None
     for done, (place, one) in enumerate(share_files(identify_one, jobs, identify_one.gone, cores=cores or alone, cluster=cluster), 1):
         tick(done / len(asked))
         yield place, one

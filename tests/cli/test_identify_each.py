@@ -1,0 +1,171 @@
+"""`frictool identify --each`: many logs to a model each, the same as alone; what is bad is a row; processes change nothing."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from frictool.identify.each import groups
+from frictool.identify.each_table import COLUMNS
+from frictool.logs.fleet import Member, members
+from frictool.logs.origin import Name
+from tests.cli.run import Result, refused, run
+from tests.identify.benches import CLUTCH, ROOT
+
+PARTS = (("U1", "2026-01-03", 1.0), ("U1", "2026-02-03", 1.0), ("U2", "2026-01-04", 1.3))
+DATE = r"\d{4}-\d\d-\d\d"
+
+
+def part(number: int, scale: float) -> str:
+    """A third of the sample log, its current scaled: as of an actuator with other friction and another inertia."""
+    lines = (ROOT / "sample_logs" / "sines.csv").read_text().splitlines()
+    head = [line for line in lines if not line[0].isdigit()]
+    rows = [line.rsplit(",", 1) for line in lines[len(head) :]]
+    third = rows[number * len(rows) // 3 : (number + 1) * len(rows) // 3]
+    return "\n".join([*head, *(f"{others},{float(current) * scale!r}" for others, current in third)]) + "\n"
+
+
+@pytest.fixture(scope="module")
+def fleet(tmp_path_factory: pytest.TempPathFactory) -> SimpleNamespace:
+    """Two logs of one unit, one of another, one of a third that is no log."""
+    root = tmp_path_factory.mktemp("fleet")
+    folder = root / "logs"
+    for number, (unit, date, scale) in enumerate(PARTS):
+        (folder / unit).mkdir(parents=True, exist_ok=True)
+        (folder / unit / f"{date}.csv").write_text(part(number, scale))
+    (folder / "U3").mkdir()
+    (folder / "U3" / "2026-01-05.csv").write_text("time,encoder,current\n0,1,2\n")
+    return SimpleNamespace(root=root, folder=folder, first=folder / "U1" / "2026-01-03.csv")
+
+
+def each(*arguments: str | Path) -> Result:
+    return run("identify", "--each", *arguments, "--bench", CLUTCH)
+
+
+def table(text: str) -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO(text)))
+
+
+@pytest.fixture(scope="module")
+def made(fleet: SimpleNamespace) -> SimpleNamespace:
+    """The models of each log, and what was told."""
+    target = fleet.root / "models"
+    result = each("log", fleet.folder, "--date", DATE, "--cores", "1", "-o", target)
+    assert result.code == 3, result.stderr
+    return SimpleNamespace(folder=target, told=result.stdout, rows=table((target / "parameters.csv").read_text()))
+
+
+def test_each_log_gives_the_model_that_it_gives_alone(fleet: SimpleNamespace, made: SimpleNamespace, tmp_path: Path) -> None:
+    alone = tmp_path / "alone.yaml"
+    assert run("identify", fleet.first, "--bench", CLUTCH, "-o", alone).code == 0
+    assert (made.folder / "U1" / "2026-01-03.yaml").read_bytes() == alone.read_bytes()
+    assert [(row["unit"], row["date"], row["file"]) for row in made.rows] == [
+        *((unit, date, f"{unit}/{date}.csv") for unit, date, _ in PARTS),
+        ("U3", "2026-01-05", "U3/2026-01-05.csv"),
+    ]
+    for row in made.rows[:3]:
+        assert (made.folder / row["model"]).is_file()
+        assert float(row["coulomb_low"]) < float(row["coulomb"]) < float(row["coulomb_high"])
+        assert row["breakaway"] == ""  # no ramps: the bench's interval in the model is nothing that the log has given
+    assert made.rows[3]["model"] == ""
+    assert made.rows[3]["reason"] == "has 1 row; a log has at least 2"
+    assert not (made.folder / "U3").exists()
+    assert "3 models of 3 units, 1 could not be made" in made.told
+    coulomb = next(line for line in made.told.splitlines() if line.startswith("coulomb"))
+    assert "no: units differ by" in coulomb
+    assert "logs of one unit" not in coulomb
+
+
+def test_processes_change_nothing(fleet: SimpleNamespace, made: SimpleNamespace, tmp_path: Path) -> None:
+    assert each("log", fleet.folder, "--date", DATE, "--cores", "2", "-o", tmp_path / "two").code == 3
+    files = sorted(path.relative_to(made.folder) for path in made.folder.rglob("*.*"))
+    assert len(files) == 4
+    for name in files:
+        assert (tmp_path / "two" / name).read_bytes() == (made.folder / name).read_bytes()
+
+
+def test_what_an_earlier_run_wrote_into_the_folder_is_no_log(fleet: SimpleNamespace, tmp_path: Path) -> None:
+    (tmp_path / "models").mkdir()
+    (tmp_path / "a.csv").write_bytes(fleet.first.read_bytes())
+    (tmp_path / "models" / "parameters.csv").write_text("unit,date,file\n")
+    assert each("log", tmp_path, "-o", tmp_path / "models").code == 0
+    assert [row["file"] for row in table((tmp_path / "models" / "parameters.csv").read_text())] == ["a.csv"]
+
+
+def test_the_logs_of_a_folder_give_one_model(fleet: SimpleNamespace, tmp_path: Path) -> None:
+    result = each("folder", fleet.folder / "U1", fleet.folder / "U2", "-o", tmp_path / "fleet.csv")
+    assert result.code == 0, result.stderr
+    rows = table((tmp_path / "fleet.csv").read_text())
+    assert [(row["unit"], row["file"]) for row in rows] == [
+        ("U1", "U1/2026-01-03.csv; U1/2026-02-03.csv"),
+        ("U2", "U2/2026-01-04.csv"),
+    ]
+    together = json.loads(run("identify", fleet.first, fleet.folder / "U1" / "2026-02-03.csv", "--bench", CLUTCH, "--json").stdout)
+    assert float(rows[0]["coulomb"]) == together["parameters"]["coulomb"]["value"]
+
+
+def test_the_machine_s_view_has_what_each_alone_prints(fleet: SimpleNamespace) -> None:
+    result = each("log", fleet.folder, "--date", DATE, "--json")
+    facts = json.loads(result.stdout)
+    alone = json.loads(run("identify", fleet.first, "--bench", CLUTCH, "--json").stdout)
+    assert facts["models"][0]["identification"] == alone
+    assert facts["models"][3]["identification"] is None
+    found = facts["populations"]["coulomb"]
+    assert found["unit"] == "N m"
+    assert found["one_population"] is False
+    assert found["conclusion"].startswith("no: units differ by")
+    assert found["spread"] > 10.0 * found["expected"]
+
+
+def test_parquet_holds_the_same_with_types(fleet: SimpleNamespace, made: SimpleNamespace, tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    assert each("log", fleet.folder, "--date", DATE, "-o", tmp_path / "fleet.parquet").code == 3
+    held = parquet.read_table(tmp_path / "fleet.parquet")
+    assert tuple(held.column_names) == COLUMNS
+    assert held.schema.field("inertia").metadata == {b"unit": b"kg m^2"}
+    for row, cells in zip(held.to_pylist(), made.rows, strict=True):
+        assert ("" if row["inertia"] is None else repr(row["inertia"])) == cells["inertia"]
+        assert str(row["date"].date()) == cells["date"]
+
+
+def test_models_have_names_of_their_own(tmp_path: Path) -> None:
+    names = ("a/x.csv", "b/x.csv", "b/x.mat", "y.csv")
+    for name in names:
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    assert [one.name for one in groups(members([tmp_path]), "log")] == ["a/x", "b/x.csv", "b/x.mat", "y"]
+    assert [one.name for one in groups(members([tmp_path / "a", tmp_path / "b"]), "folder")] == ["a", "b"]
+    assert [one.name for one in groups(members([tmp_path]), "folder")] == ["a", "b", tmp_path.name]
+    assert [one.name for one in groups(members([tmp_path / name for name in names]), "log")] == ["a/x", "b/x.csv", "b/x.mat", "y"]
+    assert [one.name for one in groups([Member(tmp_path, Name("../../other/x.csv"))], "log")] == ["other/x"]
+
+
+def test_refusals_are_one_line(fleet: SimpleNamespace, tmp_path: Path) -> None:
+    for arguments, word in (
+        (("log", fleet.folder, "--ramp", fleet.first), "--ramp belongs to the logs of one model"),
+        (("log", fleet.folder, "--plot", tmp_path / "a.svg"), "--plot belongs to the logs of one model"),
+        (("log", "-"), "not standard input"),
+        (("log", fleet.folder, "--cores", "2", "--cluster", "tcp://127.0.0.1:1"), "--cores is of this machine"),
+        (("log", fleet.folder, "--cores", "0"), "--cores"),
+        (("log", fleet.folder, "--date", "("), "no regular expression"),
+    ):
+        result = each(*arguments)
+        assert result.code == 2
+        assert word in result.stderr
+    result = run("identify", fleet.first, "--bench", CLUTCH, "--cores", "2")
+    assert result.code == 2
+    assert "--cores belongs to --each" in result.stderr
+    (tmp_path / "file").touch()
+    (tmp_path / "empty").mkdir()
+    refused(each("log", fleet.folder, "-o", tmp_path / "file"), 3, "name a folder for the models")
+    refused(each("log", tmp_path / "empty"), 3, "holds no log")
+    refused(each("log", fleet.folder, "--cluster", "nowhere"), 3, "allowed: tcp://HOST:PORT")
+    missing = each("log", fleet.first, tmp_path / "none.csv", "-o", tmp_path / "m")
+    assert missing.code == 3
+    assert "none.csv" in missing.stdout
+    assert [path.name for path in (tmp_path / "m").rglob("*.yaml")] == ["2026-01-03.yaml"]
