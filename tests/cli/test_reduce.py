@@ -181,5 +181,6 @@ def test_a_travel_is_a_part_of_the_mechanisms_own(tmp_path: Path, train: Path) -
     assert run("reduce", train / "mechanism.yaml", "--travel", "-2", "20", "-o", tmp_path / "model.yaml").code == 0
     model = load(tmp_path / "model.yaml", Model)
     assert model.bench.mechanics.travel is not None
-    assert (model.bench.mechanics.travel.low, model.bench.mechanics.travel.high) == (-2.0, 10.0)
+    # the encoder counts down where the command is positive, and the model's position up
+    assert (model.bench.mechanics.travel.low, model.bench.mechanics.travel.high) == (-10.0, 2.0)
     assert "--travel -2 20" in model.provenance.command
