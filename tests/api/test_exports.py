@@ -22,6 +22,7 @@ PACKAGES = [
     "observe",
     "reduce",
     "export",
+    "compare",
     "systems",
 ]
 HEAVY = ("numba", "numpy", "scipy", "clarabel", "matplotlib", "msgspec", "yaml")

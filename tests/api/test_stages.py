@@ -1,0 +1,142 @@
+"""Stages called by a program: documents and logs in memory, what they give, what they refuse."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictool.documents import Bench, Mechanism, Model, Scenario, load, save, to_yaml
+from frictool.documents.provenance import called, digest
+from frictool.engine.servo import Servo
+from frictool.errors import DocumentError, FrictoolError, InputFileError, LogError, OutputError
+from frictool.identify import NothingIdentified, identify
+from frictool.identify.assess import assess
+from frictool.identify.excite import Settings, excite
+from frictool.identify.validate import validate
+from frictool.logs import log_of, read_log, write_log
+from frictool.observe import design_observer, observe
+from frictool.reduce import reduce
+from frictool.simulate import play, simulate
+from tests.cli.run import run
+from tests.synth.example import ROOT, clutch_model
+
+MODEL = clutch_model()
+BENCH = MODEL.bench
+CLUTCH = ROOT / "configs/clutch"
+
+
+def test_a_document_says_what_it_is(tmp_path: Path) -> None:
+    assert isinstance(load(CLUTCH / "bench.yaml"), Bench)
+    assert isinstance(load(str(CLUTCH / "mechanism.yaml")), Mechanism)
+    (tmp_path / "a.yaml").write_text("name: a\n")
+    with pytest.raises(DocumentError, match="format: is missing"):
+        load(tmp_path / "a.yaml")
+    (tmp_path / "b.yaml").write_text("name: a\nformat: bensh/1\n")
+    with pytest.raises(DocumentError, match=r"b\.yaml:2: format: found 'bensh/1'; allowed: bench/1"):
+        load(tmp_path / "b.yaml")
+    (tmp_path / "c.yaml").write_text("- 1\n")
+    with pytest.raises(DocumentError, match="format: is missing"):
+        load(tmp_path / "c.yaml")
+    with pytest.raises(InputFileError, match="no such file"):
+        load(tmp_path / "d.yaml")
+
+
+def test_what_is_saved_is_what_is_loaded_and_what_provenance_names(tmp_path: Path) -> None:
+    save(MODEL, tmp_path / "model.yaml")
+    assert load(tmp_path / "model.yaml", Model) == MODEL
+    (named,) = called("a function", model=MODEL, observer=None).inputs
+    assert (named.name, named.sha256) == ("model.yaml", digest(tmp_path / "model.yaml"))
+    assert [path.name for path in tmp_path.iterdir()] == ["model.yaml"]
+    with pytest.raises(OutputError, match="cannot be written"):
+        save(MODEL, tmp_path / "missing" / "model.yaml")
+    with pytest.raises(OutputError, match="cannot be written"):
+        write_log(log_of([0.0, 1.0], {"position": [0.0, 1.0]}, "rotary"), tmp_path / "missing" / "log.mcap")
+
+
+def test_a_log_of_arrays_is_a_log(tmp_path: Path) -> None:
+    time = np.arange(50) * 1e-3
+    log = log_of(time, {"position": np.sin(time), "current": np.cos(time)}, axis="rotary", name="mine")
+    assert log.main.units == {"position": "rad", "current": "A"}
+    write_log(log, tmp_path / "mine.mcap")
+    again = read_log(str(tmp_path / "mine.mcap")).main
+    np.testing.assert_array_equal(again.signals["position"], log.main.signals["position"])
+    log.main.signals["position"][0] = 7.0  # is a copy: what it was made from is not touched
+    assert time[0] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("time", "signals", "words"),
+    [
+        ([0.0, 1.0], {}, "there is none"),
+        ([0.0, 1.0], {"postion": [0.0, 1.0]}, "no channel: postion; allowed: position"),
+        ([0.0, 1.0], {"position": [0.0]}, "position has 1 samples, time has 2"),
+        ([0.0, 1.0], {"position": [0.0, np.nan]}, "finite"),
+        ([0.0, 1.0], {"position": [[0.0, 1.0]]}, "vector"),
+        ([1.0, 1.0], {"position": [0.0, 1.0]}, "time does not increase"),
+        ([], {"position": []}, "fewer than 2"),
+    ],
+)
+def test_arrays_that_are_no_log_are_refused(time: list[float], signals: dict[str, list[float]], words: str) -> None:
+    with pytest.raises(LogError, match=words):
+        log_of(time, signals, "rotary")
+
+
+def test_a_test_is_planned_played_identified_and_validated() -> None:
+    """The whole way of a bench in memory: what is found is what was put in."""
+    sines = excite("sines", BENCH, Settings(duration=4.0, speeds=3))
+    servo = Servo(proportional=30.0 * 0.1 * 13.4e-3, derivative=0.1 * 13.4e-3)
+    log = play(MODEL, sines.as_log("sines"), servo=servo, drive_noise=0.02, seed=3)
+    found = identify([log], BENCH)
+    assert found.model.parameters.coulomb.value == pytest.approx(MODEL.parameters.coulomb.value, rel=0.02)
+    assert found.model.provenance.command == "frictool.identify.identify() in Python"
+    assert found.records[0].time.size == log.main.time.size
+    assert validate(found.model, log).errors["velocity"] < 0.2
+    with pytest.raises(LogError, match="give the servo"):
+        play(MODEL, sines.as_log("sines"))
+
+
+def test_a_function_gives_what_its_command_writes(tmp_path: Path) -> None:
+    path, bench = ROOT / "sample_logs/ramp.csv", CLUTCH / "bench.yaml"
+    assert run("identify", path, "--bench", bench, "-o", tmp_path / "model.yaml").code == 0
+    written, found = load(tmp_path / "model.yaml", Model), identify([read_log(path, BENCH)], load(bench, Bench)).model
+    assert written.parameters == found.parameters
+    without = [line for line in to_yaml(found).splitlines() if line not in (tmp_path / "model.yaml").read_text().splitlines()]
+    assert all("Python" in line or "sha256" in line or "bench.yaml" in line for line in without), without
+
+
+def test_a_log_that_tells_nothing_says_so() -> None:
+    time, still = np.arange(3000) * 1e-3, np.zeros(3000)
+    with pytest.raises(NothingIdentified) as refused:
+        identify([log_of(time, {"position": still, "current": still}, "rotary")], BENCH)
+    assert {"inertia", "coulomb"} <= refused.value.result.refused.keys()
+
+
+def test_what_a_bench_can_tell_is_asked_before_it_runs() -> None:
+    rows = {row.parameter: row.verdict for row in assess(BENCH, {"inertia": 0.05}, 30.0).rows}
+    assert rows["coulomb"].identifiable
+
+
+def test_a_model_needs_a_controller_and_a_mechanism_its_sources() -> None:
+    scenario = load(CLUTCH / "scenarios/steps.yaml", Scenario)
+    with pytest.raises(DocumentError, match="which a controller drives"):
+        simulate(MODEL, None, scenario)
+    with pytest.raises(FrictoolError):
+        simulate(load(CLUTCH / "mechanism.yaml", Mechanism), None, scenario)
+
+
+def test_a_mechanism_is_reduced_to_its_model() -> None:
+    found = reduce(load(ROOT / "configs/screw/reversible.yaml", Mechanism))
+    assert found.model.provenance.command == "frictool.reduce.reduce() in Python"
+    assert found.checked.refused is None
+
+
+def test_an_observer_is_designed_and_a_log_observed(tmp_path: Path) -> None:
+    observer = design_observer(MODEL, "tracking", bandwidth_rad_s=200.0)
+    assert observer.kind == "tracking"
+    log = read_log(ROOT / "sample_logs/steps.csv", BENCH)
+    write_log(log, tmp_path / "steps.mcap")
+    seen, again = observe(MODEL, log), observe(MODEL, tmp_path / "steps.mcap")
+    assert seen.outcome.estimate == again.outcome.estimate
+    np.testing.assert_array_equal(seen.estimates.main.signals["velocity"], again.estimates.main.signals["velocity"])
