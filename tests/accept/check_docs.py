@@ -1,25 +1,26 @@
-"""The `console` blocks of the documentation: what takes minutes is made here, each line in a copy of its own, and has to end as make says.
+"""The `console` blocks of the documentation: what takes minutes is made here, each line in a copy of its own.
 
-The other blocks run in `make test` (tests/docs).
+It has to end as make says, and print what the `text` block beneath shows. The other blocks run in `make test` (tests/docs).
 """
 
 from __future__ import annotations
 
+import itertools
 import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from tests.docs.pages import PAGES, ROOT, blocks
-from tests.docs.playing import COMMENT, DATA, scratch
+from tests.docs.playing import COMMENT, DATA, first_missing, scratch
 
 
-def made(command: str) -> dict[str, Any]:
-    """Passed where the command ends with exit code 0, run at the top of a copy with the frictool of this clone."""
+def made(command: str, shown: list[str]) -> dict[str, Any]:
+    """Passed where the command ends with exit code 0 and prints `shown`, run at the top of a copy with the frictool of this clone."""
     with tempfile.TemporaryDirectory() as folder:
         copy = scratch(Path(folder))
         for name in ("tests", "frictool", "benchmarks"):
@@ -29,13 +30,23 @@ def made(command: str) -> dict[str, Any]:
         done = subprocess.run(
             ["bash", "-c", line], cwd=copy, env={**os.environ, "FRICTOOL_DATA": str(DATA)}, capture_output=True, text=True
         )
-        return {"passed": done.returncode == 0, "code": done.returncode, "end": (done.stderr or done.stdout)[-300:]}
+        missing = first_missing(done.stdout.splitlines(), shown)
+        told = {"code": done.returncode, "not printed": missing or "", "end": (done.stderr or done.stdout)[-300:]}
+        return {"passed": done.returncode == 0 and missing is None, **told}
 
 
-def _lines() -> list[str]:
-    """The lines of all pages, each once: those of `make`. A `python -m tests.accept` among them runs its checks by itself."""
-    lines = [COMMENT.sub("", line).strip() for page in PAGES for block in blocks(page, "console") for line in block.lines]
-    return sorted({line for line in lines if line.startswith("make ")})
+def _lines() -> Iterator[tuple[str, list[str]]]:
+    """The lines of `make` of all pages, with the `text` that stands beneath, for any line where there is none.
+
+    A `python -m tests.accept` among them runs its checks by itself.
+    """
+    for page in PAGES:
+        found = blocks(page)
+        for block, next_one in itertools.zip_longest(found, found[1:]):
+            if block.language != "console":
+                continue
+            shown = next_one.lines if next_one is not None and next_one.language == "text" else ["..."]
+            yield from ((COMMENT.sub("", line).strip(), shown) for line in block.lines if line.startswith("make "))
 
 
-CHECKS: dict[str, Callable[[], dict[str, Any]]] = {f"docs: {line}": partial(made, line) for line in _lines()}
+CHECKS: dict[str, Callable[[], dict[str, Any]]] = {f"docs: {line}": partial(made, line, shown) for line, shown in _lines()}

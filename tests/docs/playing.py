@@ -46,7 +46,11 @@ def play(page: Path, folder: Path, patch: pytest.MonkeyPatch) -> str:
     patch.setenv("FRICTOOL_DATA", str(DATA.resolve()))
     everything = printed = ""
     names: dict[str, Any] = {"__name__": name_of(page)}
-    for block in blocks(page, "sh", "python", "text"):
+    shown_by = ""
+    for block in blocks(page, "sh", "python", "console", "text"):
+        if block.language == "text" and shown_by == "console":
+            continue  # tests/accept/check_docs.py
+        shown_by = block.language
         if block.language == "sh":
             printed = "".join(_run(line, patch) for line in block.lines)
             everything += printed
@@ -55,7 +59,7 @@ def play(page: Path, folder: Path, patch: pytest.MonkeyPatch) -> str:
                 exec(compile(block.text, f"{page}:{block.line}", "exec"), names)
             printed = out.getvalue()
             everything += printed
-        else:
+        elif block.language == "text":
             missing = first_missing(printed.splitlines(), block.lines)
             assert missing is None, f"{name_of(page)}, block at line {block.line}: not printed so: {missing!r}; printed was\n{printed}"
     return everything
