@@ -24,6 +24,7 @@ Counts = NDArray[np.int64]
 QUANTILES = (0.05, 0.5, 0.95)
 COVERED = 0.95  # of all plants, by the bound
 BINS = 40  # of a histogram
+MANY, FAR = 100, 1.5  # values, from which on bins reach so many widths of the middle 90 % beyond it
 
 
 @dataclass(frozen=True)
@@ -40,12 +41,14 @@ class Quantile:
 
 @dataclass(frozen=True)
 class Histogram:
-    """edges (k + 1,) and counts (k,) of the finite values; one edge is the limit where it lies among them. Both empty where there is
-    none.
+    """edges (k + 1,) and counts (k,) of finite values; one edge is the limit where it lies among them. Both empty where there is none.
+
+    outside: finite values too far from the others to be in a bin.
     """
 
     edges: Vector
     counts: Counts
+    outside: int = 0
 
 
 @dataclass(frozen=True)
@@ -156,16 +159,33 @@ def _histogram(values: Vector, metric: Metric) -> Histogram:
     """Bins of one width; where the limit is near the values it is an edge, and a value at the limit lies on the side that meets it."""
     if values.size == 0:
         return Histogram(np.empty(0), np.empty(0, dtype=np.int64))
-    low, high, limit = float(values.min()), float(values.max()), metric.limit
+    limit = metric.limit
+    low, high = _reach(values, limit)
+    near = values[(values >= low) & (values <= high)]
     width = (high - low) / BINS
     if not width > 1e-12 * max(abs(low), abs(high)):  # one value: a bin around it
         around = max(abs(low), 1e-300) / BINS
-        return Histogram(np.array([low - around, high + around]), np.array([values.size]))
+        return Histogram(np.array([low - around, high + around]), np.array([near.size]))
     origin = limit if low - width < limit < high + width else low
     below, above = int(np.ceil((origin - low) / width)), int(np.ceil((high - origin) / width))
     side: Literal["left", "right"] = "left" if metric.relation == "<=" else "right"  # bins (a, b] or [a, b)
     below += side == "left" and origin - below * width >= low
     above += side == "right" and origin + above * width <= high
     edges: Vector = np.asarray(origin + width * np.arange(-below, above + 1.0), dtype=float)
-    places = np.clip(np.searchsorted(edges, values, side=side) - 1, 0, edges.size - 2)
-    return Histogram(edges, np.bincount(places, minlength=edges.size - 1))
+    places = np.clip(np.searchsorted(edges, near, side=side) - 1, 0, edges.size - 2)
+    return Histogram(edges, np.bincount(places, minlength=edges.size - 1), values.size - near.size)
+
+
+def _reach(values: Vector, limit: float) -> tuple[float, float]:
+    """Between which values there are bins: not so far that a few of many make all the others one bar, but beyond the limit where values
+    are.
+    """
+    low, high = float(values.min()), float(values.max())
+    fifth, last = (float(q) for q in np.quantile(values, (0.05, 0.95)))
+    body = last - fifth
+    if values.size < MANY or not body > 1e-6 * (high - low):  # nearly all are one value
+        return low, high
+    near, far = fifth - FAR * body, last + FAR * body
+    if low <= limit <= high:
+        near, far = min(near, limit - body), max(far, limit + body)
+    return max(low, near), min(high, far)

@@ -83,7 +83,7 @@ def _metric(trials: Trials, one: Distribution, confidence: float) -> dict[str, A
         "quantiles": [{"level": q.level, "value": _finite(q.value), "low": _finite(q.low), "high": _finite(q.high)} for q in one.quantiles],
         "tolerance": {"share": COVERED, "confidence": confidence, "bound": one.bound, "draws_needed": one.trials_for_bound},
         "worst": {"value": _finite(one.worst), "draw": one.worst_trial, "values": _draw(trials, one.worst_trial)},
-        "histogram": {"edges": histogram.edges.tolist(), "counts": histogram.counts.tolist()},
+        "histogram": {"edges": histogram.edges.tolist(), "counts": histogram.counts.tolist(), "outside": histogram.outside},
     }
 
 
@@ -119,8 +119,17 @@ def _influence(trials: Trials, metric: str, influence: Influence) -> dict[str, A
         "missing": influence.reason or None,
         "named": [trials.space.names[i] for i in influence.named],
         "rest": influence.rest,
+        "rest_of_ranks": influence.rest_of_ranks,
         "factors": [
-            {"factor": name, "share": s.share, "error": s.error, "chance": s.chance, "direction": s.direction, "rank_correlation": s.rises}
+            {
+                "factor": name,
+                "share": s.share,
+                "error": s.error,
+                "share_of_ranks": s.of_ranks,
+                "chance": s.chance,
+                "direction": s.direction,
+                "rank_correlation": s.rises,
+            }
             for name, s in shares
         ],
     }

@@ -8,12 +8,12 @@ from importlib.resources import files
 import jinja2
 from markupsafe import Markup
 
-from frictool.campaign.distribution import COVERED, Distribution
+from frictool.campaign.distribution import COVERED
 from frictool.campaign.findings import Findings, Worst
 from frictool.campaign.pictures import Picture, causes, failing_plane, metric, rates
 from frictool.campaign.sensitivity import Influence, Question
-from frictool.campaign.text import asked, chance_told, fails_where
-from frictool.campaign.words import caveat, given, headline, number, quantity, unit_shown
+from frictool.campaign.text import asked, fails_where
+from frictool.campaign.words import caveat, chance_told, given, headline, number, quantity, unit_shown
 from frictool.documents.provenance import Provenance
 
 TONES = {"MET": "met", "NOT MET": "broken", "CANNOT TELL": "open", "NOT SHOWN": "open"}
@@ -53,7 +53,8 @@ def page(found: Findings, provenance: Provenance) -> str:
         metrics=[_embedded(picture) for picture in metrics],
         constant=[one for one in found.distributions if one.has_values and not one.varies],
         columns=_columns(found),
-        table=[(one.metric.name, influence, _cells(found, influence)) for one, influence in _with_influence(found)],
+        silent=[factor.label for i, factor in enumerate(found.trials.space.factors) if i not in _columns(found)],
+        table=_table(found),
         worst=[(one, _values(found, one)) for one in found.worst],
         factors=found.trials.space.factors,
         number=number,
@@ -87,27 +88,35 @@ def _rows(found: Findings, question: Question) -> list[tuple[str, str, str, str]
 
 
 def _columns(found: Findings) -> list[int]:
-    """The factors of the table of shares: those with the largest anywhere, in the order of the campaign."""
-    d = found.trials.space.size
-    largest = [max((one.shares[i].share for one in found.sensitivity.influences if one.shares), default=0.0) for i in range(d)]
-    return sorted(sorted(range(d), key=lambda i: -largest[i])[:FACTORS])
+    """The factors of the table of shares: those that are told apart anywhere, of these the ones with the largest shares, in their order."""
+    influences = found.sensitivity.influences
+    named = {i for one in influences for i in one.named}
+    largest = {i: max(max(one.shares[i].share, one.shares[i].of_ranks) for one in influences if one.shares) for i in named}
+    return sorted(sorted(named, key=lambda i: (-largest[i], i))[:FACTORS])
 
 
-def _with_influence(found: Findings) -> list[tuple[Distribution, Influence]]:
-    return list(zip(found.distributions, found.sensitivity.influences, strict=True))
+def _table(found: Findings) -> list[tuple[str, str, list[Cell], float | None]]:
+    """A row a metric: name, why there are no shares, shares, rest; and one of its ranks, where these tell more."""
+    rows = []
+    for one, influence in zip(found.distributions, found.sensitivity.influences, strict=True):
+        name = one.metric.name.replace("_", " ")
+        rows.append((name, influence.reason, _cells(found, influence, ranks=False), influence.rest))
+        if influence.by_rank:
+            rows.append((f"{name}, its ranks", "", _cells(found, influence, ranks=True), influence.rest_of_ranks))
+    return rows
 
 
-def _cells(found: Findings, influence: Influence) -> list[Cell]:
+def _cells(found: Findings, influence: Influence, ranks: bool) -> list[Cell]:
     """One for each column."""
     cells = []
     for i in _columns(found) if influence.shares else []:
-        share, named = influence.shares[i], i in influence.named
-        text = f"{max(0.0, share.share):.0%}".replace("%", " %") if named else "·"
-        arrow = {"rises": " ↗", "falls": " ↘"}.get(share.direction, "") if named else ""
-        told = f"{share.share:.3f} ± {share.error:.3f}; {share.direction}" + (
-            f"; {chance_told(share.chance)}" if share.chance is not None else ""
-        )
-        cells.append(Cell(text + arrow, min(1.0, max(0.0, share.share)) if named else 0.0, told))
+        one, named = influence.shares[i], i in influence.named
+        share = max(0.0, one.of_ranks if ranks else one.share)
+        arrow = {"rises": " ↗", "falls": " ↘"}.get(one.direction, "") if named else ""
+        text = f"{share:.0%}".replace("%", " %") if named else "·"
+        told = "" if ranks else f"{one.share:.3f} ± {one.error:.3f}; "
+        told += one.direction + (f"; {chance_told(one.chance)}" if one.chance is not None else "")
+        cells.append(Cell(text + arrow, min(1.0, share) if named else 0.0, told))
     return cells
 
 

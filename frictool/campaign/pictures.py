@@ -17,7 +17,7 @@ from frictool.campaign.figures import BAD, BAND, GOOD, OPEN, axis_label, drawing
 from frictool.campaign.findings import Findings
 from frictool.campaign.plane import plane
 from frictool.campaign.sensitivity import Question
-from frictool.campaign.words import given, number, percent, quantity, unit_shown
+from frictool.campaign.words import chance_told, given, percent, quantity, unit_shown
 from frictool.svg import INK, MUTED
 
 if TYPE_CHECKING:
@@ -91,6 +91,9 @@ def metric(found: Findings, one: Distribution) -> Picture | None:
                 axes.axvline(one.metric.limit, color=BAD, linewidth=1.2, linestyle=(0, (4, 2)))
             if one.bound is not None:
                 axes.axvline(one.bound, color=INK, linewidth=1.0, linestyle=(0, (1, 1.5)))
+        ends = [low, high, *([one.metric.limit] if drawn else []), *([one.bound] if one.bound is not None else [])]
+        room = 0.03 * (max(ends) - min(ends))
+        top.set_xlim(min(ends) - room, max(ends) + room)
         top.set_ylabel("trials")
         bottom.set(ylabel="share below", ylim=(-0.02, 1.02), xlabel=f"{name} [{unit}]" if unit else name)
         bottom.yaxis.set_major_formatter(_in_percent())
@@ -156,6 +159,8 @@ def _metric_caption(found: Findings, one: Distribution, drawn: bool) -> str:
     if one.bound is not None:
         bound = f"{relation} {quantity(one.bound, unit)} (dotted; {given(found.rate.confidence)} confidence)"
         said.append(f"{given(COVERED)} of all plants are {bound}.")
+    if one.histogram.outside:
+        said.append(f"{one.histogram.outside} with finite values lie outside of the picture.")
     if one.beyond:
         said.append(f"{one.beyond} never come to a value and lie to the right.")
     if one.missing:
@@ -180,14 +185,8 @@ def _over_range(found: Findings, question: Question, i: int) -> Picture:
         axes.yaxis.set_major_formatter(_in_percent())
         svg = picture_of(figure, "share of trials that fail over the range of a factor")
     low, high = quantity(factor.low, factor.unit), quantity(factor.high, factor.unit)
-    chance = (
-        ""
-        if place.chance is None
-        else f" That it is chance: {number(place.chance)}."
-        if place.chance >= 1e-6
-        else " That it is chance: below 1e-6."
-    )
-    return Picture(factor.label, svg, f"From {low} to {high}; failures lie at {_said(place.direction)}.{chance}")
+    chance = f" ({told})" if (told := chance_told(place.chance)) else ""
+    return Picture(factor.label, svg, f"From {low} to {high}; failures lie at {_said(place.direction)}{chance}.")
 
 
 def _in_percent() -> FuncFormatter:

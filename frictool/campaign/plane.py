@@ -58,7 +58,9 @@ def _dots(axes: Axes, x: Vector, y: Vector, colour: str, size: float, opacity: f
     """One path of round ends and no length in place of a marker an element: a fifth of the bytes."""
     corners = np.repeat(np.stack([x, y], axis=1), 2, axis=0)
     codes = np.tile(np.array([Path.MOVETO, Path.LINETO], dtype=Path.code_type), x.size)
-    axes.add_patch(PathPatch(Path(corners, codes), fill=False, edgecolor=colour, linewidth=size, capstyle="round", alpha=opacity))
+    path = Path(corners, codes)
+    path.should_simplify = False  # it would take pieces without a length for nothing
+    axes.add_patch(PathPatch(path, fill=False, edgecolor=colour, linewidth=size, capstyle="round", alpha=opacity))
 
 
 def _cells(axes: Axes, trials: Trials, first: int, second: int, x: Vector, y: Vector) -> str:

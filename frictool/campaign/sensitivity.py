@@ -26,6 +26,7 @@ Mask = NDArray[np.bool_]
 LEVEL = 0.05  # of a table: the probability that it names a factor without influence
 LEAST_DISTANCE, LEAST_SHARE = 0.1, 0.01  # below which vertices, of which nothing is random, say no influence
 FEWEST = 20  # trials with a value, below which no influence is estimated
+HIDDEN = 0.1  # of the variance of the ranks, by which it has to be more than that of the values to be told too
 FINEST = 12  # slices a factor of a plane
 
 
@@ -65,6 +66,16 @@ class Influence:
     def rest(self) -> float | None:
         """Of the variance what no named factor explains by itself: factors that act together, noise, what slices are too coarse for."""
         return min(1.0, max(0.0, 1.0 - sum(self.shares[i].share for i in self.named))) if self.shares else None
+
+    @property
+    def rest_of_ranks(self) -> float | None:
+        """The same of the ranks."""
+        return min(1.0, max(0.0, 1.0 - sum(self.shares[i].of_ranks for i in self.named))) if self.shares else None
+
+    @property
+    def by_rank(self) -> bool:
+        """Whether ranks tell of a named factor what values hide, of which a few are enormous, or beyond any."""
+        return any(self.shares[i].of_ranks - self.shares[i].share > HIDDEN for i in self.named)
 
     @property
     def order(self) -> tuple[int, ...]:
@@ -160,19 +171,23 @@ def _influences(trials: Trials, draws: Draws, drawn: bool) -> tuple[Influence, .
 def _influence(trials: Trials, draws: Draws, metric: int, drawn: bool) -> Influence:
     values = trials.found[:, metric]
     known, finite = ~np.isnan(values), np.isfinite(values)
-    used = int(finite.sum())
-    if used == 0:
+    told, used = int(known.sum()), int(finite.sum())
+    if told == 0:
         return Influence(used, reason="no trial has a value")
-    if used < FEWEST and drawn:
-        return Influence(used, reason=f"{used} trials have a value, {FEWEST} are needed")
-    if np.ptp(values[finite]) == 0.0:
+    if told < FEWEST and drawn:
+        return Influence(used, reason=f"{told} trials have a value, {FEWEST} are needed")
+    scores = scores_of(values[known])
+    if not scores:
         return Influence(used, reason="it is the same in every trial")
-    scores, few, shares = scores_of(values[known]), few_slices_for(int(known.sum())), []
+    shares = []
     for factor in range(trials.space.size):
-        slices = draws.sliced(factor, slices_for(used), finite)
+        ranked = draws.sliced(factor, slices_for(told), known)
+        slices = ranked if used == told else draws.sliced(factor, slices_for(used), finite)
+        few = draws.sliced(factor, few_slices_for(told), known)
         share, error = variance_share(slices, values[finite], drawn)
-        chance = chance_of_ranks(draws.sliced(factor, few, known), scores) if drawn else None
-        shares.append(Share(share, error, chance, rank_correlation(trials.units[known, factor], scores)))
+        of_ranks = variance_share(ranked, scores[0], drawn)[0]
+        chance = chance_of_ranks(few, scores) if drawn else None
+        shares.append(Share(share, error, of_ranks, chance, rank_correlation(trials.units[known, factor], scores)))
     return Influence(used, tuple(shares))
 
 

@@ -10,7 +10,7 @@ from frictool.campaign.distribution import COVERED, Distribution
 from frictool.campaign.findings import Findings
 from frictool.campaign.regional import Region
 from frictool.campaign.sensitivity import Influence, Question
-from frictool.campaign.words import caveat, headline, number, quantity, unit_shown
+from frictool.campaign.words import caveat, chance_told, headline, number, quantity, unit_shown
 
 COLOURS = {"MET": "green", "NOT MET": "red", "CANNOT TELL": "yellow", "NOT SHOWN": "yellow"}
 REASONS = 5  # told why trials could not be simulated
@@ -56,23 +56,33 @@ def fails_where(found: Findings, factor: int, place: Region) -> str:
     return f"fails {around(int(shares.argmax()))}, {around(int(shares.argmin()))}"
 
 
-def influence_told(found: Findings, influence: Influence) -> str:
-    """The factors with an influence and their shares, in one line."""
+def influence_told(found: Findings, influence: Influence) -> list[str]:
+    """The factors with an influence and their shares, in a line; in a second one those of the ranks, where these tell more."""
     if influence.reason:
-        return influence.reason
+        return [influence.reason]
     if not influence.named:
-        return "no factor is told apart from chance"
-    named = [_share_told(found, influence, i) for i in influence.named[:MOST]]
-    left = len(influence.named) - MOST
-    rest = influence.rest or 0.0
-    return "; ".join(named) + (f"; {left} more" if left > 0 else "") + (f"; together or unexplained {rest:.0%}".replace("%", " %"))
+        return ["no factor is told apart from chance"]
+    told = [_shares_told(found, influence, [share.share for share in influence.shares], influence.rest)]
+    if influence.by_rank:
+        told.append(
+            f"of its ranks: {_shares_told(found, influence, [share.of_ranks for share in influence.shares], influence.rest_of_ranks)}"
+        )
+    return told
 
 
-def _share_told(found: Findings, influence: Influence, i: int) -> str:
-    share, label = influence.shares[i], found.trials.space.factors[i].label
-    if share.share < 0.005:
-        return f"{label} only with others"
-    return f"{label} {share.share:.0%} ({share.direction})".replace("%", " %")
+def _shares_told(found: Findings, influence: Influence, shares: Sequence[float], rest: float | None) -> str:
+    """The largest first; those that round to nothing together at the end."""
+    order = sorted(influence.named, key=lambda i: -shares[i])
+    factors = found.trials.space.factors
+    alone = [f"{factors[i].label} {_whole(shares[i])} ({influence.shares[i].direction})" for i in order if shares[i] >= 0.005]
+    others = [factors[i].label for i in order if shares[i] < 0.005]
+    left = len(alone) - MOST
+    told = alone[:MOST] + ([f"{left} more"] if left > 0 else []) + ([f"only with others: {', '.join(others[:MOST])}"] if others else [])
+    return "; ".join([*told, f"together or unexplained {_whole(rest or 0.0)}"])
+
+
+def _whole(share: float) -> str:
+    return f"{share:.0%}".replace("%", " %")
 
 
 def _requirements(found: Findings) -> list[str]:
@@ -151,19 +161,14 @@ def _cause(found: Findings, factor: int, place: Region) -> tuple[str, ...]:
     return (found.trials.space.factors[factor].label, place.direction, fails_where(found, factor, place), chance_told(place.chance))
 
 
-def chance_told(chance: float | None) -> str:
-    """That it is chance; nothing where nothing is random."""
-    if chance is None:
-        return ""
-    return "chance below 1e-6" if chance < 1e-6 else f"chance {chance:.1g}"
-
-
 def _influences(found: Findings) -> list[str]:
     if not found.trials.space.size:
         return []
     names = [one.metric.name.replace("_", " ") for one in found.distributions]
-    width = max(map(len, names), default=0)
-    told = [f"  {name.ljust(width)}  {influence_told(found, one)}" for name, one in zip(names, found.sensitivity.influences, strict=True)]
+    width, told = max(map(len, names), default=0), []
+    for name, one in zip(names, found.sensitivity.influences, strict=True):
+        rows = influence_told(found, one)
+        told += [f"  {heading.ljust(width)}  {row}" for heading, row in zip([name, *[""] * len(rows)], rows, strict=False)]
     return ["", "where the variance comes from", *told] if told else []
 
 

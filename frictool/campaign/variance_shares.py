@@ -31,13 +31,15 @@ SLOPE = 0.1  # a rank correlation beyond it says up or down
 
 @dataclass(frozen=True)
 class Share:
-    """share: S_i; error: its standard deviation; chance: that ranks differ as much without an influence, None where nothing is random.
+    """share: S_i; error: its standard deviation; of_ranks: S_i of the values' ranks, those beyond any included; chance: that ranks differ
+    as much without an influence, None where nothing is random.
 
     rises: the rank correlation of the metric with the factor, -1..1.
     """
 
     share: float
     error: float
+    of_ranks: float
     chance: float | None
     rises: float
 
@@ -50,9 +52,11 @@ class Share:
 def variance_share(slices: Slices, values: Vector, drawn: bool) -> tuple[float, float]:
     """S_i of finite values (n,), and its error; of vertices that were all played (not drawn), without a correction and without an error."""
     n, k = values.size, slices.count
+    if n <= k or k < 2:
+        return 0.0, 0.0
     centred = values - values.mean()
     total = float(centred @ centred)
-    if n <= k or k < 2 or not total > n * (1e-12 * float(np.abs(values).max())) ** 2:
+    if not total > n * (1e-12 * float(np.abs(values).max())) ** 2:
         return 0.0, 0.0
     means = slices.sums(centred) / slices.sizes
     between = float(slices.sizes @ means**2)

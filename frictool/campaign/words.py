@@ -44,6 +44,13 @@ def given(share: float) -> str:
     return f"{100.0 * share:.12g} %"
 
 
+def chance_told(chance: float | None) -> str:
+    """That it is chance; nothing where nothing is random."""
+    if chance is None:
+        return ""
+    return "chance below 1e-6" if chance < 1e-6 else f"chance {chance:.1g}"
+
+
 def headline(found: Findings) -> str:
     """One sentence that begins with the outcome."""
     rate = found.rate

@@ -118,6 +118,16 @@ def test_a_histogram_loses_no_trial_and_no_bin_has_both_sides_of_the_limit(value
         assert bins.counts[bins.edges[1:] <= limit].sum() == at_most
 
 
+def test_a_few_that_are_far_from_the_others_do_not_make_these_one_bar() -> None:
+    values = np.concatenate([np.linspace(1.0, 2.0, 990), np.full(10, 1e4)])
+    bins = distribution(trials(values, limit=1.5), 0, "random").histogram
+    assert bins.outside == 10
+    assert bins.counts.sum() == 990
+    assert np.count_nonzero(bins.counts) > 30
+    assert 1.5 in bins.edges
+    assert distribution(trials(values, limit=5000.0), 0, "random").histogram.edges[-1] > 5000.0  # the limit has values beyond it
+
+
 def test_a_broken_requirement_is_counted() -> None:
     made = trials(np.array([0.1, 0.6, 0.7, np.nan]))
     found = distribution(made, 0, "random")

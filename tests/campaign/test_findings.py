@@ -144,7 +144,10 @@ def test_the_json_has_every_figure_and_none_that_json_has_not() -> None:
     response = told["metrics"][0]
     assert response["worst"]["value"] is None  # beyond any
     assert response["beyond_any_value"] > 0
-    assert sum(response["histogram"]["counts"]) + response["beyond_any_value"] + response["without_value"] == 400
+    assert (
+        sum(response["histogram"]["counts"]) + response["histogram"]["outside"] + response["beyond_any_value"] + response["without_value"]
+        == 400
+    )
     assert told["failures"][0]["question"] == "any"
     assert told["failures"][0]["named"][0] == "coulomb"
     assert told["influences"][1]["factors"][0]["factor"] == "inertia"
