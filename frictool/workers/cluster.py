@@ -19,6 +19,7 @@ import re
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError
 from typing import Any
 
 from frictool import waiting
@@ -115,7 +116,7 @@ class Run:
     def __init__(self, client: Any, address: str, function: bytes, instead: Instead) -> None:
         self._client, self._address, self._function, self._instead = client, address, function, instead
         self._distributed = importlib.import_module("distributed")
-        self._completed = self._distributed.as_completed([], loop=client.loop, with_results=True, raise_errors=False)
+        self._completed = self._distributed.as_completed([], loop=client.loop)
         self._under_way: dict[str, tuple[Any, Task]] = {}  # key of a future -> itself and its task
         self._suspects: deque[Task] = deque()
         self._workers, self._looked, self._last_seen = 1, 0.0, time.monotonic()
@@ -129,14 +130,14 @@ class Run:
             self._submit(source)
             if not self._under_way:
                 break
-            for future, result in self._ready():
-                yield from self._answer(future, result)
+            for future in self._ready():
+                yield from self._answer(future)
         while self._suspects:
             task = self._suspects.popleft()
             self._submit(iter((task,)))
             while self._under_way:
-                for future, result in self._ready():
-                    yield self._answer_of_suspect(future, result)
+                for future in self._ready():
+                    yield self._answer_of_suspect(future)
                 self._look()
 
     def close(self) -> None:
@@ -161,6 +162,8 @@ class Run:
         now = time.monotonic()
         if now - self._looked < LOOK_S:
             return
+        if self._client.status != "running":  # it would wait for the scheduler to come back
+            raise self._gone()
         try:
             workers = len(self._client.nthreads())
         except Exception as error:  # of every kind, as the connection is cut here or there
@@ -171,47 +174,60 @@ class Run:
         elif now - self._last_seen > NO_WORKER_S:
             raise ClusterError(f"{self._address}: the scheduler has had no worker for {NO_WORKER_S:g} s; what was done before is kept")
 
-    def _ready(self) -> list[tuple[Any, Any]]:
-        """Futures that are done, with their results; waits for one, but not beyond the next look."""
+    def _ready(self) -> list[Any]:
+        """Futures that are done; waits for one, but not beyond the next look."""
         until = time.monotonic() + LOOK_S
         while not self._completed.has_ready() and time.monotonic() < until:
             time.sleep(POLL_S)
         return list(self._completed.next_batch(block=False))
 
-    def _answer(self, future: Any, result: Any) -> Iterator[tuple[Task, list[Any]]]:
+    def _answer(self, future: Any) -> Iterator[tuple[Task, list[Any]]]:
         """Results; none where the workers at the task died, which makes its jobs suspects."""
+        results = self._results(future)
         task = self._under_way.pop(future.key)[1]
-        if self._killed(future, result):
+        if results is None:
             waiting.remark(f"{self._address}: workers were ended; what they were at is done again at the end")
             self._suspects.extend((one,) for one in task)
         else:
-            yield task, self._results(future, result)
+            yield task, results
 
-    def _answer_of_suspect(self, future: Any, result: Any) -> tuple[Task, list[Any]]:
+    def _answer_of_suspect(self, future: Any) -> tuple[Task, list[Any]]:
+        results = self._results(future)
         task = self._under_way.pop(future.key)[1]
-        if not self._killed(future, result):
-            return task, self._results(future, result)
+        if results is not None:
+            return task, results
         ((index, job),) = task
         reason = "each worker that was given it was ended; is memory short?"
         if self._instead is None:
             raise WorkerLost(index, f"job {index}: {reason}")
         return task, [self._instead(job, reason)]
 
-    def _killed(self, future: Any, result: Any) -> bool:
-        return future.status == "error" and isinstance(result[1], self._distributed.KilledWorker)
-
-    def _results(self, future: Any, result: Any) -> list[Any]:
-        """Raises ClusterError where they are not there."""
-        if future.status == "error":
-            raise ClusterError(f"{self._address}: a worker cannot do its task: {type(result[1]).__name__}: {result[1]}")
-        if future.status != "finished":
-            raise self._gone()
-        results = pickle.loads(result)
+    def _results(self, future: Any) -> list[Any] | None:
+        """None where the scheduler has given the task up. Raises ClusterError where a worker cannot do it."""
+        packed = self._fetched(future)
+        if packed is None:
+            return None
+        results = pickle.loads(packed)
         if isinstance(results, remote.Unlike):
             raise ClusterError(f"{self._address}: worker on {results.host} differs: {differences(installation(), results.there)}")
         if isinstance(results, remote.Unfit):
             raise results.error
         return list(results)
+
+    def _fetched(self, future: Any) -> bytes | None:
+        """What the worker has made. One that dies while it is read, or before, is replaced: the scheduler has the task done again."""
+        while True:
+            self._look()
+            try:
+                return bytes(future.result(timeout=LOOK_S))
+            except self._distributed.KilledWorker:
+                return None
+            except CancelledError:
+                raise self._gone() from None
+            except Exception as error:  # the task's own, or of a connection that was cut
+                if future.status == "error":
+                    raise ClusterError(f"{self._address}: a worker cannot do its task: {type(error).__name__}: {error}") from None
+                time.sleep(POLL_S)
 
     def _gone(self) -> ClusterError:
         return ClusterError(f"{self._address}: the scheduler is gone; what was done before is kept")
