@@ -58,7 +58,7 @@ def judge(documents: Documents, part: Part, chosen: frozenset[str] | None = None
         if chosen is not None and name not in chosen:
             continue
         ours = part.values.get(name, {})
-        problems += [f"{name} {key}: frictool gave none" for key in table.rows if key not in ours]
+        problems += _lost(f"{name}: frictool gave none of", [key for key in table.rows if key not in ours])
         problems += [f"{name} {key}: found, and not in published.yaml" for key in ours if key not in table.rows]
         tables[name] = [_line(name, key, row, ours[key], documents.words) for key, row in table.rows.items() if key in ours]
         used |= {f"{name} {key}" for key in table.rows}
@@ -71,8 +71,13 @@ def judge(documents: Documents, part: Part, chosen: frozenset[str] | None = None
         problems += [f"{name}: not in published.yaml" for name in part.values if name not in documents.tables]
         problems += [f"figure {number}: not in figures.yaml" for number in part.figures if number not in documents.figures]
     asked = [number for number in documents.figures if chosen is None or number in chosen]
-    problems += [f"figure {number}: frictool drew none" for number in asked if number not in part.figures]
+    problems += _lost("frictool did not draw figures", [number for number in asked if number not in part.figures])
     return Judged(tables, tuple(problems))
+
+
+def _lost(what: str, names: list[str]) -> list[str]:
+    """One line for all of them, or none."""
+    return [f"{what} {', '.join(names)}"] if names else []
 
 
 def _lacks(line: Line) -> bool:

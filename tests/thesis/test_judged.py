@@ -64,12 +64,12 @@ def test_a_difference_needs_a_word_and_an_agreement_none() -> None:
 
 def test_what_is_missing_or_unknown_is_told() -> None:
     row = Row(1.0)
-    assert any("frictool gave none" in line for line in judge(documents(m=row, n=row), part(m=1.0)).problems)
+    assert any("frictool gave none of n" in line for line in judge(documents(m=row, n=row), part(m=1.0)).problems)
     assert any("not in published.yaml" in line for line in judge(documents(m=row), part(m=1.0, n=1.0)).problems)
     assert any("no such value" in line for line in judge(documents({"table_4_2 q": "why"}, m=row), part(m=1.0)).problems)
     empty = part(m=1.0)
     empty.figures.clear()
-    assert judge(documents(m=row), empty).problems == ("figure 4.1: frictool drew none",)
+    assert judge(documents(m=row), empty).problems == ("frictool did not draw figures 4.1",)
 
 
 def test_the_page_and_the_summary_say_what_differs_and_why() -> None:

@@ -202,7 +202,7 @@ def _ramp(part: Part) -> None:
     )
     part.draw(
         "4.8",
-        f"Largest {largest:.3f} N; `identify` finds {told.interval.value:.4f} N in [{told.interval.low:.4f}, {told.interval.high:.4f}] N.",
+        f"Largest {largest:.3f} N; identify finds {told.interval.value:.4f} N in [{told.interval.low:.4f}, {told.interval.high:.4f}] N.",
         draw("ramp force", "t, s", [("u, N", [Curve(found.time, found.effort)])]),
     )
 

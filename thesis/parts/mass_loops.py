@@ -20,6 +20,16 @@ from thesis.found import Part
 
 Vector = NDArray[np.float64]
 SECONDS = 600.0  # of the hold: a cycle of 36 s has to show
+TITLES = {
+    "pid": "PID",
+    "pid_limiter": "PID and limiter",
+    "pi_p": "PI and P",
+    "pi_root": "PI and square root",
+    "smooth_limiter": "limiter, little friction",
+    "smooth_limiter_virtual": "limiter, and virtual friction",
+    "smooth_root": "square root, little friction",
+    "smooth_root_virtual": "square root, and virtual friction",
+}
 CYCLE = 1e-4  # m: less is a rest
 FIGURES = {  # number: loops, seconds shown
     "5.3": (("pid",), 120.0),
@@ -51,13 +61,13 @@ def mass_loops() -> Part:
         found = figures(log_of(name).streams[0].signals["position_true"])
         part.add("section_5_2_4", {f"{name}.overshoot": _overshoot(found["overshoot_percent"])})
         part.add("section_5_2_4", {f"{name}.cycle": "cycles" if found["amplitude_m"] > CYCLE else "rests"})
-        part.say("section_5_2_4", f"{name}: {_told(found)}.")
+        part.say("section_5_2_4", f"{TITLES[name]}: {_told(found)}.")
     responses = {name: figures(log_of(name).streams[0].signals["position_true"])["response_95_s"] for name in LOOPS}
     for kind in ("limiter", "root"):
         faster = responses[f"smooth_{kind}_virtual"] < responses[f"smooth_{kind}"]
         part.add("section_5_2_5", {f"{kind}": "faster" if faster else "not faster"})
     for number, (names, seconds) in FIGURES.items():
-        part.draw(number, " ".join(f"{name}: {_told(_figures(name))}." for name in names), _drawn(number, names, seconds))
+        part.draw(number, " ".join(f"{TITLES[name]}: {_told(_figures(name))}." for name in names), _drawn(number, names, seconds))
     return part
 
 
@@ -83,7 +93,7 @@ def _drawn(number: str, names: tuple[str, ...], seconds: float) -> str:
         stream = log_of(name).streams[0]
         shown = stream.time <= seconds
         time, signals = stream.time[shown], stream.signals
-        label = name if len(names) > 1 else ""
+        label = TITLES[name] if len(names) > 1 else ""
         rows[0][1].append(Curve(time, signals["position_true"][shown], label))
         rows[1][1].append(Curve(time, signals["velocity"][shown]))
         if len(rows) > 2:
