@@ -123,7 +123,7 @@ def test_a_few_that_are_far_from_the_others_do_not_make_these_one_bar() -> None:
     bins = distribution(trials(values, limit=1.5), 0, "random").histogram
     assert bins.outside == 10
     assert bins.counts.sum() == 990
-    assert np.count_nonzero(bins.counts) > 30
+    assert np.count_nonzero(bins.counts) > 15
     assert 1.5 in bins.edges
     assert distribution(trials(values, limit=5000.0), 0, "random").histogram.edges[-1] > 5000.0  # the limit has values beyond it
 
