@@ -1,4 +1,4 @@
-"""A stranger's machine: two builds of a commit, a wheel in an environment of its own, several processes that begin at once on an empty cache."""
+"""A stranger's machine: two builds of a commit, a wheel with nothing else around it, processes that begin at once on an empty cache."""
 
 from __future__ import annotations
 
