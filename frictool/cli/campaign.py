@@ -26,7 +26,7 @@ from frictool.cli.output import (
     say,
 )
 from frictool.cli.workers_options import refuse_both, workers_options
-from frictool.errors import EXIT_DONE, EXIT_NO
+from frictool.errors import EXIT_DONE, EXIT_NO, OutputError
 
 if TYPE_CHECKING:
     from frictool.campaign.findings import Findings
@@ -90,7 +90,9 @@ class Options:
         if self.keep is not None or self.output in (None, STDOUT):
             return self.keep
         assert self.output is not None
-        return self.output.with_name(f"{self.output.name}.trials") if self.output.name else None
+        if not self.output.name or (self.output.exists() and not self.output.is_file()):  # nothing is kept beside a device
+            return None
+        return self.output.with_name(f"{self.output.name}.trials")
 
 
 @click.command("campaign", help=HELP)
@@ -177,9 +179,9 @@ def _check_targets(paths: Paths, options: Options) -> None:
     for target in targets:
         refuse_inputs(target, list(paths.inputs.values()))
         if target != STDOUT and target.is_dir():
-            from frictool.errors import OutputError
-
             raise OutputError(f"{target}: is a directory; name a file")
+    if options.worst is not None and options.worst.exists() and not options.worst.is_dir():
+        raise OutputError(f"{options.worst}: is no directory; --worst names one")
 
 
 def _play(trial: CampaignTrial, draws: Draws, store: Store, paths: Paths, options: Options) -> tuple[Any, list[tuple[WorstCase, str]]]:

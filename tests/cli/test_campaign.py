@@ -227,6 +227,7 @@ def test_wrong_command_lines_and_files(tmp_path: Path) -> None:
     assert "each need their own" in run(*command, "-o", tmp_path / "a", "--table", tmp_path / "a").stderr
     refused(run(*command, "-n", "5", "-o", tmp_path / "model.yaml"), 3, "model.yaml: is an input")
     refused(run(*command, "-n", "5", "-o", tmp_path), 3, "is a directory")
+    refused(run(*command, "-n", "5", "--worst", tmp_path / "spec.yaml"), 3, "spec.yaml: is no directory")
     for option, value in (("-n", "0"), ("--at-least", "0"), ("--at-least", "nan"), ("--confidence", "1"), ("--cores", "0")):
         assert run(*command, option, value).code == 2
     refused(run(*command[:4], tmp_path / "none.yaml", *command[5:]), 3, "none.yaml: no such file")
