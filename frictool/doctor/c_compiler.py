@@ -9,11 +9,12 @@ from pathlib import Path
 
 from frictool.doctor.check import Check
 
+NAMES = ("cc", "gcc", "clang")  # those that `simulate --target` looks for
 PROGRAM = "#include <math.h>\n#include <stdio.h>\nint main(void) { volatile double x = 2.25; return sqrt(x) == 1.5 ? 0 : 1; }\n"
 LONGEST_S = 60.0
 
 
-def check_c_compiler(names: tuple[str, ...]) -> Check:
+def check_c_compiler(names: tuple[str, ...] = NAMES) -> Check:
     """The first of `names` on the PATH compiles a program that calls sqrt, and it runs."""
     path = next((found for found in map(shutil.which, names) if found), None)
     if path is None:

@@ -11,12 +11,12 @@ from frictool.doctor.machine import check_machine, check_temporary, check_termin
 from frictool.doctor.versions import asked_for, check_extras, check_libraries, check_python
 
 
-def examine(c_compilers: tuple[str, ...]) -> list[Check]:
-    """What is found; `c_compilers` are the names that are looked for. A part that cannot even be asked is wrong, with the reason."""
+def examine() -> list[Check]:
+    """What is found. A part that cannot even be asked is wrong, with the reason."""
     asked = asked_for()
     found = [check_python(), check_libraries(asked)]
     found += [_tried("compiling", _compiling), _tried("kernels", _kept), _tried("left over", _left_over), _tried("solver", _solver)]
-    return [*found, check_c_compiler(c_compilers), *check_extras(asked), check_machine(), check_temporary(), check_terminal()]
+    return [*found, check_c_compiler(), *check_extras(asked), check_machine(), check_temporary(), check_terminal()]
 
 
 def _tried(name: str, check: Callable[[], Check]) -> Check:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
+import sys
 import time
 from importlib import metadata
 from pathlib import Path
@@ -13,8 +15,9 @@ import pytest
 
 from frictool import kernels
 from frictool.doctor import compiled, examination, solver, versions
-from frictool.doctor.c_compiler import check_c_compiler
+from frictool.doctor.c_compiler import NAMES, check_c_compiler
 from frictool.doctor.check import Check
+from frictool.simulate.target import COMPILERS
 from tests.cli.run import run
 
 
@@ -45,7 +48,7 @@ def test_this_installation_is_in_order(place: Path) -> None:
 
 
 def test_clean_removes_what_nobody_uses(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(examination, "examine", lambda _: [Check("python", "ok", "3")])
+    monkeypatch.setattr(examination, "examine", lambda: [Check("python", "ok", "3")])
     result = run("doctor", "--clean", "-o", place / "told.txt")
     assert result.code == 0
     assert "removed: the kernels of 1 former version" in result.stdout
@@ -55,7 +58,7 @@ def test_clean_removes_what_nobody_uses(place: Path, monkeypatch: pytest.MonkeyP
 
 
 def test_what_is_wrong_is_exit_1_with_what_to_try(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(examination, "examine", lambda _: [Check("solver", "wrong", "gave up", "pip install clarabel")])
+    monkeypatch.setattr(examination, "examine", lambda: [Check("solver", "wrong", "gave up", "pip install clarabel")])
     result = run("doctor")
     assert result.code == 1
     assert result.stdout.splitlines()[1:] == [f"wrong {'solver':<16}gave up", f"{'':<22}try: pip install clarabel", "wrong: solver"]
@@ -105,6 +108,28 @@ def test_kernels_that_are_kept_nowhere_are_told(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(kernels, "FOLDER", None)
     found = compiled.check_kept()
     assert (found.state, found.remedy) == ("note", "set NUMBA_CACHE_DIR")
+
+
+def test_what_is_looked_for_is_what_is_used() -> None:
+    assert NAMES == COMPILERS
+
+
+BROKEN = """
+import sys
+for name in ("msgspec", "numpy", "numba"):
+    sys.modules[name] = None
+sys.argv = ["frictool", "doctor", *sys.argv[1:]]
+from frictool.cli.main import main
+main()
+"""
+
+
+def test_where_libraries_are_broken_it_still_tells() -> None:
+    done = subprocess.run([sys.executable, "-c", BROKEN, "--clean"], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr == ""
+    assert "removed: nothing" in done.stdout
+    assert done.stdout.splitlines()[-1] == "wrong: compiling, kernels, left over, solver"
 
 
 def test_a_c_compiler_is_tried(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
