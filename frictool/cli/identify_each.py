@@ -106,6 +106,10 @@ def _check_outputs(asked: Asked, jobs: Sequence[Group], inputs: list[Path]) -> N
         raise OutputError(f"{asked.folder}: is a file; name a folder for the models, or a table that ends in {', '.join(TABLES)}")
     for target in (asked.folder / TABLE, *(asked.folder / f"{one.name}.yaml" for one in jobs)):
         refuse_inputs(target, inputs)
+    try:
+        asked.folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{asked.folder}: cannot be written: {error.strerror or error}") from None
 
 
 def _save_model(asked: Asked, one: One, inputs: list[Path]) -> None:

@@ -107,7 +107,8 @@ def headline(batch: Sequence[One]) -> str:
     """All of it in one line."""
     units = len({one.origin.unit for one in batch if one.origin.unit is not None})
     lost, empty = sum(one.lost for one in batch), sum(one.found is None and not one.lost for one in batch)
-    line = f"{sum(one.found is not None for one in batch)} models" + (f" of {units} unit{'s' * (units != 1)}" if units else "")
+    models = sum(one.found is not None for one in batch)
+    line = f"{models} model{'s' * (models != 1)}" + (f" of {units} unit{'s' * (units != 1)}" if units else "")
     line += f", {lost} could not be made: a log cannot be used" if lost else ""
     return line + (f", {empty} could not be made: nothing identified" if empty else "")
 
