@@ -17,7 +17,7 @@ from frictool.reduce.rigid import lumped
 from frictool.reduce.seen import from_source
 from frictool.reduce.told import Told
 
-MOST_TOLERANCE = 0.5  # that --tolerance takes
+MOST_TOLERANCE = 1.0  # that --tolerance takes
 LOWEST, POINTS = 1e-4, 2000  # of the slowest resonance; bandwidths that are looked at
 ROOM = 0.02  # of the part: on another travel the line nearest to the load is another, by points that lie elsewhere
 WORTH = 0.1  # of the travel: a narrower part is no use

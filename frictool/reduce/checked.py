@@ -144,9 +144,19 @@ def _refused(told: list[Told], tolerance: float, play: float, chain: Chain) -> s
         if found.distance > tolerance * found.way + play:
             return (
                 f"{one.step}: {found.where}, {found.distance:.3g} from the step before on a way of {found.way:.3g}; allowed: "
-                f"{100 * tolerance:g} % of the way and the play of {play:.3g}; try {other_tolerance(judged, play)}"
+                f"{100 * tolerance:g} % of the way and the play of {play:.3g}{_held(one, chain)}; try {other_tolerance(judged, play)}"
             )
     return None
+
+
+def _held(told: Told, chain: Chain) -> str:
+    """Which plants of the model an error is between, where an interval holds it."""
+    if told.covered is None:
+        return ""
+    least, most = (chain.one.inertia * end for end in (chain.one.felt.least, chain.one.felt.most))
+    return (
+        f"; an inertia from {least:.4g} to {most:.4g} is felt, by which way the load presses: no value is both, {told.covered} holds both"
+    )
 
 
 def _other(step: str, whole: Mechanism, tolerance: float) -> str:

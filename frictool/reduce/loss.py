@@ -5,7 +5,8 @@ speed the effort carried is that of the loads and the friction beyond the link, 
 (2.15). What accelerates a mass m beyond the link is felt through the same two slopes, as s m with 1 - back_loss <= s <= 1 + drive_loss
 whatever the load: the model's inertia has one value, s = 1, and an interval that holds both ends.
 
-A link with 1 - back_loss < 0 (mu > tan(alpha)) is irreversible: whatever presses on it, it stays.
+A link with 1 - back_loss < 0 (mu > tan(alpha)) is irreversible: whatever presses on it, it stays. A load that is lowered through it is
+pushed, and presses the less the faster it accelerates: s < 0 there, and less is felt than the motor alone.
 
 An efficiency alone (2.14) is nowhere left in place of friction: where the load drives back it would make an oscillator without damping of
 the loop, "which is wrong in practice".
@@ -51,8 +52,7 @@ def as_friction(mechanism: Mechanism, root: str, whole: Mechanism) -> tuple[Mech
         for block in (assembled.blocks[number] for number in beyond):
             mechanism = as_curves(mechanism, assembled, block, x, loss)
             assembled = put_together(mechanism)
-            # friction of an irreversible link stops what coasts; no inertia does that, and none is below 0
-            slopes[block] = (slopes[block][0] * max(0.0, helped), slopes[block][1] * against)
+            slopes[block] = _sloped(slopes[block], helped, against)
         if len(beyond) > 1:
             notes.append(f"{name}: what {len(beyond)} blocks beyond it carry loses each on its own: too much where they balance each other")
         mechanism = msgspec.structs.replace(mechanism, links={**mechanism.links, name: _lossless(mechanism, name)})
@@ -62,6 +62,12 @@ def as_friction(mechanism: Mechanism, root: str, whole: Mechanism) -> tuple[Mech
     felt, total, unit = _felt(mechanism, root, slopes), _total(lossless), "kg m^2" if _rotary(lossless) else "kg"
     figures += [Figure("inertia felt, coasting", felt.least * total, unit), Figure("inertia felt, accelerating", felt.most * total, unit)]
     return lossless, _told(predicted, tuple(figures), tuple(notes)), felt
+
+
+def _sloped(beyond: tuple[float, float], helped: float, against: float) -> tuple[float, float]:
+    """What is felt of an inertia, at least and at most, through one more link, of what is felt `beyond` it; helped < 0: irreversible."""
+    ends = [slope * one for slope in (helped, against) for one in beyond]
+    return min(ends), max(ends)
 
 
 def _told(predicted: float, figures: tuple[Figure, ...], notes: tuple[str, ...]) -> Told:
@@ -85,8 +91,16 @@ def _felt(mechanism: Mechanism, root: str, slopes: Mapping[str, tuple[float, flo
     def share(names: list[str], end: int) -> float:
         return sum(inertia[name] * slopes[name][end] for name in names) / sum(inertia[name] for name in names)
 
+    def least(names: list[str]) -> float:
+        """No less than without what an irreversible link holds back: where that is more than the rest it locks, and nothing accelerates."""
+        found = share(names, 0)
+        if found > 0.0:
+            return found
+        kept = sum(inertia[name] * max(0.0, slopes[name][0]) for name in names)
+        return kept / sum(inertia[name] for name in names)
+
     inner = [name for name in inertia if into[name] == root]
-    return Felt(share(list(inertia), 0), share(list(inertia), 1), share(inner, 0))
+    return Felt(least(list(inertia)), share(list(inertia), 1), least(inner))
 
 
 def _total(mechanism: Mechanism) -> float:

@@ -6,7 +6,8 @@ import msgspec
 import numpy as np
 import pytest
 
-from frictool.documents.mechanism import Gear, Link, Mechanism
+from frictool.documents.mechanism import Control, Gear, Link, Mechanism, Source
+from frictool.documents.quantity import Quantity
 from frictool.errors import NoSolutionError
 from frictool.reduce.chain import chain
 from frictool.reduce.played import mechanism_positions
@@ -46,8 +47,28 @@ def test_two_links_in_a_chain_multiply() -> None:
     assert _ends(longer) == pytest.approx((least, most), rel=1e-12)
 
 
-def test_an_irreversible_link_lets_nothing_beyond_it_push_and_no_inertia_below_that_before_it() -> None:
-    assert _ends(geared(back=-0.4)) == pytest.approx((NEAR, NEAR + RATIO**2 * FAR / ETA), rel=1e-12)
+def test_what_an_irreversible_link_holds_back_is_less_than_the_motor_alone() -> None:
+    assert _ends(geared(back=-0.4)) == pytest.approx((NEAR - 0.4 * RATIO**2 * FAR, NEAR + RATIO**2 * FAR / ETA), rel=1e-12)
+    assert _ends(geared(back=-0.9))[0] == pytest.approx(NEAR, rel=1e-12)  # it would be below 0: it locks
+
+
+def test_a_weight_that_is_lowered_through_a_worm_shows_the_lower_end_and_lifted_the_upper() -> None:
+    back, weight, count, period = -0.2, 2.0, 100, 1e-3
+    one = geared(back=back)
+    whole = msgspec.structs.replace(
+        one,
+        sources={**one.sources, "weight": Source("wheel", "effort", effort=Quantity(-weight, unit="N m"))},
+        control=Control("motor", "encoder"),
+    )
+    least, most = _ends(whole)
+    lowered = BRUSHES - back * RATIO * (weight - BEARING)  # by hand: what it takes at a steady speed
+    lifted = BRUSHES + RATIO * (weight + BEARING) / ETA
+    for command, resists, inertia in ((-2.5, lowered, least), (10.0, lifted, most)):  # not as fast as the weight falls
+        way = mechanism_positions(from_reference(whole, "motor"), "motor", "encoder", 0.0, np.full(count, command))
+        time = period * (len(way) - 1)
+        shown = (CONSTANT * abs(command) - resists) * 0.5 * time**2 / abs(way[-1] - way[0])
+        assert shown == pytest.approx(inertia, rel=1e-6)
+    assert least == pytest.approx(NEAR + back * RATIO**2 * FAR, rel=1e-12)
 
 
 def test_accelerating_the_whole_mechanism_has_the_upper_end() -> None:
