@@ -72,6 +72,14 @@ def test_every_link_leads_somewhere(page: Path) -> None:
         assert not anchor or anchor in anchors(target), f"{name_of(page)} links to {path}#{anchor}; there are {sorted(anchors(target))}"
 
 
+def test_every_page_is_reached_from_the_readme() -> None:
+    reached, new = set(), {README}
+    while new:
+        reached |= new
+        new = {(page.parent / path).resolve() for page in new for path, _ in links(page) if path.endswith(".md")} - reached
+    assert {name_of(page) for page in PAGES if page not in reached} == set()
+
+
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_a_block_says_what_it_is(page: Path) -> None:
     for block in blocks(page):
