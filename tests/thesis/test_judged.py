@@ -100,10 +100,11 @@ def test_a_file_that_is_wrong_is_named(tmp_path: Path) -> None:
 
 
 def test_a_part_is_made_into_a_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The smallest part, by the command; it is within what is published."""
-    assert thesis.main([str(tmp_path / "out"), "mechanism"]) == 0
-    assert "section_2_2" in capsys.readouterr().out
-    assert "2.14" in json.loads((tmp_path / "out/tables.json").read_text())["figures"]
+    """The rigs' own numbers, by the command: they are the printed ones, or a word says why not."""
+    assert thesis.main([str(tmp_path / "out"), "inputs"]) == 0
+    assert "table_5_2" in capsys.readouterr().out
+    assert json.loads((tmp_path / "out/tables.json").read_text())["tables"]["table_4_8"]["values"]["beta"]["agrees"]
+    assert (tmp_path / "out/index.html").read_text().startswith("<!DOCTYPE html>")
 
 
 def test_wrong_command_lines(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
