@@ -12,6 +12,7 @@ import numpy as np
 
 from frictool.errors import ClusterError, WorkerLost
 from frictool.workers.share import share
+from tests.campaign.rig import EVERYTHING, played, write
 from tests.cli.run import Result, run
 from tests.identify.benches import CLUTCH
 from tests.observe.files import cut, log_of, model_file, save
@@ -23,6 +24,7 @@ from tests.workers.loopback import Loopback, end
 JOBS, BATCH = 3000, 5
 KILLS = 6
 UNITS, LOGS, SECONDS = 4, 3, 8.0
+TRIALS = 2000
 
 
 def killed() -> dict[str, Any]:
@@ -147,4 +149,42 @@ def abandoned() -> dict[str, Any]:
     return {"passed": told.get("workers", 99.0) < 15.0 and told.get("scheduler", 99.0) < 15.0, "told_after_s": told}
 
 
-CHECKS = {"cluster.killed": killed, "cluster.guilty": guilty, "cluster.commands": commands, "cluster.abandoned": abandoned}
+def campaign() -> dict[str, Any]:
+    """A campaign on a cluster: the scheduler is killed in the middle, then a worker of another; the file is that of one process."""
+    with tempfile.TemporaryDirectory() as folder:
+        root = Path(folder)
+        asked = [*write(root, played(EVERYTHING), rest=None), "-n", str(TRIALS), "--seed", "5"]
+        kept = ("--keep", root / "kept.jsonl")
+        codes = [run(*asked, "--cores", "1", "-o", root / "one.yaml").code]
+        for number, whom in enumerate(("scheduler", "worker")):
+            (root / whom).mkdir()
+            loopback = Loopback(root / whom, workers=2)
+            killer = threading.Thread(target=_end_after, args=(root / "kept.jsonl", TRIALS // 4 * (number + 1), loopback, whom))
+            killer.start()
+            try:
+                result = run(*asked, "--cluster", loopback.address, *kept, "-o", root / "cluster.yaml")
+            finally:
+                killer.join()
+                loopback.close()
+            codes.append(result.code)
+            if whom == "scheduler":
+                gone = "the scheduler is gone" in result.stderr and not (root / "cluster.yaml").exists()
+        same = (root / "one.yaml").read_bytes() == (root / "cluster.yaml").read_bytes()
+    return {"passed": gone and same and codes[1] == 3 and codes[0] == codes[2], "gone": gone, "same": same, "exit_codes": codes}
+
+
+def _end_after(kept: Path, lines: int, loopback: Loopback, whom: str) -> None:
+    """Ends the scheduler or a worker when so many trials are kept."""
+    until = time.monotonic() + 120.0
+    while time.monotonic() < until and not (kept.is_file() and kept.read_bytes().count(b"\n") > lines):
+        time.sleep(0.01)
+    end(loopback.scheduler if whom == "scheduler" else loopback.workers[0])
+
+
+CHECKS = {
+    "cluster.campaign": campaign,
+    "cluster.killed": killed,
+    "cluster.guilty": guilty,
+    "cluster.commands": commands,
+    "cluster.abandoned": abandoned,
+}

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from frictool import waiting
 from frictool.errors import LogError
 
 
@@ -47,6 +48,12 @@ def negative(number: int) -> int:
     if number == 7:
         raise LogError("run.csv", "has no samples", line=3)
     return -number
+
+
+def compiles(number: int) -> int:
+    """Waits for the compiler, as the first use of a kernel does."""
+    waiting.compiling()
+    return number
 
 
 def untravelled(number: int) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,13 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from frictool import waiting
 from frictool.errors import ClusterError
 from frictool.workers import cluster, files
 from frictool.workers.files import share_files
 from frictool.workers.installation import Installation, differences, installation
 from frictool.workers.share import share
 from tests.workers.arrays import spectrum
-from tests.workers.jobs import content, instead, negative
+from tests.workers.jobs import compiles, content, instead, negative
 from tests.workers.loopback import Loopback, end
 
 pytest.importorskip("distributed")
@@ -69,6 +71,14 @@ def test_workers_that_are_not_alike_are_refused_by_name(loopback: Loopback, monk
     monkeypatch.setattr(cluster, "_check", lambda client, address: None)  # one that joins later is found out by its task
     with pytest.raises(ClusterError, match=r"differs: frictool .*, here 9\.9"):
         list(share(negative, range(3), cluster=loopback.address))
+
+
+def test_a_machine_that_compiles_is_told_once(loopback: Loopback, monkeypatch: pytest.MonkeyPatch) -> None:
+    remarks: list[str] = []
+    monkeypatch.setattr(waiting, "remark", remarks.append)
+    assert len(list(share(compiles, range(20), cluster=loopback.address))) == 20
+    assert sum("compiling, once per installation" in text for text in remarks) == 1
+    assert socket.gethostname() in remarks[0]
 
 
 def test_what_a_job_raises_comes_back_and_then_the_scheduler_goes(loopback: Loopback) -> None:

@@ -18,7 +18,7 @@ import pytest
 from frictool import waiting
 from frictool.errors import LogError, WorkerLost
 from frictool.workers.share import cores_here, share
-from tests.workers.jobs import Deadly, negative, series, untravelled
+from tests.workers.jobs import Deadly, compiles, negative, series, untravelled
 
 JOBS = 40
 SCRIPT = """
@@ -89,6 +89,13 @@ def test_jobs_are_asked_for_as_they_are_needed_and_leaving_ends_the_processes() 
     assert len(taken) < 50
     results.close()
     assert not multiprocessing.active_children()
+
+
+def test_a_wait_for_the_compiler_is_told_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[str] = []
+    monkeypatch.setattr(waiting, "compiling", lambda: told.append("compiling"))
+    assert dict(share(compiles, range(6), cores=2)) == {number: number for number in range(6)}
+    assert len(told) == 6
 
 
 def test_what_cannot_travel_is_told() -> None:
