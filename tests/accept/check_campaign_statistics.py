@@ -100,7 +100,17 @@ def bounds_hold() -> dict[str, Any]:
                 below = np.mean([ends[k][1] > rate for k in good])
                 found[f"{method}, {name}, {n}"] = {"interval misses": both, "lower bound misses": below}
                 passed = passed and max(both, below) * runs <= stats.binom.ppf(SURE, runs, 0.05)
-    return {"passed": bool(passed), **found}
+    worst = max((_parity_missed(n), n) for n in range(4, 3001, 2))
+    return {"passed": bool(passed and worst[0] <= 0.05), "parity, exactly: worst": worst[0], "at": worst[1], **found}
+
+
+def _parity_missed(n: int) -> float:
+    """How often the interval misses 1/2 of the parity of two factors, by the hypergeometric distribution of its counts."""
+    both = np.arange(n // 2 + 1)
+    chances = stats.hypergeom.pmf(both, n, n // 2, n // 2)
+    seen = chances > 1e-9
+    ends = np.array([interval(int(n - 2 * k), n, 0.95, "latin") for k in both[seen]])
+    return float(chances[seen][(ends[:, 0] > 0.5) | (ends[:, 1] < 0.5)].sum() + chances[~seen].sum())
 
 
 def tolerance_bounds_hold() -> dict[str, Any]:
