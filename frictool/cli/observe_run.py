@@ -94,6 +94,8 @@ def command(
     refuse_both(cores, cluster)
     several = is_fleet(logs) or (output is not None and output.suffix.lower() in TABLES)
     check_outputs(given, logs, several)
+    if not several and (cores is not None or cluster is not None):
+        raise click.UsageError("--cores and --cluster share several logs; one is observed in this process.")
     if not several:
         ctx.exit(_single(given, logs[0]))
     from frictool.cli.observe_fleet import observe_fleet

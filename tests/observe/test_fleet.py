@@ -217,11 +217,13 @@ def test_refusals_are_one_line(rig: SimpleNamespace, tmp_path: Path) -> None:
         (("-o", tmp_path / "fleet.mcap"), "several logs give a table"),
         (("-o", tmp_path / "a.csv", "--plot", tmp_path / "a.csv"), "end it in .svg or .html"),
         (("--observer", rig.model), "runs along one log"),
+        (("--cores", "2", "--cluster", "tcp://127.0.0.1:1"), "--cores is of this machine"),
     ):
         result = observe(rig.model, rig.folder, *arguments)
         assert result.code == 2
         assert word in result.stderr
     first = rig.folder / "U17" / "2026-01-03.mcap"
+    assert "share several logs" in observe(rig.model, first, "--cores", "2").stderr
     both = tmp_path / "same.svg"
     assert "same name" in observe(rig.model, first, "-o", both, "--plot", both).stderr
 
