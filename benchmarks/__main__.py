@@ -2,12 +2,14 @@
 
     python -m benchmarks build/bench.json [ID...]
 
-With ids, only those rows. ratio > 1 means ours is better. A row whose peer is not installed is skipped, and the reason printed.
-Exit code 1 where a row fails.
+With ids, only those rows; --help says more. ratio > 1 means ours is better. A row whose peer is not installed is skipped, and the
+reason printed. Exit code 1 where a row fails.
 """
 
 from __future__ import annotations
 
+import argparse
+import difflib
 import importlib
 import json
 import sys
@@ -57,15 +59,29 @@ def name_of(row: Row) -> str:
     return getattr(row, "id", None) or row.__name__.replace("_", ".", 1)
 
 
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks",
+        description="Times frictool against its peers, prints a table and writes the rows as JSON. Exit code 1 where a row fails.",
+        epilog="Example: python -m benchmarks build/bench.json mechanism.real_time",
+    )
+    parser.add_argument("target", type=Path, help="the JSON file to write")
+    parser.add_argument("ids", nargs="*", metavar="ID", help="only these rows, such as log.read; all where none is named")
+    return parser
+
+
 def main(arguments: list[str]) -> int:
-    if not arguments:
-        print(__doc__, file=sys.stderr)
-        return 2
-    target = Path(arguments[0])
-    rows, failed = run(collect(Path(__file__).parent), arguments[1:])
-    target.parent.mkdir(parents=True, exist_ok=True)
-    target.write_text(json.dumps(rows, indent=2, default=float) + "\n")
-    print(f"{len(rows)} rows; figures in {target}")
+    parser = _parser()
+    asked = parser.parse_args(arguments)
+    rows = collect(Path(__file__).parent)
+    names = [name_of(row) for row in rows]
+    for wrong in (name for name in asked.ids if name not in names):
+        near = difflib.get_close_matches(wrong, names, n=1)
+        parser.error(f"there is no row {wrong!r}{f'; did you mean {near[0]}?' if near else ';'} allowed: {', '.join(names)}")
+    done, failed = run(rows, asked.ids)
+    asked.target.parent.mkdir(parents=True, exist_ok=True)
+    asked.target.write_text(json.dumps(done, indent=2, default=float) + "\n")
+    print(f"{len(done)} rows; figures in {asked.target}")
     return 1 if failed else 0
 
 

@@ -62,6 +62,27 @@ def test_a_row_without_its_peer_is_skipped_and_one_that_fails_is_exit_1(
     assert bench.main([str(target), "good"]) == 0
 
 
+def test_a_row_that_is_not_there_and_a_missing_target_are_refused_before_anything_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    def log_read() -> dict[str, Any]:
+        raise AssertionError("it runs")
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(bench, "collect", lambda folder: [log_read])
+    for arguments, code, told in (
+        (["bench.json", "log.raed"], 2, "there is no row 'log.raed'; did you mean log.read?"),
+        ([], 2, "usage: python -m benchmarks"),
+        (["--help"], 0, "usage: python -m benchmarks"),
+    ):
+        with pytest.raises(SystemExit) as ended:
+            bench.main(arguments)
+        assert ended.value.code == code
+        printed = capsys.readouterr()
+        assert told in printed.out + printed.err
+    assert not list(tmp_path.iterdir())
+
+
 def test_every_bench_file_is_collected():
     names = [bench.name_of(row) for row in bench.collect(Path(bench.__file__).parent)]
     assert {"startup.help", "ingest.csv", "log.read", "log.write"} <= set(names)
