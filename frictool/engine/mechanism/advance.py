@@ -1,12 +1,12 @@
 """Moves a mechanism through a time in which its commands are held, from event to event.
 
-    machine = prepare(packed)                   engine/mechanism/image.py, once
+    machine = prepare(packed)                   engine/mechanism/machine.py, once
     state = rest(packed, machine, start)        engine/mechanism/state.py
-    status = advance(*machine, *state, command, external, duration, TOLERANCE, events, happened)
+    status = advance(machine, state, command, external, duration, TOLERANCE, Told(events, count))
 
 Between events all modes are held and the rates are smooth: steps of order 8 with error control. A step within which a guard is passed is
-taken again to the instant at which it is, found to rounding; then the modes are found anew. At rest, where no rate is left and nothing
-flows in or out, the rest of the duration costs nothing.
+left at the instant at which it is, found to rounding on the step's own path; then the modes are found anew. At rest, where no rate is left
+and nothing flows in or out, the rest of the duration costs nothing.
 """
 
 from __future__ import annotations
@@ -18,34 +18,19 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from frictool.engine.mechanism.ends import first_dip, forces_hold, is_broken, way_left
-from frictool.engine.mechanism.events import STRIKES, TOUCHES, write, write_changes
+from frictool.engine.mechanism.ends import first_dip, is_any_broken
+from frictool.engine.mechanism.events import Told
 from frictool.engine.mechanism.field import field
-from frictool.engine.mechanism.image import (
-    BLOCKS,
-    CONSTANT,
-    COUPLINGS,
-    INNER,
-    JOINTS,
-    LAG,
-    LIMIT,
-    ORDER,
-    RESISTANCE,
-    SOURCE,
-    SOURCE_BLOCKS,
-    SOURCE_WIDTH,
-    SOURCES,
-    STOPS,
-    SUPPLY,
-    TIMED,
-)
-from frictool.engine.mechanism.impacts import impacts
+from frictool.engine.mechanism.happening import begin, happen, take_step
+from frictool.engine.mechanism.image import BLOCKS, INNER, SOURCES, TIMED, Machine
 from frictool.engine.mechanism.laws import by_address, called
 from frictool.engine.mechanism.locate import locate
-from frictool.engine.mechanism.memory import first_reversal, remember
-from frictool.engine.mechanism.settle import align, halt, settle
-from frictool.engine.mechanism.state import AFTER, BEFORE, END, FIRST_POWER, GUARD, INPUTS, OPEN, POWER, SPEEDS, SPENT, STUCK, TRIAL, Room
+from frictool.engine.mechanism.memory import first_reversal
+from frictool.engine.mechanism.order_eight import AFTER
+from frictool.engine.mechanism.sources import is_steady, let_flow, longest_step, take_inputs
+from frictool.engine.mechanism.state import END, GUARD, INPUTS, SPENT, TRIAL, Evaluation, Room, State
 from frictool.engine.mechanism.step import try_step
+from frictool.engine.mechanism.sums import gained
 from frictool.engine.mechanism.timed import keep, switch
 from frictool.engine.status import LAW_FAILED, NOT_FINITE, OK, STEP_TOO_SMALL, TOO_MANY_EVENTS
 from frictool.kernels import inset_kernel, kernel, part_kernel
@@ -55,213 +40,107 @@ Places = NDArray[np.int64]
 
 TOLERANCE = 1e-8  # of a block's speed, and of a tenth of the speed that counts
 MAX_EVENTS = 200_000  # in one call
-FIRST_STEP = 1e-5  # s
 GROWTH, SHRINKAGE, SAFETY = 4.0, 0.2, 0.9
 MANY_LAGS = 50.0  # half lags after which nothing is left of what flowed
 SHORTEST = 1e-15  # of the time reached, or in s
 
 
 @inset_kernel
-def _commanded(k: Places, p: Vector, command: Vector, external: Vector, y: Vector, drive: Vector, inputs: Vector) -> None:
-    """inputs: commands within the drives' limits and the windings' at the speeds of the beginning, what flows, efforts held on blocks."""
-    n, u = k[BLOCKS], k[SOURCES]
-    for s in range(u):
-        row, speed = k[SOURCE] + s * SOURCE_WIDTH, y[n + k[k[SOURCE_BLOCKS] + s]]
-        low, high = -p[row + LIMIT], p[row + LIMIT]
-        if p[row + RESISTANCE] > 0.0:
-            back = p[row + CONSTANT] * speed
-            low = max(low, (-p[row + SUPPLY] - back) / p[row + RESISTANCE])
-            high = min(high, (p[row + SUPPLY] - back) / p[row + RESISTANCE])
-        inputs[s] = min(max(command[s], low), high)
-        inputs[u + s] = min(max(drive[s], low), high) if p[row + LAG] > 0.0 else inputs[s]
-    for i in range(n):
-        inputs[2 * u + i] = external[i]
-
-
-@inset_kernel
-def _are_finite(values: Vector) -> bool:
-    total = 0.0
-    for value in values:
-        total += value
-    return math.isfinite(total)
-
-
-@inset_kernel
-def _flows(k: Places, p: Vector, inputs: Vector, t: float, drive: Vector) -> None:
-    """What flows in each source t after its command."""
-    u = k[SOURCES]
-    for s in range(u):
-        lag = p[k[SOURCE] + s * SOURCE_WIDTH + LAG]
-        drive[s] = inputs[s] if lag == 0.0 else inputs[s] + (inputs[u + s] - inputs[s]) * math.exp(-t / lag)
-
-
-@inset_kernel
-def _longest(k: Places, p: Vector, inputs: Vector) -> float:
-    """The longest step in which what flows is as good as a polynomial."""
-    u, longest = k[SOURCES], math.inf
-    for s in range(u):
-        lag = p[k[SOURCE] + s * SOURCE_WIDTH + LAG]
-        if lag > 0.0 and inputs[s] != inputs[u + s]:
-            longest = min(longest, 0.5 * lag)
-    return longest
-
-
-@inset_kernel
-def _is_settled(k: Places, y: Vector, out: Vector, inputs: Vector) -> bool:
+def _is_settled(k: Places, state: State) -> bool:
     """Whether nothing moves and nothing will until the command changes."""
-    n, u = k[BLOCKS], k[SOURCES]
-    for s in range(u):
-        if inputs[s] != inputs[u + s]:
-            return False
+    n = k[BLOCKS]
+    if k[INNER] > 0 or k[TIMED] > 0 or not is_steady(k, state.room.lines[INPUTS]):
+        return False
+    moves = False
     for i in range(n, 2 * n):
-        if y[i] != 0.0 or out[i] != 0.0:
-            return False
-    return bool(k[INNER] == 0 and k[TIMED] == 0)
+        moves = moves or state.y[i] != 0.0 or state.room.slopes[0, i] != 0.0
+    return not moves
 
 
 @inset_kernel
-def _happen(k: Places, p: Vector, now: float, y: Vector, modes: Places, guard: Vector, events: Vector, happened: Places) -> bool:
-    """Roots whose speed has come to 0 stop with all that moves along; says whether flanks or stops meet."""
-    n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
-    meet = False
-    for joint in range(j):
-        if modes[n + joint] == OPEN and guard[n + joint] <= 0.0:
-            _, rate = way_left(k, p, n + joint, y, y, modes)
-            if rate < 0.0:
-                write(events, happened, now, TOUCHES, joint, -rate)
-                meet = True
-    for s in range(k[STOPS]):
-        if modes[n + 2 * j + c + s] == OPEN and guard[n + 2 * j + c + s] <= 0.0:
-            _, rate = way_left(k, p, n + 2 * j + c + s, y, y, modes)
-            if rate < 0.0:
-                write(events, happened, now, STRIKES, s, -rate)
-                meet = True
-    for place in range(n):
-        i = k[k[ORDER] + place]
-        if guard[i] <= 0.0 and modes[i] != STUCK and y[n + i] != 0.0:
-            halt(k, place, p, y, modes)
-    return meet
+def _change(error: float) -> float:
+    """The step to try next, of this one."""
+    if error == 0.0:
+        return GROWTH
+    return min(GROWTH, max(SHRINKAGE, SAFETY * error**-0.125)) if math.isfinite(error) else SHRINKAGE
+
+
+@inset_kernel
+def _dip(k: Places, p: Vector, state: State, h: float, seen: float) -> float:
+    """The length of a step, or of one to where a guard may have been passed that is sound again at its end."""
+    room = state.room
+    guard, end = room.lines[GUARD], room.lines[END]
+    return min(seen * h, first_dip(k, p, h, state.y, room.slopes[0], end, room.slopes[AFTER], state.modes, guard))
 
 
 @part_kernel
-def _through(
-    k: Places,
-    p: Vector,
-    laws: Places,
-    y: Vector,
-    drive: Vector,
-    modes: Places,
-    work: Vector,
-    pace: Vector,
-    room: Room,
-    command: Vector,
-    external: Vector,
-    duration: float,
-    tolerance: float,
-    events: Vector,
-    happened: Places,
-) -> int:
+def _through(machine: Machine, state: State, command: Vector, external: Vector, duration: float, tolerance: float, told: Told) -> int:
     """Advances by `duration` with the modes of laws that have a step of their own held."""
-    n, size = k[BLOCKS], y.shape[0]
-    slopes, after, end, inputs, w = room.slopes, room.lines[AFTER], room.lines[END], room.lines[INPUTS], room.w
-    guard, trial, power, first_power, spent = (
-        room.lines[GUARD],
-        room.lines[TRIAL],
-        room.lines[POWER],
-        room.lines[FIRST_POWER],
-        room.lines[SPENT],
-    )
-    before, speeds = room.places[BEFORE], room.lines[SPEEDS]
-    for i in range(modes.shape[0]):
-        before[i] = modes[i]
-    for i in range(n):
-        speeds[i] = y[n + i]
-    _commanded(k, p, command, external, y, drive, inputs)
-    start, t = pace[1], 0.0
-    if field(k, p, laws, t, y, modes, inputs, slopes[0], w, guard, first_power) != 0:
-        return LAW_FAILED
-    status = OK
-    if pace[0] == 0.0 or not forces_hold(k, modes, guard) or not _are_finite(slopes[0]):
-        status = impacts(k, p, y, modes, room.w, work) if pace[0] == 0.0 else OK
-        if status == OK:
-            status = settle(k, p, laws, t, y, modes, room, work, start, events, happened)
-        if pace[0] != 0.0:
-            write_changes(k, start, speeds, before, modes, events, happened)
-        pace[0] = max(pace[0], FIRST_STEP)
-    counted, looked = 0, False
-    h, within = min(pace[0], duration), _longest(k, p, inputs)
+    k, p, _ = machine
+    y, modes, pace, room = state.y, state.modes, state.pace, state.room
+    take_inputs(k, p, command, external, y, state.drive, room.lines[INPUTS])
+    status, t, counted, looked = begin(machine, state, told), 0.0, 0, False
+    h, within = min(pace[0], duration), longest_step(k, p, room.lines[INPUTS])
     while t < duration and status == OK:
-        if _is_settled(k, y, slopes[0], inputs):
+        if _is_settled(k, state):
             t = duration
             break
         h = min(h, duration - t, within if t < MANY_LAGS * within else duration)
-        error, seen = try_step(k, p, laws, t, h, tolerance, y, modes, room)
+        error, seen = try_step(machine, state, t, h, tolerance)
         if error > 1.0:
             if h <= SHORTEST * max(t, 1.0):
                 status = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
                 break
-            h *= max(SHRINKAGE, SAFETY * error**-0.125) if math.isfinite(error) else SHRINKAGE
-            looked = False
+            h, looked = h * _change(error), False
             continue
-        broken = False
-        for index in range(k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS] + k[STOPS]):
-            broken = broken or is_broken(k, p, index, end, modes, trial)
-        if k[INNER] > 0:
-            sooner = first_reversal(k, p, h, y, end)
-            if sooner < h:
-                h = sooner
-                continue
-        if not broken and not looked:
-            sooner = min(seen * h, first_dip(k, p, h, y, slopes[0], end, after, modes, guard))
-            if sooner < h:
-                looked, h = True, sooner
-                continue
-        taken, longer = h, h * (GROWTH if error == 0.0 else min(GROWTH, max(SHRINKAGE, SAFETY * error**-0.125)))
+        sooner = first_reversal(k, p, h, y, room.lines[END]) if k[INNER] > 0 else h
+        if sooner < h:
+            h = sooner
+            continue
+        broken = is_any_broken(k, p, room.lines[END], modes, room.lines[TRIAL])
+        sooner = h if broken or looked else _dip(k, p, state, h, seen)
+        if sooner < h:
+            h, looked = sooner, True
+            continue
+        taken, longer, failed = h, h * _change(error), False
         if broken:
-            taken, failed = locate(k, p, laws, t, h, tolerance, y, modes, room)
-            if failed:
-                status = NOT_FINITE
-                break
-        last = taken == duration - t
-        t = duration if last and not broken else t + taken
-        for i in range(size):
-            y[i] = end[i]
-            slopes[0, i] = after[i]
-        for e in range(work.shape[0]):
-            work[e] += spent[e]
-            first_power[e] = power[e]
-        for i in range(guard.shape[0]):
-            guard[i] = trial[i]
-        if k[INNER] > 0:
-            failed_law, changed = remember(k, p, laws, y, end)
-            if changed:
-                failed_law += field(k, p, laws, t, y, modes, inputs, slopes[0], w, guard, first_power)
-            if failed_law != 0:
-                status = LAW_FAILED
-                break
-        if not broken:
-            pace[0], h = (max(pace[0], longer) if looked or last else longer), longer
-            looked = False
-            continue
-        looked = False
-        counted += 1
-        if counted > MAX_EVENTS:
-            status = TOO_MANY_EVENTS
+            taken, failed = locate(machine, state, t, h)
+        else:
+            gained(h, room.powers, room.lines[SPENT])
+        if failed:
+            status = NOT_FINITE
             break
-        for i in range(modes.shape[0]):
-            before[i] = modes[i]
-        for i in range(n):
-            speeds[i] = y[n + i]
-        if _happen(k, p, start + t, y, modes, guard, events, happened):
-            status = impacts(k, p, y, modes, room.w, work)
-        align(k, p, y, modes)
-        if status == OK:
-            status = settle(k, p, laws, t, y, modes, room, work, start + t, events, happened)
-        write_changes(k, start + t, speeds, before, modes, events, happened)
-        h = pace[0]
-    _flows(k, p, inputs, t, drive)
-    pace[1], pace[2] = start + t, t
+        last = taken == duration - t and not broken
+        t = duration if last else t + taken
+        status = take_step(machine, state, t)
+        if not broken:
+            pace[0], h = max(pace[0], longer) if looked or last else longer, longer
+        elif status == OK:
+            counted += 1
+            status, h = happen(machine, state, t, told) if counted <= MAX_EVENTS else TOO_MANY_EVENTS, pace[0]
+        looked = False
+    let_flow(k, p, room.lines[INPUTS], t, state.drive)
+    pace[1], pace[2] = pace[1] + t, t
     return status
+
+
+@part_kernel
+def _in_law_steps(machine: Machine, state: State, command: Vector, external: Vector, duration: float, tolerance: float, told: Told) -> int:
+    """Advances by `duration` in the steps of the laws that have one of their own, whose modes are asked for at the beginning of each."""
+    k, p, _ = machine
+    room = state.room
+    found = Evaluation(room.slopes[0], room.w, room.lines[GUARD], room.powers[0])
+    parts = max(1, math.ceil(duration / state.pace[3] - 1e-6))
+    for _part in range(parts):
+        take_inputs(k, p, command, external, state.y, state.drive, room.lines[INPUTS])
+        if field(machine, 0.0, state.y, state.modes, room.lines[INPUTS], found) + switch(machine, state) != 0:
+            return LAW_FAILED
+        status = _through(machine, state, command, external, duration / parts, tolerance, told)
+        if status != OK:
+            return status
+        if keep(machine, state) != 0:
+            return LAW_FAILED
+    return OK
 
 
 @kernel
@@ -276,17 +155,19 @@ def held_command(
     pace: Vector,
     w: Vector,
     slopes: Vector,
+    powers: Vector,
     lines: Vector,
     places: Places,
     command: Vector,
     external: Vector,
     duration: float,
     tolerance: float,
-    events: Vector,
-    happened: Places,
+    rows: Vector,
+    count: Places,
 ) -> int:
-    """`advance`, with the parts of its room one by one."""
-    room = Room(w, slopes, lines, places)
+    """`advance`, with its arguments one by one, as an address takes them."""
+    machine, told = Machine(k, p, laws), Told(rows, count)
+    state = State(y, drive, modes, work, pace, Room(w, slopes, powers, lines, places))
     n, total = k[BLOCKS], duration
     for i in range(y.shape[0]):
         total += y[i]
@@ -297,19 +178,8 @@ def held_command(
     if not math.isfinite(total) or duration < 0.0:
         return NOT_FINITE
     if k[TIMED] == 0:
-        return _through(k, p, laws, y, drive, modes, work, pace, room, command, external, duration, tolerance, events, happened)
-    parts = max(1, math.ceil(duration / pace[3] - 1e-6))
-    for _ in range(parts):
-        _commanded(k, p, command, external, y, drive, room.lines[INPUTS])
-        status = field(k, p, laws, 0.0, y, modes, room.lines[INPUTS], room.slopes[0], room.w, room.lines[GUARD], room.lines[FIRST_POWER])
-        if status + switch(k, p, laws, y, modes, room.w) != 0:
-            return LAW_FAILED
-        status = _through(k, p, laws, y, drive, modes, work, pace, room, command, external, duration / parts, tolerance, events, happened)
-        if status != OK:
-            return status
-        if keep(k, p, laws, y, modes) != 0:
-            return LAW_FAILED
-    return OK
+        return _through(machine, state, command, external, duration, tolerance, told)
+    return _in_law_steps(machine, state, command, external, duration, tolerance, told)
 
 
 _a: Any = types.float64[::1]
@@ -317,7 +187,7 @@ _m: Any = types.float64[:, ::1]
 _i: Any = types.int64[::1]
 _j: Any = types.int64[:, ::1]
 _f: Any = types.float64
-ADVANCE: Any = types.FunctionType(types.int64(_i, _a, _j, _a, _a, _i, _a, _a, _m, _m, _m, _j, _a, _a, _f, _f, _m, _i))
+ADVANCE: Any = types.FunctionType(types.int64(_i, _a, _j, _a, _a, _i, _a, _a, _m, _m, _m, _m, _j, _a, _a, _f, _f, _m, _i))
 
 
 @by_address
@@ -334,43 +204,31 @@ def _by_address(
     pace: Any,
     w: Any,
     slopes: Any,
+    powers: Any,
     lines: Any,
     places: Any,
     command: Any,
     external: Any,
     duration: Any,
     tolerance: Any,
-    events: Any,
-    happened: Any,
+    rows: Any,
+    count: Any,
 ) -> Any:
     return called(ADVANCE)
 
 
 @inset_kernel
-def advance(
-    k: Places,
-    p: Vector,
-    laws: Places,
-    y: Vector,
-    drive: Vector,
-    modes: Places,
-    work: Vector,
-    pace: Vector,
-    room: Room,
-    command: Vector,
-    external: Vector,
-    duration: float,
-    tolerance: float,
-    events: Vector,
-    happened: Places,
-) -> int:
+def advance(machine: Machine, state: State, command: Vector, external: Vector, duration: float, tolerance: float, told: Told) -> int:
     """Advances the state, in place, by `duration` [s] under held commands (u,) and efforts on blocks (n,) [N | N m].
 
-    k, p, laws: a Machine. y, drive, modes, work, pace: a State. events (m, 4): rows of engine/mechanism/events.py, counted by happened[0];
-    those without room are counted only. pace[1] is the time of all calls. The winding's bound is that of the speed at the beginning.
-    Called by its address, which laws has in its last row: what calls this is compiled without it.
+    pace[1] is the time of all calls. The winding's bound is that of the speed at the beginning. Called by its address, which laws has in
+    its last row: what calls this is compiled without it.
     Returns engine/status.py; where that is not OK, the state is that of the last event or step.
     """
+    k, p, laws = machine
+    y, drive, modes, work, pace, room = state
+    w, slopes, powers, lines, places = room
+    rows, count = told
     status: int = _by_address(
         laws[laws.shape[0] - 1, 0],
         k,
@@ -381,15 +239,16 @@ def advance(
         modes,
         work,
         pace,
-        room.w,
-        room.slopes,
-        room.lines,
-        room.places,
+        w,
+        slopes,
+        powers,
+        lines,
+        places,
         command,
         external,
         duration,
         tolerance,
-        events,
-        happened,
+        rows,
+        count,
     )
     return status

@@ -28,19 +28,17 @@ from frictool.engine.closed_loop import (
 )
 from frictool.engine.conditions import faulty, true_command
 from frictool.engine.mechanism.advance import TOLERANCE, advance
+from frictool.engine.mechanism.events import Told
 from frictool.engine.mechanism.image import (
     BLOCKS,
-    CONSTANT,
     LAG,
-    LIMIT,
     RESISTANCE,
     SOURCE,
-    SOURCE_BLOCKS,
     SOURCE_WIDTH,
     SOURCES,
-    SUPPLY,
     Machine,
 )
+from frictool.engine.mechanism.sources import source_limits
 from frictool.engine.mechanism.state import State
 from frictool.engine.status import OK
 from frictool.kernels import kernel
@@ -111,13 +109,8 @@ class Recording(NamedTuple):
 def flowing(machine: Machine, state: State, source: int, command: float) -> float:
     """What flows in a source from this instant on [A | V | effort]: without a lag the command, within its limits."""
     k, p = machine.whole, machine.numbers
-    row, speed = k[SOURCE] + source * SOURCE_WIDTH, state.y[k[BLOCKS] + k[k[SOURCE_BLOCKS] + source]]
-    low, high = -p[row + LIMIT], p[row + LIMIT]
-    if p[row + RESISTANCE] > 0.0:
-        back = p[row + CONSTANT] * speed
-        low = max(low, (-p[row + SUPPLY] - back) / p[row + RESISTANCE])
-        high = min(high, (p[row + SUPPLY] - back) / p[row + RESISTANCE])
-    return float(min(max(state.drive[source] if p[row + LAG] > 0.0 else command, low), high))
+    low, high = source_limits(k, p, source, state.y)
+    return float(min(max(state.drive[source] if p[k[SOURCE] + source * SOURCE_WIDTH + LAG] > 0.0 else command, low), high))
 
 
 @kernel
@@ -180,23 +173,7 @@ def moved(
         if part == inputs.first[k]:
             _write(machine, state, sight, k, asked, out)
         for _ in range(cuts):
-            status = advance(
-                machine.whole,
-                machine.numbers,
-                machine.laws,
-                state.y,
-                state.drive,
-                state.modes,
-                state.work,
-                state.pace,
-                state.room,
-                asked,
-                external,
-                inputs.durations[part] / cuts,
-                TOLERANCE,
-                out.events,
-                out.happened,
-            )
+            status = advance(machine, state, asked, external, inputs.durations[part] / cuts, TOLERANCE, Told(out.events, out.happened))
             if status != OK:
                 return int(status)
     return OK

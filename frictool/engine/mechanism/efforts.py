@@ -1,8 +1,8 @@
 """The efforts on each block that are functions of the state: sources, held efforts, couplings, pushes, friction in slip.
 
-Rows of the work array `w`, a column for each block: FORCE, all that is known; GROSS, the sum of its terms' sizes, which rounding is
-relative to; HOLD_LOW <= 0 <= HOLD_HIGH, what friction on a block at rest can hold; DRIVEN, the sources' effort alone.
-`power` gets what each element does or takes, in the order of engine/mechanism/state.py.
+Rows of the work array: FORCE, all that is known; GROSS, the sum of its terms' sizes; HOLD_LOW <= 0 <= HOLD_HIGH, what friction on a block
+at rest can hold; DRIVEN, the sources' effort alone. `power` gets what each element does or takes, in the order of
+engine/mechanism/state.py. Where an evaluation is not `whole`, GROSS stays what it was.
 """
 
 from __future__ import annotations
@@ -34,7 +34,6 @@ from frictool.engine.mechanism.image import (
     INNER_END,
     JOINTS,
     KIND,
-    LAG,
     LAW_VALUES,
     LEVEL,
     OFFSET,
@@ -53,41 +52,39 @@ from frictool.engine.mechanism.image import (
     STRAIGHT,
     VALUES,
     VALUES_END,
+    Machine,
 )
 from frictool.engine.mechanism.laws import DYNAMIC, EXACT, SMOOTH, breakaway, rate, slip_force
 from frictool.engine.mechanism.laws import force as force_of
-from frictool.engine.mechanism.state import OPEN, STUCK
+from frictool.engine.mechanism.sources import flowing_at
+from frictool.engine.mechanism.state import OPEN, STUCK, Evaluation
+from frictool.engine.mechanism.work_rows import DRIVEN, FORCE, GROSS, HOLD_HIGH, HOLD_LOW
 from frictool.friction.status import OK
 from frictool.kernels import inset_kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
-FORCE, GROSS, HOLD_LOW, HOLD_HIGH, DRIVEN = range(5)
 STIFF_MARGIN = 1e-10  # of a gap: a flank is passed when it is passed by this much
 
 
 @inset_kernel
-def drive_at(k: Places, p: Vector, source: int, t: float, inputs: Vector) -> float:
-    """What flows t after the command was given. inputs: commands, what flowed at the beginning (u,) each, efforts on blocks (n,)."""
-    lag = p[k[SOURCE] + source * SOURCE_WIDTH + LAG]
-    target, before = inputs[source], inputs[k[SOURCES] + source]
-    return float(target if lag == 0.0 else target + (before - target) * math.exp(-t / lag))
-
-
-@inset_kernel
-def _driving(k: Places, p: Vector, t: float, y: Vector, inputs: Vector, w: Vector, power: Vector) -> None:
+def _driving(k: Places, p: Vector, t: float, y: Vector, inputs: Vector, found: Evaluation, whole: bool) -> None:
+    w, power = found.w, found.power
     n, u = k[BLOCKS], k[SOURCES]
     for i in range(n):
         held = inputs[2 * u + i]
-        w[FORCE, i], w[GROSS, i] = held, abs(held)
+        w[FORCE, i] = held
+        if whole:
+            w[GROSS, i] = abs(held)
         w[HOLD_LOW, i], w[HOLD_HIGH, i], w[DRIVEN, i] = 0.0, 0.0, 0.0
         power[u + i] = held * y[n + i]
     for s in range(u):
         block = k[k[SOURCE_BLOCKS] + s]
-        effort = p[k[SOURCE] + s * SOURCE_WIDTH + CONSTANT] * drive_at(k, p, s, t, inputs)
+        effort = p[k[SOURCE] + s * SOURCE_WIDTH + CONSTANT] * flowing_at(k, p, s, t, inputs)
         w[FORCE, block] += effort
-        w[GROSS, block] += abs(effort)
+        if whole:
+            w[GROSS, block] += abs(effort)
         w[DRIVEN, block] += effort
         power[s] = effort * y[n + block]
     for q in range(k[PUSHES]):
@@ -96,7 +93,8 @@ def _driving(k: Places, p: Vector, t: float, y: Vector, inputs: Vector, w: Vecto
         if curve >= 0:
             effort += curve_value(k, p, curve, y[block])
         w[FORCE, block] += effort
-        w[GROSS, block] += abs(effort)
+        if whole:
+            w[GROSS, block] += abs(effort)
 
 
 @inset_kernel
@@ -130,8 +128,9 @@ def _at_flank(
 
 
 @inset_kernel
-def _couplings(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard: Vector, power: Vector) -> None:
+def _couplings(k: Places, p: Vector, y: Vector, modes: Places, found: Evaluation, whole: bool) -> None:
     """Compliant links; the guard of one with a gap is above -1 while its flanks stay as their mode says."""
+    w, guard, power = found.w, found.guard, found.power
     n, flanks = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS]
     at, row, ends = k[SOURCES] + n + k[JOINTS], k[COUPLING], k[COUPLING_ENDS]
     for c in range(k[COUPLINGS]):
@@ -154,10 +153,12 @@ def _couplings(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard:
         size = abs(stiffness * e) + abs(damping * rate)
         lost = damping * rate * rate
         w[FORCE, b] += force
-        w[GROSS, b] += size
+        if whole:
+            w[GROSS, b] += size
         if a >= 0:
             w[FORCE, a] -= ratio * force
-            w[GROSS, a] += abs(ratio) * size
+            if whole:
+                w[GROSS, a] += abs(ratio) * size
             if drive != 0.0 or back != 0.0:
                 ahead = (drive if force * ratio > 0.0 else back) * abs(force)
                 behind = (back if force * ratio > 0.0 else drive) * abs(force)
@@ -172,7 +173,9 @@ def _couplings(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard:
 
 
 @inset_kernel
-def _frictions(k: Places, p: Vector, laws: Places, y: Vector, modes: Places, out: Vector, w: Vector, power: Vector) -> int:
+def _frictions(machine: Machine, y: Vector, modes: Places, found: Evaluation, whole: bool) -> int:
+    k, p, laws = machine
+    out, w, power = found.rates, found.w, found.power
     n, status = k[BLOCKS], OK
     at, row, first_value = k[SOURCES] + n + k[JOINTS] + k[COUPLINGS], k[FRICTION_PLACES], k[LAW_VALUES]
     for f in range(k[FRICTIONS]):
@@ -185,7 +188,8 @@ def _frictions(k: Places, p: Vector, laws: Places, y: Vector, modes: Places, out
             held = level * breakaway(laws[f, 1], 1.0, values)
             w[HOLD_HIGH, block] += held
             w[HOLD_LOW, block] -= level * breakaway(laws[f, 1], -1.0, values)
-            w[GROSS, block] += held
+            if whole:
+                w[GROSS, block] += held
         elif kind == EXACT and k[row + STRAIGHT] > 0:
             force = level * (motion * values[0] + values[k[row + STRAIGHT]] * v)
         elif kind == EXACT:
@@ -198,13 +202,15 @@ def _frictions(k: Places, p: Vector, laws: Places, y: Vector, modes: Places, out
             force = level * slip_force(laws[f, 0], v, math.copysign(1.0, v), values)
         row += FRICTION_WIDTH
         w[FORCE, block] -= force
-        w[GROSS, block] += abs(force)
+        if whole:
+            w[GROSS, block] += abs(force)
         power[at + f] = force * v
     return status
 
 
 @inset_kernel
-def _pressings(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, power: Vector) -> None:
+def _pressings(k: Places, p: Vector, y: Vector, modes: Places, found: Evaluation, whole: bool) -> None:
+    w, power = found.w, found.power
     n, at = k[BLOCKS], k[SOURCES] + k[BLOCKS] + k[JOINTS] + k[COUPLINGS] + k[FRICTIONS]
     for s in range(k[PRESSINGS]):
         block = k[k[PRESSING_PLACES] + 2 * s]
@@ -217,25 +223,21 @@ def _pressings(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, power:
         else:
             w[FORCE, block] -= motion * friction
             power[at + s] = motion * friction * y[n + block]
-        w[GROSS, block] += friction
+        if whole:
+            w[GROSS, block] += friction
+
+
+@inset_kernel
+def efforts(machine: Machine, t: float, y: Vector, modes: Places, inputs: Vector, found: Evaluation, whole: bool) -> int:
+    """Fills the rows of w, the rates of inner states, the guards of flanks, and what elements do; returns friction/status.py."""
+    k, p, _ = machine
+    _driving(k, p, t, y, inputs, found, whole)
+    _couplings(k, p, y, modes, found, whole)
+    _pressings(k, p, y, modes, found, whole)
+    return _frictions(machine, y, modes, found, whole)
 
 
 @part_kernel
-def all_efforts(
-    k: Places,
-    p: Vector,
-    laws: Places,
-    t: float,
-    y: Vector,
-    modes: Places,
-    inputs: Vector,
-    out: Vector,
-    w: Vector,
-    guard: Vector,
-    power: Vector,
-) -> int:
-    """Fills the rows of w, the rates of inner states in `out`, the guards of flanks, and what elements do; returns friction/status.py."""
-    _driving(k, p, t, y, inputs, w, power)
-    _couplings(k, p, y, modes, w, guard, power)
-    _pressings(k, p, y, modes, w, power)
-    return _frictions(k, p, laws, y, modes, out, w, power)
+def all_efforts(machine: Machine, t: float, y: Vector, modes: Places, inputs: Vector, found: Evaluation) -> int:
+    """`efforts`, whole, compiled by itself."""
+    return efforts(machine, t, y, modes, inputs, found, True)

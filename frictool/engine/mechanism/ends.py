@@ -117,6 +117,15 @@ def is_broken(k: Places, p: Vector, index: int, y: Vector, modes: Places, guard:
 
 
 @inset_kernel
+def is_any_broken(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector) -> bool:
+    """Whether any guard has been passed."""
+    broken = False
+    for index in range(k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS] + k[STOPS]):
+        broken = broken or is_broken(k, p, index, y, modes, guard)
+    return broken
+
+
+@inset_kernel
 def _lowest(g0: float, r0: float, g1: float, r1: float, h: float) -> tuple[float, float]:
     """Where in a step the cubic through both ends (values, rates) is lowest, and its value there; the end where it falls all the way."""
     if not (r0 < 0.0 < r1):

@@ -6,6 +6,8 @@ interval holds a pressing force.
 
 `guard`, in the sections of the modes (motion, contact, branch, flank, stop), tells how far each mode is from its end, in units of what
 counts as nothing: above -1 it goes on. Positions: how far an open flank or a stop is; speeds: of a root, in its direction.
+
+Stages within a step need less than its ends: an evaluation that is not `whole` leaves the guards of speeds and ways and GROSS as they were.
 """
 
 from __future__ import annotations
@@ -17,17 +19,12 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from frictool.engine.mechanism.efforts import DRIVEN, FORCE, GROSS, HOLD_HIGH, HOLD_LOW, all_efforts
+from frictool.engine.mechanism.efforts import efforts
 from frictool.engine.mechanism.image import (
     BLOCKS,
     COUPLINGS,
-    GAP,
-    HIGH,
-    JOINT_ENDS,
     JOINTS,
-    LOW,
     MASS,
-    OFFSET,
     ORDER,
     OUTWARD,
     PARENT,
@@ -35,14 +32,14 @@ from frictool.engine.mechanism.image import (
     RATIO,
     SOURCES,
     SPEED,
-    STOP,
     STOP_BLOCKS,
-    STOP_WIDTH,
     STOPS,
     TIMED,
+    Machine,
 )
 from frictool.engine.mechanism.laws import by_address, called
-from frictool.engine.mechanism.state import FREE, OPEN, RIGID, STUCK
+from frictool.engine.mechanism.margins import SLACK, SPEED_SLACK, place_guards, slack_at
+from frictool.engine.mechanism.state import FREE, OPEN, RIGID, STUCK, Evaluation
 from frictool.engine.mechanism.timed import seen_speeds, timed_frictions
 from frictool.engine.mechanism.transmission import (
     is_lossy,
@@ -50,63 +47,24 @@ from frictool.engine.mechanism.transmission import (
     kink_of,
     range_at_driver,
     range_at_load,
-    received,
     slope_of,
-    transmitted,
+)
+from frictool.engine.mechanism.work_rows import (
+    ACCELERATION,
+    DRIVEN,
+    FORCE,
+    GROSS,
+    HOLD_HIGH,
+    HOLD_LOW,
+    INERTIA,
+    LAMBDA,
+    NEED,
+    NEED_HIGH,
 )
 from frictool.kernels import inset_kernel, kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
-
-INERTIA, NEED, NEED_HIGH, ACCELERATION, LAMBDA = 5, 6, 7, 8, 9
-SLACK = 1e-11  # of the efforts that meet in a place: less is nothing
-LEAST_RATE = 1e-9  # 1/s: nor is an acceleration of this times the speed that counts
-SPEED_SLACK = 1e-11  # of the speed that counts
-PLACE_SLACK = 1e-10  # of a gap
-ROUNDING = 1e-15
-
-
-@inset_kernel
-def slack_at(k: Places, p: Vector, w: Vector, block: int) -> float:
-    """Forces at a block below this are nothing."""
-    least = 1e-300  # of a block without mass on which nothing acts
-    return float(SLACK * w[GROSS, block] + LEAST_RATE * p[k[MASS] + block] * p[k[SPEED] + block] + least)
-
-
-@inset_kernel
-def joint_gap(k: Places, p: Vector, joint: int, y: Vector) -> tuple[float, float, float]:
-    """e, e' of a joint, and the size of positions that count as none there."""
-    n, row = k[BLOCKS], joint_row(k, joint)
-    a, b, ratio = k[k[JOINT_ENDS] + 2 * joint], k[k[JOINT_ENDS] + 2 * joint + 1], p[row + RATIO]
-    e = y[b] - ratio * y[a] - p[row + OFFSET]
-    size = abs(y[b]) + abs(ratio * y[a]) + abs(p[row + OFFSET])
-    return e, y[n + b] - ratio * y[n + a], PLACE_SLACK * p[row + GAP] + ROUNDING * size
-
-
-@inset_kernel
-def stop_slack(p: Vector, row: int) -> float:
-    """The way that counts as none at a stop."""
-    low, high = p[row + LOW], p[row + HIGH]
-    span = high - low
-    if span == math.inf:
-        span = abs(low) if low > -math.inf else abs(high)
-    return float(PLACE_SLACK * 1e-2 * span + 1e-13)
-
-
-@inset_kernel
-def _place_guards(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector) -> None:
-    n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
-    for joint in range(j):
-        if modes[n + joint] == OPEN:
-            e, _, slack = joint_gap(k, p, joint, y)
-            gap = p[joint_row(k, joint) + GAP]
-            guard[n + joint] = min(e + gap, gap - e) / slack
-    for s in range(k[STOPS]):
-        at = n + 2 * j + c + s
-        if modes[at] == OPEN:
-            block, row = k[k[STOP_BLOCKS] + s], k[STOP] + s * STOP_WIDTH
-            guard[at] = min(y[block] - p[row + LOW], p[row + HIGH] - y[block]) / stop_slack(p, row)
 
 
 @inset_kernel
@@ -129,13 +87,14 @@ def _begin(k: Places, p: Vector, modes: Places, w: Vector) -> None:
 
 
 @inset_kernel
-def _hand_over_rest(k: Places, p: Vector, i: int, contact: int, w: Vector, guard: Vector) -> None:
+def _hand_over_rest(k: Places, p: Vector, i: int, contact: int, w: Vector, guard: Vector, whole: bool) -> None:
     """Adds to the parent what a block at rest needs through their joint."""
     n, joint, parent = k[BLOCKS], k[k[PARENT_JOINT] + i], k[k[PARENT] + i]
     row, slack = joint_row(k, joint), slack_at(k, p, w, i)
     ratio, low, high = p[row + RATIO], w[NEED, i], w[NEED_HIGH, i]
     if k[k[OUTWARD] + i] == 1:
-        w[GROSS, parent] += abs(ratio) * w[GROSS, i]
+        if whole:
+            w[GROSS, parent] += abs(ratio) * w[GROSS, i]
         if contact == -1:
             guard[n + joint] = high / slack
             low, high = max(0.0, low), max(0.0, high)
@@ -145,7 +104,8 @@ def _hand_over_rest(k: Places, p: Vector, i: int, contact: int, w: Vector, guard
         kink = kink_of(p, row, w[DRIVEN, parent])
         low, high = range_at_driver(p, row, kink, low, high)
     else:
-        w[GROSS, parent] += w[GROSS, i] / abs(ratio)
+        if whole:
+            w[GROSS, parent] += w[GROSS, i] / abs(ratio)
         kink = kink_of(p, row, w[DRIVEN, i])
         low, high = range_at_load(p, row, kink, -high, -low)
         if contact == -1:
@@ -168,7 +128,7 @@ def direction_of(modes: Places, y: Vector, n: int, block: int) -> float:
 
 
 @inset_kernel
-def _hand_over(k: Places, p: Vector, i: int, y: Vector, modes: Places, w: Vector) -> None:
+def _hand_over(k: Places, p: Vector, i: int, y: Vector, modes: Places, w: Vector, whole: bool) -> None:
     """Adds to the parent what a block that moves needs through their joint, linear in the acceleration on the kink's given side."""
     n, joint, parent = k[BLOCKS], k[k[PARENT_JOINT] + i], k[k[PARENT] + i]
     row = joint_row(k, joint)
@@ -180,17 +140,19 @@ def _hand_over(k: Places, p: Vector, i: int, y: Vector, modes: Places, w: Vector
         slope = slope_of(p, row, direction_of(modes, y, n, a), modes[n + k[JOINTS] + joint] > 0)
         kink = kink_of(p, row, w[DRIVEN, a])
     if outward:
-        w[GROSS, parent] += abs(ratio) * w[GROSS, i]
+        if whole:
+            w[GROSS, parent] += abs(ratio) * w[GROSS, i]
         w[INERTIA, parent] += slope * ratio * w[INERTIA, i]
         w[NEED, parent] += ratio * kink + (w[NEED, i] - kink) * slope
     else:
-        w[GROSS, parent] += w[GROSS, i] / abs(ratio)
+        if whole:
+            w[GROSS, parent] += w[GROSS, i] / abs(ratio)
         w[INERTIA, parent] += w[INERTIA, i] / (slope * ratio)
         w[NEED, parent] += (w[NEED, i] + ratio * kink) / slope - kink
 
 
 @inset_kernel
-def _gather(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard: Vector) -> bool:
+def _gather(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard: Vector, whole: bool) -> bool:
     """From the leaves to the roots; False where a tree has no inertia left to move with."""
     n, sound = k[BLOCKS], True
     order, joints, speeds = k[ORDER], k[PARENT_JOINT], k[SPEED]
@@ -199,14 +161,14 @@ def _gather(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard: Ve
         joint = k[joints + i]
         if joint >= 0 and modes[n + joint] != OPEN:
             if modes[i] == STUCK:
-                _hand_over_rest(k, p, i, modes[n + joint], w, guard)
+                _hand_over_rest(k, p, i, modes[n + joint], w, guard, whole)
             else:
-                _hand_over(k, p, i, y, modes, w)
+                _hand_over(k, p, i, y, modes, w, whole)
         elif modes[i] == STUCK:
             guard[i] = min(w[NEED_HIGH, i], -w[NEED, i]) / slack_at(k, p, w, i)
             w[ACCELERATION, i] = 0.0
         else:
-            if modes[i] != FREE:
+            if whole and modes[i] != FREE:
                 guard[i] = modes[i] * y[n + i] / (SPEED_SLACK * p[speeds + i])
             if w[INERTIA, i] <= 0.0:
                 sound = False
@@ -240,13 +202,13 @@ def _hand_out(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard: 
         slack = slack_at(k, p, w, i) + SLACK * abs(inertial)
         if is_lossy(p, row):
             a = parent if outward else i
-            direction, kink = direction_of(modes, y, n, a), kink_of(p, row, w[DRIVEN, a])
-            effort = 0.0
+            kink = kink_of(p, row, w[DRIVEN, a])
+            slope = slope_of(p, row, direction_of(modes, y, n, a), modes[n + j + joint] > 0)
             if outward:
-                effort = transmitted(p, row, kink, direction, force)
+                effort = ratio * kink + (force - kink) * slope
             else:
                 effort = -force
-                force = received(p, row, kink, direction, effort)
+                force = kink + (effort - ratio * kink) / slope
                 slack /= abs(ratio)
             power[losses + joint] = (effort - ratio * force) * y[n + a]
             guard[n + j + joint] = modes[n + j + joint] * (force - kink) / slack
@@ -258,6 +220,33 @@ def _hand_out(k: Places, p: Vector, y: Vector, modes: Places, w: Vector, guard: 
             guard[n + joint] = -modes[n + joint] * force / slack
 
 
+@inset_kernel
+def _rates(machine: Machine, t: float, y: Vector, modes: Places, inputs: Vector, found: Evaluation, whole: bool) -> int:
+    """`field`, or `field_within`."""
+    k, p, _ = machine
+    rates, w, guard, power = found
+    n = k[BLOCKS]
+    if whole:
+        for index in range(guard.shape[0]):
+            guard[index] = math.inf
+    status = efforts(machine, t, y, modes, inputs, found, whole)
+    if whole:
+        place_guards(k, p, y, modes, guard)
+    _begin(k, p, modes, w)
+    sound = _gather(k, p, y, modes, w, guard, whole)
+    if k[TIMED] > 0:
+        status += timed_frictions(machine, y, modes, found, whole)
+        _begin(k, p, modes, w)
+        sound = _gather(k, p, y, modes, w, guard, False)
+    _hand_out(k, p, y, modes, w, guard, power)
+    for i in range(n):
+        rates[i] = y[n + i]
+        rates[n + i] = w[ACCELERATION, i] if sound else math.nan
+    if k[TIMED] > 0:
+        seen_speeds(machine, y, modes, rates)
+    return status
+
+
 @kernel
 def rates_of_state(
     k: Places,
@@ -267,30 +256,19 @@ def rates_of_state(
     y: Vector,
     modes: Places,
     inputs: Vector,
-    out: Vector,
+    rates: Vector,
     w: Vector,
     guard: Vector,
     power: Vector,
 ) -> int:
-    """`field`, compiled by itself."""
-    n = k[BLOCKS]
-    for index in range(guard.shape[0]):
-        guard[index] = math.inf
-    status = all_efforts(k, p, laws, t, y, modes, inputs, out, w, guard, power)
-    _place_guards(k, p, y, modes, guard)
-    _begin(k, p, modes, w)
-    sound = _gather(k, p, y, modes, w, guard)
-    if k[TIMED] > 0:
-        status += timed_frictions(k, p, laws, y, modes, out, w, power)
-        _begin(k, p, modes, w)
-        sound = _gather(k, p, y, modes, w, guard)
-    _hand_out(k, p, y, modes, w, guard, power)
-    for i in range(n):
-        out[i] = y[n + i]
-        out[n + i] = w[ACCELERATION, i] if sound else math.nan
-    if k[TIMED] > 0:
-        seen_speeds(k, p, laws, y, modes, out)
-    return status
+    """`field`, compiled by itself; its arguments one by one, as an address takes them."""
+    return _rates(Machine(k, p, laws), t, y, modes, inputs, Evaluation(rates, w, guard, power), True)
+
+
+@inset_kernel
+def field_within(machine: Machine, t: float, y: Vector, modes: Places, inputs: Vector, found: Evaluation) -> int:
+    """As `field`; of the guards only those that forces keep, and GROSS as it was."""
+    return _rates(machine, t, y, modes, inputs, found, False)
 
 
 _a: Any = types.float64[::1]
@@ -302,28 +280,18 @@ FIELD: Any = types.FunctionType(types.int64(_i, _a, _j, types.float64, _a, _i, _
 
 @by_address
 def _by_address(
-    _: Any, address: Any, k: Any, p: Any, laws: Any, t: Any, y: Any, modes: Any, inputs: Any, out: Any, w: Any, guard: Any, power: Any
+    _: Any, address: Any, k: Any, p: Any, laws: Any, t: Any, y: Any, modes: Any, inputs: Any, rates: Any, w: Any, guard: Any, power: Any
 ) -> Any:
     return called(FIELD)
 
 
 @inset_kernel
-def field(
-    k: Places,
-    p: Vector,
-    laws: Places,
-    t: float,
-    y: Vector,
-    modes: Places,
-    inputs: Vector,
-    out: Vector,
-    w: Vector,
-    guard: Vector,
-    power: Vector,
-) -> int:
-    """Fills out = y', `guard`, and `power` [W] of each element. Returns friction/status.py; a tree that jams has no finite rates.
+def field(machine: Machine, t: float, y: Vector, modes: Places, inputs: Vector, found: Evaluation) -> int:
+    """Fills y', the guards, and the power of each element. Returns friction/status.py; a tree that jams has no finite rates.
 
-    Called by its address, which laws has in its last row: what calls this is compiled without it.
+    t: since the command. Called by its address, which laws has in its last row: what calls this is compiled without it.
     """
-    status: int = _by_address(laws[laws.shape[0] - 1, 1], k, p, laws, t, y, modes, inputs, out, w, guard, power)
+    k, p, laws = machine
+    rates, w, guard, power = found
+    status: int = _by_address(laws[laws.shape[0] - 1, 1], k, p, laws, t, y, modes, inputs, rates, w, guard, power)
     return status

@@ -11,17 +11,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.engine.mechanism.efforts import FORCE, HOLD_HIGH, HOLD_LOW
-from frictool.engine.mechanism.field import LAMBDA, NEED, NEED_HIGH, field
+from frictool.engine.mechanism.field import field
 from frictool.engine.mechanism.image import BLOCKS, JOINTS, ORDER, OUTWARD, PARENT, PARENT_JOINT, RATIO, Machine
-from frictool.engine.mechanism.state import AFTER, INPUTS, OPEN, POWER, STUCK, TRIAL, Room, State, counts
+from frictool.engine.mechanism.order_eight import AFTER
+from frictool.engine.mechanism.state import INPUTS, OPEN, STUCK, TRIAL, Evaluation, State, counts
 from frictool.engine.mechanism.transmission import joint_row
+from frictool.engine.mechanism.work_rows import FORCE, GIVEN, HELD, HOLD_HIGH, HOLD_LOW, LAMBDA, LEAST, NEED, NEED_HIGH, REST
 from frictool.kernels import inset_kernel, kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
-
-LEAST, REST, GIVEN, HELD = 11, 12, 13, 14  # rows of the work array
 
 
 class Forces(NamedTuple):
@@ -79,16 +78,19 @@ def _at_rest(k: Places, p: Vector, modes: Places, w: Vector, links: Vector, hold
 
 
 @kernel
-def _now(k: Places, p: Vector, laws: Places, t: float, y: Vector, modes: Places, room: Room, links: Vector, holds: Vector) -> None:
-    field(k, p, laws, t, y, modes, room.lines[INPUTS], room.lines[AFTER], room.w, room.lines[TRIAL], room.lines[POWER])
+def _now(machine: Machine, state: State, links: Vector, holds: Vector) -> None:
+    k, p, _ = machine
+    room = state.room
+    found = Evaluation(room.slopes[AFTER], room.w, room.lines[TRIAL], room.powers[AFTER])
+    field(machine, state.pace[2], state.y, state.modes, room.lines[INPUTS], found)
     for joint in range(k[JOINTS]):
         links[joint] = room.w[LAMBDA, joint]
-    _at_rest(k, p, modes, room.w, links, holds)
+    _at_rest(k, p, state.modes, room.w, links, holds)
 
 
 def forces(machine: Machine, state: State) -> Forces:
     """The forces at the end of the last call of `advance`."""
     c = counts(machine)
     links, holds = np.zeros(c["joints"]), np.zeros(c["blocks"])
-    _now(*machine, float(state.pace[2]), state.y, state.modes, state.room, links, holds)
+    _now(machine, state, links, holds)
     return Forces(links, holds)

@@ -14,7 +14,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.engine.mechanism.field import joint_gap, stop_slack
 from frictool.engine.mechanism.image import (
     BLOCKS,
     COUPLINGS,
@@ -38,6 +37,7 @@ from frictool.engine.mechanism.image import (
     STOPS,
     THROW_BACK,
 )
+from frictool.engine.mechanism.margins import joint_gap, stop_slack
 from frictool.engine.mechanism.shocks import is_group_lossy, yielding
 from frictool.engine.mechanism.state import OPEN, RIGID
 from frictool.engine.mechanism.transmission import joint_row

@@ -18,6 +18,7 @@ from frictool.engine.mechanism.image import (
     SPEED,
     VALUES,
     VALUES_END,
+    Machine,
 )
 from frictool.engine.mechanism.laws import DYNAMIC, commit
 from frictool.friction.status import OK
@@ -44,8 +45,9 @@ def first_reversal(k: Places, p: Vector, h: float, y: Vector, end: Vector) -> fl
 
 
 @part_kernel
-def remember(k: Places, p: Vector, laws: Places, y: Vector, before: Vector) -> tuple[int, bool]:
+def remember(machine: Machine, y: Vector, before: Vector) -> tuple[int, bool]:
     """Takes the step to y into the laws' memories; returns friction/status.py, and whether anything has changed from `before`."""
+    k, p, laws = machine
     n, status, changed = k[BLOCKS], OK, False
     for f in range(k[FRICTIONS]):
         row = k[FRICTION_PLACES] + f * FRICTION_WIDTH

@@ -1,19 +1,17 @@
-"""Dormand and Prince's method of order 8 with the error of order 5 and 3 that Hairer takes: its coefficients, and one step's sums.
+"""Dormand and Prince's method of order 8 with the error of order 5 and 3 that Hairer takes, and its path of order 7: the coefficients.
 
-Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.5, II.10. Of the thirteen slopes the last is the next step's first.
+Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.5, II.6, II.10. Of the thirteen slopes of a step the last is the next
+step's first; three more give the path between its ends.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
-
-from frictool.kernels import inset_kernel
-
-Vector = NDArray[np.float64]
 
 STAGES = 12
-TABLEAU_ROWS = (
+AFTER = 12  # the row of the slope at a step's end
+SLOPES = 16  # with three more, which a step's path takes
+ROWS = (
     (0.05260015195876773,),
     (
         0.0197250569845379,
@@ -101,6 +99,56 @@ TABLEAU_ROWS = (
         0.6433927460157636,
     ),
 )
+MORE_ROWS = (
+    (
+        0.056167502283047954,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.25350021021662483,
+        -0.2462390374708025,
+        -0.12419142326381637,
+        0.15329179827876568,
+        0.00820105229563469,
+        0.007567897660545699,
+        -0.008298,
+    ),
+    (
+        0.03183464816350214,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.028300909672366776,
+        0.053541988307438566,
+        -0.05492374857139099,
+        0.0,
+        0.0,
+        -0.00010834732869724932,
+        0.0003825710908356584,
+        -0.00034046500868740456,
+        0.1413124436746325,
+    ),
+    (
+        -0.42889630158379194,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        -4.697621415361164,
+        7.683421196062599,
+        4.06898981839711,
+        0.3567271874552811,
+        0.0,
+        0.0,
+        0.0,
+        -0.0013990241651590145,
+        2.9475147891527724,
+        -9.15095847217987,
+    ),
+)
 NODES = np.array(
     (
         0.0,
@@ -115,6 +163,10 @@ NODES = np.array(
         0.6,
         0.8571428571428571,
         1.0,
+        1.0,
+        0.1,
+        0.2,
+        0.7777777777777778,
     )
 )
 WEIGHTS = np.array(
@@ -165,48 +217,79 @@ ERRORS_3 = np.array(
         0.02265179219836082,
     )
 )
-TABLEAU = np.zeros((STAGES, STAGES))
-for _stage, _row in enumerate(TABLEAU_ROWS):
-    TABLEAU[_stage + 1, : len(_row)] = _row
-
-
-@inset_kernel
-def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) -> None:
-    """Where the slope of a stage is asked for: y, `point` (n,), slopes (STAGES, n)."""
-    for i in range(y.shape[0]):
-        point[i] = y[i]
-    for j in range(stage):
-        weight = h * TABLEAU[stage, j]
-        if weight != 0.0:
-            for i in range(y.shape[0]):
-                point[i] += weight * slopes[j, i]
-
-
-@inset_kernel
-def step_end(h: float, y: Vector, slopes: Vector, point: Vector) -> None:
-    """Where the step ends."""
-    for i in range(y.shape[0]):
-        point[i] = y[i]
-    for j in range(STAGES):
-        weight = h * WEIGHTS[j]
-        if weight != 0.0:
-            for i in range(y.shape[0]):
-                point[i] += weight * slopes[j, i]
-
-
-@inset_kernel
-def step_errors(h: float, slopes: Vector, fifth: Vector, third: Vector) -> None:
-    """The error of each state (II.10.17), h e5^2 / sqrt(e5^2 + e3^2/100), in `fifth` (n,) or longer; `third` as long, to work in."""
-    size = slopes.shape[1]
-    for i in range(size):
-        fifth[i], third[i] = 0.0, 0.0
-    for j in range(STAGES):
-        weight_5, weight_3 = ERRORS_5[j], ERRORS_3[j]
-        if weight_3 != 0.0:
-            for i in range(size):
-                fifth[i] += weight_5 * slopes[j, i]
-                third[i] += weight_3 * slopes[j, i]
-    for i in range(size):
-        square = fifth[i] * fifth[i]
-        total = square + 0.01 * third[i] * third[i]
-        fifth[i] = abs(h) * square / np.sqrt(total) if total > 0.0 else 0.0
+PATH = np.array(
+    (
+        (
+            -8.428938276109013,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.5667149535193777,
+            -3.0689499459498917,
+            2.38466765651207,
+            2.117034582445028,
+            -0.871391583777973,
+            2.2404374302607883,
+            0.6315787787694688,
+            -0.08899033645133331,
+            18.148505520854727,
+            -9.194632392478356,
+            -4.436036387594894,
+        ),
+        (
+            10.427508642579134,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            242.28349177525817,
+            165.20045171727028,
+            -374.5467547226902,
+            -22.113666853125306,
+            7.733432668472264,
+            -30.674084731089398,
+            -9.332130526430229,
+            15.697238121770845,
+            -31.139403219565178,
+            -9.35292435884448,
+            35.81684148639408,
+        ),
+        (
+            19.985053242002433,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            -387.0373087493518,
+            -189.17813819516758,
+            527.8081592054236,
+            -11.57390253995963,
+            6.8812326946963,
+            -1.0006050966910838,
+            0.7777137798053443,
+            -2.778205752353508,
+            -60.19669523126412,
+            84.32040550667716,
+            11.99229113618279,
+        ),
+        (
+            -25.69393346270375,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            -154.18974869023643,
+            -231.5293791760455,
+            357.6391179106141,
+            93.40532418362432,
+            -37.45832313645163,
+            104.0996495089623,
+            29.8402934266605,
+            -43.53345659001114,
+            96.32455395918828,
+            -39.17726167561544,
+            -149.72683625798564,
+        ),
+    )
+)

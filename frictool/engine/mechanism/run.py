@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from frictool.engine.mechanism.advance import TOLERANCE, advance
-from frictool.engine.mechanism.events import EVENT_SIZE
+from frictool.engine.mechanism.events import EVENT_SIZE, Told
 from frictool.engine.mechanism.image import Machine
-from frictool.engine.mechanism.state import Room, State, counts
+from frictool.engine.mechanism.state import State, counts
 from frictool.engine.status import OK
 from frictool.kernels import kernel
 
@@ -40,21 +40,13 @@ class Run:
 
 @kernel
 def _run(
-    k: Places,
-    p: Vector,
-    laws: Places,
-    y: Vector,
-    drive: Vector,
-    modes: Places,
-    work: Vector,
-    pace: Vector,
-    room: Room,
+    machine: Machine,
+    state: State,
     commands: Vector,
     external: Vector,
     period: float,
     tolerance: float,
-    events: Vector,
-    happened: Places,
+    told: Told,
     positions: Vector,
     speeds: Vector,
     drives: Vector,
@@ -63,13 +55,13 @@ def _run(
     n = positions.shape[0]
     for sample in range(commands.shape[0] + 1):
         for i in range(n):
-            positions[i, sample], speeds[i, sample] = y[i], y[n + i]
-        for s in range(drive.shape[0]):
-            drives[s, sample] = drive[s]
+            positions[i, sample], speeds[i, sample] = state.y[i], state.y[n + i]
+        for s in range(state.drive.shape[0]):
+            drives[s, sample] = state.drive[s]
         if sample == commands.shape[0]:
             break
         held = external[min(sample, external.shape[0] - 1)]
-        status = advance(k, p, laws, y, drive, modes, work, pace, room, commands[sample], held, period, tolerance, events, happened)
+        status = advance(machine, state, commands[sample], held, period, tolerance, told)
         if status != OK:
             return status, sample
     return OK, commands.shape[0]
@@ -101,7 +93,7 @@ def run(
     drives, events, happened = np.full((c["sources"], m), np.nan), np.zeros((room_for_events, EVENT_SIZE)), np.zeros(1, dtype=np.int64)
     start = float(state.pace[1])
     runner: Any = _run
-    status, _ = runner(*machine, *state, given, held, period, tolerance, events, happened, positions, speeds, drives)
+    status, _ = runner(machine, state, given, held, period, tolerance, Told(events, happened), positions, speeds, drives)
     seen = min(int(happened[0]), room_for_events)
     times = start + period * np.arange(m)
     return Run(status, float(state.pace[1]), times, positions, speeds, drives, events[:seen].copy(), int(happened[0]))

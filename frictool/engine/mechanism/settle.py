@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
 from frictool.engine.mechanism.ends import forces_hold
-from frictool.engine.mechanism.events import JAMS, write
+from frictool.engine.mechanism.events import JAMS, Told, write
 from frictool.engine.mechanism.field import field
 from frictool.engine.mechanism.image import (
     BLOCKS,
@@ -24,12 +27,14 @@ from frictool.engine.mechanism.image import (
     SPAN,
     STOP_BLOCKS,
     STOPS,
+    Machine,
 )
+from frictool.engine.mechanism.laws import by_address, called
 from frictool.engine.mechanism.resolve import resolve
-from frictool.engine.mechanism.state import FIRST_POWER, FOUND, GUARD, INPUTS, OPEN, Room
+from frictool.engine.mechanism.state import FOUND, GUARD, INPUTS, OPEN, Evaluation, Room, State
 from frictool.engine.mechanism.transmission import joint_row
 from frictool.engine.status import JAMMED, LAW_FAILED, OK, UNRESOLVED
-from frictool.kernels import inset_kernel, part_kernel
+from frictool.kernels import inset_kernel, kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -72,55 +77,98 @@ def align(k: Places, p: Vector, y: Vector, modes: Places) -> None:
 
 
 @inset_kernel
-def _jam(k: Places, p: Vector, t: float, place: int, y: Vector, modes: Places, work: Vector, events: Vector, happened: Places) -> bool:
+def _jam(k: Places, p: Vector, place: int, state: State, now: float, told: Told) -> bool:
     """A tree that jams stops dead: an impact without a collision. False where it rests already."""
     n, root = k[BLOCKS], k[k[ORDER] + place]
-    speed, energy = y[n + root], halt(k, place, p, y, modes)
+    speed, energy = state.y[n + root], halt(k, place, p, state.y, state.modes)
     if energy == 0.0:
         return False
     # on the joint that leads to the root's first child
     first = k[k[PARENT_JOINT] + k[k[ORDER] + place + 1]]
-    work[k[SOURCES] + n + k[JOINTS] + k[COUPLINGS] + k[FRICTIONS] + k[PRESSINGS] + first] += energy
-    write(events, happened, t, JAMS, root, speed)
+    state.work[k[SOURCES] + n + k[JOINTS] + k[COUPLINGS] + k[FRICTIONS] + k[PRESSINGS] + first] += energy
+    write(told, now, JAMS, root, speed)
     return True
 
 
-@part_kernel
-def settle(
+@kernel
+def modes_at_instant(
     k: Places,
     p: Vector,
     laws: Places,
-    t: float,
     y: Vector,
+    drive: Vector,
     modes: Places,
-    room: Room,
     work: Vector,
-    now: float,
-    events: Vector,
-    happened: Places,
+    pace: Vector,
+    w: Vector,
+    slopes: Vector,
+    powers: Vector,
+    lines: Vector,
+    places: Places,
+    t: float,
+    rows: Vector,
+    count: Places,
 ) -> int:
-    """Finds the modes, and fills room.slopes[0] = y', guard and first_power by them. t: since the command; now: for events.
-
-    Returns engine/status.py.
-    """
-    inputs, out, w, guard, power, found = (
-        room.lines[INPUTS],
-        room.slopes[0],
-        room.w,
-        room.lines[GUARD],
-        room.lines[FIRST_POWER],
-        room.places[FOUND],
-    )
+    """`settle`, compiled by itself; its arguments one by one, as an address takes them."""
+    machine, room, told = Machine(k, p, laws), Room(w, slopes, powers, lines, places), Told(rows, count)
+    state = State(y, drive, modes, work, pace, room)
+    found = Evaluation(room.slopes[0], room.w, room.lines[GUARD], room.powers[0])
     for _ in range(ATTEMPTS):
-        status = resolve(k, p, laws, t, y, modes, inputs, out, w, guard, power, found, work)
+        status = resolve(machine, state, t, found)
         if status == JAMMED:
-            if not _jam(k, p, now, found[-1], y, modes, work, events, happened):
+            if not _jam(k, p, room.places[FOUND, -1], state, state.pace[1] + t, told):
                 return JAMMED
             continue
         if status != OK:
             return status
-        if field(k, p, laws, t, y, modes, inputs, out, w, guard, power) != 0:
+        if field(machine, t, state.y, state.modes, room.lines[INPUTS], found) != 0:
             return LAW_FAILED
-        if forces_hold(k, modes, guard):
+        if forces_hold(k, state.modes, found.guard):
             return OK
     return UNRESOLVED
+
+
+_a: Any = types.float64[::1]
+_m: Any = types.float64[:, ::1]
+_i: Any = types.int64[::1]
+_j: Any = types.int64[:, ::1]
+MODES: Any = types.FunctionType(types.int64(_i, _a, _j, _a, _a, _i, _a, _a, _m, _m, _m, _m, _j, types.float64, _m, _i))
+
+
+@by_address
+def _by_address(
+    _: Any,
+    address: Any,
+    k: Any,
+    p: Any,
+    laws: Any,
+    y: Any,
+    drive: Any,
+    modes: Any,
+    work: Any,
+    pace: Any,
+    w: Any,
+    slopes: Any,
+    powers: Any,
+    lines: Any,
+    places: Any,
+    t: Any,
+    rows: Any,
+    count: Any,
+) -> Any:
+    return called(MODES)
+
+
+@inset_kernel
+def settle(machine: Machine, state: State, t: float, told: Told) -> int:
+    """Finds the modes, t after the command, and fills the rows 0 of slopes and powers, and GUARD, by them. Returns engine/status.py.
+
+    Called by its address, as `field` is.
+    """
+    k, p, laws = machine
+    y, drive, modes, work, pace, room = state
+    w, slopes, powers, lines, places = room
+    rows, count = told
+    address = laws[laws.shape[0] - 1, 3]
+    status: int = _by_address(address, k, p, laws, y, drive, modes, work, pace, w, slopes, powers, lines, places, t, rows, count)
+    return status

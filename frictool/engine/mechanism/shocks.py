@@ -26,8 +26,8 @@ from frictool.engine.mechanism.image import (
     PARENT,
     PARENT_JOINT,
 )
-from frictool.engine.mechanism.resolve import SLOPE, VALUE
 from frictool.engine.mechanism.transmission import is_lossy, joint_row, received, slope_of, transmitted
+from frictool.engine.mechanism.work_rows import SLOPE, VALUE
 from frictool.kernels import inset_kernel, part_kernel
 
 Vector = NDArray[np.float64]

@@ -39,39 +39,52 @@ from numpy.typing import ArrayLike, NDArray
 
 from frictool.engine.mechanism.image import Machine
 from frictool.engine.mechanism.laws import rest_of
-from frictool.engine.mechanism.order_eight import STAGES
+from frictool.engine.mechanism.order_eight import SLOPES
+from frictool.engine.mechanism.sums import BUMPS
+from frictool.engine.mechanism.work_rows import WORK_ROWS
 from frictool.friction.table import ROWS
 from frictool.plant.mechanism.packed import Packed
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
-WORK_ROWS = 18
 STUCK, FREE = 0, 2
 OPEN, RIGID = 0, 2
 LAW_STEP = 1e-5  # s
 
-
+# rows of Room.slopes and Room.powers: the stages of a step, at its end AFTER (order_eight.py), three for its path, and the path
+PATH = SLOPES
 # rows of Room.lines
 INPUTS = 0  # (2 u + n,): commands, what flowed at the beginning, efforts held on blocks
-END, AFTER = 1, 2  # (y,): where a step ends, the rates there
+POINT, END = 1, 2  # (y,): of a stage; where a step ends
 Y_LOW, RATES_LOW, Y_HIGH, RATES_HIGH = 3, 4, 5, 6  # states and rates at both ends of a search
 GUARD, TRIAL, AT_LOW, AT_HIGH = 7, 8, 9, 10  # (modes,): at a step's beginning, at its end, at both ends of a search
-POWER, FIRST_POWER, SPENT = 11, 12, 13  # (work,): W at a step's end and beginning, J in it
-SPEEDS = 14  # (n,): before an event
-ERRORS, THIRD = 15, 16  # (y,): of a step
-LINES = 17
+SPENT = 11  # (work,): J in a step
+SPEEDS = 12  # (n,): before an event
+ERRORS, THIRD = 13, 14  # (y,): of a step
+LINES = 15
 # rows of Room.places
-BEFORE, FOUND = 0, 1  # (modes,) before an event; places in the order of blocks
+BEFORE, FOUND, WATCHED = 0, 1, 2  # (modes,) before an event; places in the order of blocks; guards that stages look at
+PLACES = 3
 
 
 class Room(NamedTuple):
     """Where kernels work: nothing in it outlives a call. Few arrays, which are quick to compile and to hand over; rows may be longer."""
 
-    w: Vector  # (WORK_ROWS, blocks or joints): engine/mechanism/efforts.py, field.py, resolve.py, timed.py
-    slopes: Vector  # (stages, y): of a step
+    w: Vector  # (WORK_ROWS, blocks or joints): work_rows.py
+    slopes: Vector  # (SLOPES + BUMPS, y)
+    powers: Vector  # (SLOPES + BUMPS, work)
     lines: Vector  # (LINES, longest)
-    places: Places  # (2, longest)
+    places: Places  # (PLACES, longest)
+
+
+class Evaluation(NamedTuple):
+    """What an evaluation of the rates fills."""
+
+    rates: Vector  # (y,): y'
+    w: Vector  # (WORK_ROWS, blocks or joints)
+    guard: Vector  # (modes,) or longer: engine/mechanism/field.py
+    power: Vector  # (work,): W, what each element does or takes
 
 
 class State(NamedTuple):
@@ -135,9 +148,10 @@ def _room(c: dict[str, int], size: int, modes: int, work: int) -> Room:
     longest = max(size, modes, work, 2 * c["sources"] + n, n + 1)
     return Room(
         np.zeros((WORK_ROWS, max(n, c["joints"]))),
-        np.zeros((STAGES, size)),
+        np.zeros((SLOPES + BUMPS, size)),
+        np.zeros((SLOPES + BUMPS, work)),
         np.zeros((LINES, longest)),
-        np.zeros((2, longest), dtype=np.int64),
+        np.zeros((PLACES, longest), dtype=np.int64),
     )
 
 

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.engine.mechanism.curves import curve_value
-from frictool.engine.mechanism.efforts import FORCE, GROSS
 from frictool.engine.mechanism.image import (
     BLOCK,
     BLOCKS,
@@ -35,6 +34,7 @@ from frictool.engine.mechanism.image import (
     STOPS,
     VALUES,
     VALUES_END,
+    Machine,
 )
 from frictool.engine.mechanism.laws import (
     BANDED,
@@ -50,8 +50,9 @@ from frictool.engine.mechanism.laws import (
     seen_velocity,
     slip_force,
 )
-from frictool.engine.mechanism.state import OPEN, STUCK
+from frictool.engine.mechanism.state import OPEN, STUCK, Evaluation, State
 from frictool.engine.mechanism.transmission import joint_row
+from frictool.engine.mechanism.work_rows import FORCE, GROSS, INERTIA, NEED, ON_BLOCK
 from frictool.friction.static import held_force
 from frictool.friction.status import OK
 from frictool.kernels import inset_kernel, part_kernel
@@ -59,8 +60,6 @@ from frictool.kernels import inset_kernel, part_kernel
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
 
-NEED, INERTIA = 6, 5  # rows of engine/mechanism/field.py
-ON_BLOCK = 17  # row: the effort that the law on a block sees
 HELD, SLIPS = 0, 1  # modes of a law
 
 
@@ -81,8 +80,10 @@ def _first_mode(k: Places) -> int:
 
 
 @part_kernel
-def timed_frictions(k: Places, p: Vector, laws: Places, y: Vector, modes: Places, out: Vector, w: Vector, power: Vector) -> int:
-    """Takes the frictions of these laws off FORCE, after the needs have been gathered without them; their states' rates into `out`."""
+def timed_frictions(machine: Machine, y: Vector, modes: Places, found: Evaluation, whole: bool) -> int:
+    """Takes the frictions of these laws off FORCE, after the needs have been gathered without them; finds their states' rates."""
+    k, p, laws = machine
+    out, w, power = found.rates, found.w, found.power
     n, status, first = k[BLOCKS], OK, _first_mode(k)
     at = k[SOURCES] + n + k[JOINTS] + k[COUPLINGS]
     for f in range(k[FRICTIONS]):
@@ -108,15 +109,17 @@ def timed_frictions(k: Places, p: Vector, laws: Places, y: Vector, modes: Places
             else:
                 friction = level * slip_force(laws[f, 0], v, math.copysign(1.0, v), values)
         w[FORCE, block] -= friction
-        w[GROSS, block] += abs(friction)
+        if whole:
+            w[GROSS, block] += abs(friction)
         w[NEED, root] += friction * along
         power[at + f] = friction * v
     return status
 
 
 @part_kernel
-def seen_speeds(k: Places, p: Vector, laws: Places, y: Vector, modes: Places, out: Vector) -> None:
+def seen_speeds(machine: Machine, y: Vector, modes: Places, rates: Vector) -> None:
     """Positions follow the velocity that a banded law reports: 0 in Karnopp's band, with all that moves along."""
+    k, p, laws = machine
     n = k[BLOCKS]
     for f in range(k[FRICTIONS]):
         row = k[FRICTION_PLACES] + f * FRICTION_WIDTH
@@ -129,12 +132,14 @@ def seen_speeds(k: Places, p: Vector, laws: Places, y: Vector, modes: Places, ou
         root, _ = _root_of(k, p, modes, k[row + BLOCK])
         for i in range(n):
             if _root_of(k, p, modes, i)[0] == root:
-                out[i] = 0.0
+                rates[i] = 0.0
 
 
 @part_kernel
-def switch(k: Places, p: Vector, laws: Places, y: Vector, modes: Places, w: Vector) -> int:
+def switch(machine: Machine, state: State) -> int:
     """The modes of these laws for the coming step, by what they have just seen. Returns friction/status.py."""
+    k, p, laws = machine
+    y, modes, w = state.y, state.modes, state.room.w
     n, status, first = k[BLOCKS], OK, _first_mode(k)
     for f in range(k[FRICTIONS]):
         row = k[FRICTION_PLACES] + f * FRICTION_WIDTH
@@ -153,8 +158,10 @@ def switch(k: Places, p: Vector, laws: Places, y: Vector, modes: Places, w: Vect
 
 
 @part_kernel
-def keep(k: Places, p: Vector, laws: Places, y: Vector, modes: Places) -> int:
+def keep(machine: Machine, state: State) -> int:
     """Takes the step into the memories of hybrid laws. Returns friction/status.py."""
+    k, p, laws = machine
+    y, modes = state.y, state.modes
     n, status, first = k[BLOCKS], OK, _first_mode(k)
     for f in range(k[FRICTIONS]):
         row = k[FRICTION_PLACES] + f * FRICTION_WIDTH

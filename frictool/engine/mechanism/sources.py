@@ -1,0 +1,84 @@
+"""What the sources do during a call: commands within the drives' limits, and what flows while these lag behind."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.mechanism.image import (
+    BLOCKS,
+    CONSTANT,
+    LAG,
+    LIMIT,
+    RESISTANCE,
+    SOURCE,
+    SOURCE_BLOCKS,
+    SOURCE_WIDTH,
+    SOURCES,
+    SUPPLY,
+)
+from frictool.kernels import inset_kernel
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+
+@inset_kernel
+def source_limits(k: Places, p: Vector, source: int, y: Vector) -> tuple[float, float]:
+    """What may flow, by the drive's limit and by the winding's at this speed."""
+    row, speed = k[SOURCE] + source * SOURCE_WIDTH, y[k[BLOCKS] + k[k[SOURCE_BLOCKS] + source]]
+    low, high = -p[row + LIMIT], p[row + LIMIT]
+    if p[row + RESISTANCE] > 0.0:
+        back = p[row + CONSTANT] * speed
+        low = max(low, (-p[row + SUPPLY] - back) / p[row + RESISTANCE])
+        high = min(high, (p[row + SUPPLY] - back) / p[row + RESISTANCE])
+    return low, high
+
+
+@inset_kernel
+def take_inputs(k: Places, p: Vector, command: Vector, external: Vector, y: Vector, drive: Vector, inputs: Vector) -> None:
+    """inputs: commands within the limits at the speeds of the beginning, what flows, efforts held on blocks."""
+    n, u = k[BLOCKS], k[SOURCES]
+    for s in range(u):
+        low, high = source_limits(k, p, s, y)
+        inputs[s] = min(max(command[s], low), high)
+        inputs[u + s] = min(max(drive[s], low), high) if p[k[SOURCE] + s * SOURCE_WIDTH + LAG] > 0.0 else inputs[s]
+    for i in range(n):
+        inputs[2 * u + i] = external[i]
+
+
+@inset_kernel
+def flowing_at(k: Places, p: Vector, source: int, t: float, inputs: Vector) -> float:
+    """What flows in a source t after its command."""
+    lag = p[k[SOURCE] + source * SOURCE_WIDTH + LAG]
+    target, before = inputs[source], inputs[k[SOURCES] + source]
+    return float(target if lag == 0.0 else target + (before - target) * math.exp(-t / lag))
+
+
+@inset_kernel
+def let_flow(k: Places, p: Vector, inputs: Vector, t: float, drive: Vector) -> None:
+    """drive: what flows in each source t after its command."""
+    for s in range(k[SOURCES]):
+        drive[s] = flowing_at(k, p, s, t, inputs)
+
+
+@inset_kernel
+def longest_step(k: Places, p: Vector, inputs: Vector) -> float:
+    """The longest step in which what flows is as good as a polynomial."""
+    u, longest = k[SOURCES], math.inf
+    for s in range(u):
+        lag = p[k[SOURCE] + s * SOURCE_WIDTH + LAG]
+        if lag > 0.0 and inputs[s] != inputs[u + s]:
+            longest = min(longest, 0.5 * lag)
+    return longest
+
+
+@inset_kernel
+def is_steady(k: Places, inputs: Vector) -> bool:
+    """Whether what flows is what is commanded."""
+    u, steady = k[SOURCES], True
+    for s in range(u):
+        steady = steady and inputs[s] == inputs[u + s]
+    return steady
