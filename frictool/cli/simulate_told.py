@@ -7,8 +7,14 @@ from typing import TYPE_CHECKING, Any
 from frictool.cli.simulate_blocks import block_lines, blocks_of
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from frictool.logs.log import Log, Stream
 
+    Vector = NDArray[np.float64]
+
+STANDING = 1e-9  # of the highest speed of a run: slower is rest
 MOST_LINES = 40  # of streams that are told to people
 MOST_MECHANISMS = 1  # of those that are told to people block by block
 
@@ -36,9 +42,15 @@ def _axis(stream: Stream) -> dict[str, Any]:
         "duration_s": _duration(stream),
         **end,
         "command_peak": float(abs(command).max()),
-        "at_rest": not stream.signals["velocity"][-max(1, stream.time.size // 10) :].any(),  # a limit cycle stands still in between
+        "at_rest": _rests(stream.signals["velocity"]),
         "units": stream.units,
     }
+
+
+def _rests(velocity: Vector) -> bool:
+    """Whether nothing moves in the last tenth (a limit cycle stands still in between), but for what rounding leaves of an oscillation."""
+    speed = abs(velocity)
+    return bool(speed[-max(1, speed.size // 10) :].max() <= STANDING * speed.max())
 
 
 def _duration(stream: Stream) -> float:
