@@ -40,7 +40,7 @@ def run(rows: list[Row], ids: list[str]) -> tuple[list[dict[str, Any]], int]:
         if ids and name_of(row) not in ids:
             continue
         try:
-            found = row()
+            found = {"id": name_of(row)} | row()
             done.append({key: found[key] for key in KEYS} | found)
             print(shown(found), flush=True)
         except ModuleNotFoundError as missing:

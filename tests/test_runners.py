@@ -62,6 +62,15 @@ def test_a_row_without_its_peer_is_skipped_and_one_that_fails_is_exit_1(
     assert bench.main([str(target), "good"]) == 0
 
 
+def test_a_row_without_an_id_has_that_of_its_function(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    def log_read() -> dict[str, Any]:
+        return {"peer": "p", "ours": 1.0, "theirs": 2.0, "unit": "s", "ratio": 2.0, "accuracy": "same"}
+
+    monkeypatch.setattr(bench, "collect", lambda folder: [log_read])
+    assert bench.main([str(tmp_path / "bench.json"), "log.read"]) == 0
+    assert json.loads((tmp_path / "bench.json").read_text())[0]["id"] == "log.read"
+
+
 def test_a_row_that_is_not_there_and_a_missing_target_are_refused_before_anything_runs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
