@@ -49,7 +49,15 @@ def test_every_ready_scenario_is_played_here() -> None:
         "wear",
         "faults",
         "replay",
+        "campaign",
     } | of_mechanisms
+
+
+def test_what_a_campaign_varies_is_left_out(braking: Path, tmp_path: Path) -> None:
+    _, log = play("campaign", braking, tmp_path)
+    (stream,) = log.streams
+    assert (stream.topic, stream.signals["position_true"][0]) == ("/axis", 5.0)
+    assert not {"disturbance", "friction_factor", "viscous_factor"} & set(stream.signals)
 
 
 @pytest.mark.parametrize("name", ["steps", "vertices"])
