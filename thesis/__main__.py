@@ -15,7 +15,7 @@ import time
 import traceback
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from pathlib import Path
 
 from thesis.found import Part
@@ -62,8 +62,14 @@ def _each(names: list[str]) -> Iterator[tuple[str, Part, str]]:
         return
     with ProcessPoolExecutor(min(len(names), os.cpu_count() or 1), get_context("fork")) as pool:
         asked = {pool.submit(made, name): name for name in names}
-        for future in as_completed(asked):
-            yield asked[future], *future.result()
+        try:
+            for future in as_completed(asked):
+                yield asked[future], *future.result()
+        except BaseException:  # interrupted: nobody waits for what would be minutes
+            pool.shutdown(wait=False, cancel_futures=True)
+            for child in active_children():
+                child.terminate()
+            raise
 
 
 def _join(whole: Part, part: Part) -> None:
@@ -88,6 +94,11 @@ def main(arguments: list[str]) -> int:
     if target.exists() and not target.is_dir():
         print(f"{target}: is a file; name a folder", file=sys.stderr)
         return 2
+    try:  # before minutes are spent
+        target.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        print(f"error: {target.parent}: cannot be made: {error.strerror}", file=sys.stderr)
+        return 3
     return _make(target, list(dict.fromkeys(names)))
 
 
