@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from frictool.campaign.running import Share
     from frictool.campaign.sampling import Draws, Method
     from frictool.campaign.store import Store
+    from frictool.campaign.trials import Trials
     from frictool.campaign.worst_case import WorstCase
     from frictool.cli.campaign_trial import CampaignTrial
     from frictool.documents.controller import Number
@@ -184,7 +185,7 @@ def _check_targets(paths: Paths, options: Options) -> None:
         raise OutputError(f"{options.worst}: is no directory; --worst names one")
 
 
-def _play(trial: CampaignTrial, draws: Draws, store: Store, paths: Paths, options: Options) -> tuple[Any, list[tuple[WorstCase, str]]]:
+def _play(trial: CampaignTrial, draws: Draws, store: Store, paths: Paths, options: Options) -> tuple[Trials, list[tuple[WorstCase, str]]]:
     """All trials, and the worst cases with the text of their scenarios."""
     from frictool.campaign.running import run_trials
     from frictool.cli.campaign_trial import metrics_of, simulated

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from frictool.documents.controller import Number
     from frictool.documents.mechanism import Mechanism
     from frictool.documents.model import Model
+    from frictool.documents.spec import Spec
 
 
 @dataclass(frozen=True)
@@ -131,7 +132,7 @@ def _with_ends(document: Mechanism) -> Mechanism:
     return document
 
 
-def _asks(path: Path, spec: Any) -> None:
+def _asks(path: Path, spec: Spec) -> None:
     """Raises DocumentError where the specification asks for nothing that a run can tell."""
     from frictool.documents.spec import Spec
     from frictool.errors import DocumentError
