@@ -60,7 +60,7 @@ def _usable(folder: Path) -> bool:
 def places() -> list[Path]:
     """Where the folders of kernels may lie, the first that can be written being the one that is used."""
     if settings.CACHE_DIR:
-        return [Path(settings.CACHE_DIR)]
+        return [Path(settings.CACHE_DIR).absolute()]
     user = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "frictool")
     return [Path(__file__).parent / "__pycache__", *([user] if user.is_absolute() else [])]
 
@@ -99,7 +99,7 @@ def _declared(function: Callable[..., Any], options: dict[str, Any]) -> Any:
     """A function for numba to compile at its first call, and to keep."""
     with _kept_here():
         compiled = compiler(**options, cache=FOLDER is not None)(function)
-    if FOLDER is not None:
+    if FOLDER is not None and not settings.DISABLE_JIT:
         kernel_cache.guard(compiled._cache, FOLDER)
     return compiled
 

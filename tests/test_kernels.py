@@ -121,3 +121,20 @@ def test_a_kernel_inherits_nothing_from_an_inner_kernel_that_calls_it_first(monk
     assert outermost(1.0) == 2.0
     for function, copied in ((called, False), (caller, True)):
         assert ("alwaysinline" in next(iter(function.inspect_llvm().values()))) == copied
+
+
+def test_a_relative_place_is_that_of_the_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(kernels.settings, "CACHE_DIR", "kept")
+    assert kernels.places() == [tmp_path / "kept"]
+
+
+def test_kernels_are_plain_functions_where_numba_is_told_not_to_compile(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kernels.settings, "DISABLE_JIT", 1)
+
+    @kernels.kernel
+    def twice(x: float) -> float:
+        return x + x
+
+    assert twice(2) == 4
+    assert not hasattr(twice, "py_func")
