@@ -33,7 +33,7 @@ def joint_share(first: Slices, second: Slices, values: Vector, drawn: bool) -> J
     centred = values - values.mean()
     total = float(centred @ centred)
     cells = crossed(first, second)
-    if values.size <= cells.count or total == 0.0:
+    if total == 0.0 or (drawn and values.size <= cells.count):
         return Joint(0.0, 0.0, 0.0)
     left = centred - (first.sums(centred) / first.sizes)[first.of] - (second.sums(centred) / second.sizes)[second.of]
     means = cells.sums(left) / cells.sizes

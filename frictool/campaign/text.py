@@ -10,7 +10,7 @@ from frictool.campaign.distribution import COVERED, Distribution
 from frictool.campaign.findings import Findings
 from frictool.campaign.regional import Region
 from frictool.campaign.sensitivity import Influence, Question
-from frictool.campaign.words import caveat, chance_told, headline, number, quantity, unit_shown
+from frictool.campaign.words import caveat, chance_told, given, headline, number, quantity, unit_shown
 
 COLOURS = {"MET": "green", "NOT MET": "red", "CANNOT TELL": "yellow", "NOT SHOWN": "yellow"}
 REASONS = 5  # told why trials could not be simulated
@@ -93,7 +93,7 @@ def _requirements(found: Findings) -> list[str]:
         "cannot tell",
         "median",
         "5 to 95 %",
-        f"{COVERED:.0%} keep".replace("%", " %"),
+        f"{given(COVERED)} keep ({given(found.rate.confidence)} sure)",
         "worst",
         "limit",
     )

@@ -52,11 +52,13 @@ class Share:
 def variance_share(slices: Slices, values: Vector, drawn: bool) -> tuple[float, float]:
     """S_i of finite values (n,), and its error; of vertices that were all played (not drawn), without a correction and without an error."""
     n, k = values.size, slices.count
-    if n <= k or k < 2:
+    if k < 2 or (drawn and n <= k):
         return 0.0, 0.0
-    centred = values - values.mean()
+    largest = float(np.abs(values).max())
+    centred = values / largest if largest > 0.0 else values  # a share has no unit, and squares of what is enormous no value
+    centred = centred - centred.mean()
     total = float(centred @ centred)
-    if not total > n * (1e-12 * float(np.abs(values).max())) ** 2:
+    if not total > n * 1e-24:
         return 0.0, 0.0
     means = slices.sums(centred) / slices.sizes
     between = float(slices.sizes @ means**2)

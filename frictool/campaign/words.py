@@ -13,7 +13,7 @@ def number(value: float | None) -> str:
     """Four digits; "never" of what is beyond any value, a dash of none."""
     if value is None or math.isnan(value):
         return "–"
-    return "never" if math.isinf(value) else f"{value:.4g}"
+    return "never" if math.isinf(value) else f"{value + 0.0:.4g}"
 
 
 def unit_shown(unit: str) -> str:

@@ -112,7 +112,7 @@ def test_the_text_says_what_fails_where_and_why() -> None:
         "cannot tell",
         "median",
         "5 to 95 %",
-        "95 % keep",
+        "95 % keep (95 % sure)",
         "worst",
         "limit",
     ]

@@ -142,6 +142,17 @@ def test_the_shares_of_all_vertices_are_exact() -> None:
     assert found.named == (0, 1)
 
 
+def test_two_vertices_of_one_factor_tell_all_of_it() -> None:
+    assert sensitivity(vertices(1, linear_of_first), drawn=False).influences[0].shares[0].share == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("unit", [1e300, 1e-300, -1.0])
+def test_a_share_has_no_unit(unit: float) -> None:
+    space, function, _ = FUNCTIONS["linear"]
+    scaled = influence(space, lambda v: unit * 0.1 * function(v), 200)
+    assert [s.share for s in scaled.shares] == pytest.approx([s.share for s in influence(space, function, 200).shares], rel=1e-9)
+
+
 def _sign(v: Array, factor: int) -> Array:
     return np.asarray(2.0 * v[:, factor] - 1.0)
 
