@@ -12,7 +12,7 @@ from typing import Any, BinaryIO
 from frictool.documents.bench import Bench
 from frictool.identify.each import One
 from frictool.identify.model import unit_of
-from frictool.identify.outcome import CURVE, PARAMETERS
+from frictool.identify.outcome import CURVE, PARAMETERS, Interval
 from frictool.identify.population import DAY_S, Drift, Population, Test, Value, populations
 from frictool.logs.extras import library
 
@@ -116,8 +116,15 @@ def headline(batch: Sequence[One]) -> str:
 def reasons(batch: Sequence[One]) -> list[str]:
     """A line for each that has no model, and for what is odd about one that has."""
     lines = []
+    first: dict[tuple[tuple[str, Interval], ...], One] = {}
     for one in batch:
         told = [one.reason] if one.found is None else [f"warning: {text}" for text in one.found.warnings]
+        if one.found is not None:
+            same = first.setdefault(tuple(one.found.identified.items()), one)
+            if same is not one:
+                told.append(
+                    f"warning: gives the same numbers as {same.group.files}; a log that is there twice makes a population look alike"
+                )
         lines += [f"{one.group.files}: {text}" for text in told]
     return lines
 

@@ -1,21 +1,26 @@
-"""`frictool identify --each`: many logs to a model each, the same as alone; what is bad is a row; processes change nothing."""
+"""`frictool identify --each`: many logs to a model each, the same as alone, and wherever it is made; what is bad is a row."""
 
 from __future__ import annotations
 
 import csv
 import io
 import json
+import pickle
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
-from frictool.identify.each import groups
+from frictool.documents.provenance import Input, digest
+from frictool.documents.writing import to_yaml
+from frictool.identify.each import Identify, groups
 from frictool.identify.each_table import COLUMNS
+from frictool.identify.methods import DEFAULT, Settings
 from frictool.logs.fleet import Member, members
 from frictool.logs.origin import Name
 from tests.cli.run import Result, refused, run
-from tests.identify.benches import CLUTCH, ROOT
+from tests.identify.benches import CLUTCH, ROOT, clutch
 
 PARTS = (("U1", "2026-01-03", 1.0), ("U1", "2026-02-03", 1.0), ("U2", "2026-01-04", 1.3))
 DATE = r"\d{4}-\d\d-\d\d"
@@ -81,20 +86,26 @@ def test_each_log_gives_the_model_that_it_gives_alone(fleet: SimpleNamespace, ma
     assert "logs of one unit" not in coulomb
 
 
-def test_processes_change_nothing(fleet: SimpleNamespace, made: SimpleNamespace, tmp_path: Path) -> None:
-    assert each("log", fleet.folder, "--date", DATE, "--cores", "2", "-o", tmp_path / "two").code == 3
-    files = sorted(path.relative_to(made.folder) for path in made.folder.rglob("*.*"))
-    assert len(files) == 4
-    for name in files:
-        assert (tmp_path / "two" / name).read_bytes() == (made.folder / name).read_bytes()
+def test_what_travels_to_another_process_gives_the_same_model(fleet: SimpleNamespace, made: SimpleNamespace) -> None:
+    """`python -m tests.accept build/accept.json cluster.commands` runs the command on a cluster."""
+    text = (made.folder / "U1" / "2026-01-03.yaml").read_text()
+    (group,) = groups(members([fleet.first]), "log")
+    group = replace(group, words=next(line for line in text.splitlines() if "command:" in line).partition(": ")[2])
+    work = Identify(to_yaml(clutch()), Input(CLUTCH.name, digest(CLUTCH)), DEFAULT, Settings())
+    there = pickle.loads(pickle.dumps(work))
+    back = pickle.loads(pickle.dumps(there((fleet.first,), pickle.loads(pickle.dumps(group)))))
+    assert back.found.text == text
 
 
 def test_what_an_earlier_run_wrote_into_the_folder_is_no_log(fleet: SimpleNamespace, tmp_path: Path) -> None:
     (tmp_path / "models").mkdir()
-    (tmp_path / "a.csv").write_bytes(fleet.first.read_bytes())
+    for name in ("a.csv", "b.csv"):
+        (tmp_path / name).write_bytes(fleet.first.read_bytes())
     (tmp_path / "models" / "parameters.csv").write_text("unit,date,file\n")
-    assert each("log", tmp_path, "-o", tmp_path / "models").code == 0
-    assert [row["file"] for row in table((tmp_path / "models" / "parameters.csv").read_text())] == ["a.csv"]
+    result = each("log", tmp_path, "-o", tmp_path / "models")
+    assert result.code == 0
+    assert [row["file"] for row in table((tmp_path / "models" / "parameters.csv").read_text())] == ["a.csv", "b.csv"]
+    assert "b.csv: warning: gives the same numbers as a.csv" in result.stdout
 
 
 def test_the_logs_of_a_folder_give_one_model(fleet: SimpleNamespace, tmp_path: Path) -> None:
