@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, NullFormatter
 from numpy.typing import NDArray
 
 from frictool.svg import PAGE, render
@@ -16,6 +18,7 @@ Vector = NDArray[np.float64]
 COLOURS, DASHES = ("#1f5fa8", "#c4620a", "#2f7d4f", "#8a3d8f"), ("-", (0, (5, 2)), (0, (1, 1.2)), (0, (6, 1, 1, 1)))
 REFERENCE = "#1d2733"
 WIDTH, HEIGHT, LEGEND = 7.4, 1.75, 0.9  # inches; of a row; beside the first
+DEEPEST = 120.0  # dB
 BUCKETS = 900  # a long curve keeps the least and the greatest of each
 
 
@@ -45,8 +48,36 @@ def kept(curve: Curve) -> tuple[Vector, Vector]:
     return x[index], y[index]
 
 
+def _decades(panel: Axes) -> None:
+    """A logarithmic abscissa with plain numbers; what is more than DEEPEST below the largest is not shown."""
+    panel.set_xscale("log")
+    panel.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    panel.xaxis.set_minor_formatter(NullFormatter())
+    low, high = panel.get_ylim()
+    panel.set_ylim(max(low, high - DEEPEST), high)
+
+
+def _plot(panel: Axes, curves: list[Curve], thin: bool) -> None:
+    """The curves, those that are no reference in the colours' order."""
+    drawn = 0
+    for curve in curves:
+        x, y = kept(curve) if thin else (curve.x, curve.y)
+        label = curve.label or None
+        if curve.style == "reference":
+            panel.plot(x, y, color=REFERENCE, linewidth=0.9, linestyle=(0, (4, 2)), label=label)
+            continue
+        if curve.style == "points":
+            panel.plot(x, y, "x", color=COLOURS[drawn % 4], markersize=3.5, label=label)
+        else:
+            panel.plot(x, y, color=COLOURS[drawn % 4], linestyle=DASHES[drawn % 4], label=label)
+        drawn += 1
+
+
 def draw(name: str, abscissa: str, rows: list[Row], *, log: bool = False, thin: bool = True) -> str:
-    """One axes a row; `name` is what a screen reader says. log: abscissa in decades. thin: long curves by their extremes."""
+    """One axes a row; `name` is what a screen reader says.
+
+    log: abscissa in decades, ordinates in dB or rad. thin: long curves by their extremes.
+    """
     height = 0.75 + HEIGHT * len(rows) + LEGEND * (len(rows) == 1)
     with mpl.rc_context():
         mpl.rcdefaults()
@@ -55,19 +86,9 @@ def draw(name: str, abscissa: str, rows: list[Row], *, log: bool = False, thin: 
         figure.subplots_adjust(left=0.1, right=0.985, bottom=0.5 / height, top=1.0 - 0.18 / height, hspace=0.16)
         panels = figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
         for panel, (label, curves) in zip(panels, rows, strict=True):
-            drawn = 0
-            for curve in curves:
-                x, y = kept(curve) if thin else (curve.x, curve.y)
-                if curve.style == "reference":
-                    panel.plot(x, y, color=REFERENCE, linewidth=0.9, linestyle=(0, (4, 2)), label=curve.label or None)
-                elif curve.style == "points":
-                    panel.plot(x, y, "x", color=COLOURS[drawn % 4], markersize=3.5, label=curve.label or None)
-                    drawn += 1
-                else:
-                    panel.plot(x, y, color=COLOURS[drawn % 4], linestyle=DASHES[drawn % 4], label=curve.label or None)
-                    drawn += 1
+            _plot(panel, curves, thin)
             if log:
-                panel.set_xscale("log")
+                _decades(panel)
             panel.set_ylabel(label)
             panel.yaxis.set_label_coords(-0.075, 0.5)
             if any(curve.label for curve in curves):
