@@ -94,6 +94,8 @@ def _asked(found: Findings) -> str:
     if rate.at_least is None:
         return f"; that is {percent(rate.share)} of them, asked are {given(asked)}"
     shown = f"; shown are {percent(rate.at_least, 'down')}, asked {given(asked)}"
+    if asked == 1.0:
+        return f"{shown}, which no number of draws shows; ask for less, or for no rate, so that every draw has to pass"
     needed = found.draws_needed
     return shown if needed is None else f"{shown}: {needed} draws would do if as many of them passed"
 

@@ -8,9 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from frictool.campaign.findings import find
 from frictool.campaign.page import page
-from frictool.campaign.pictures import metric
+from frictool.campaign.pictures import failing_plane, metric
 from frictool.documents.provenance import Input, Provenance
+from tests.campaign.example import factors, trials_of
 from tests.campaign.findings_example import CORNERS, HOSTILE, findings, stopped, trials
 from tests.report.chromium import browser
 from tests.report.chromium import find as find_chromium
@@ -73,6 +75,16 @@ def test_names_from_files_are_text_and_nothing_else() -> None:
 
 def test_pictures_count_what_is_many() -> None:
     assert len(page(findings(trials(20_000)), MADE)) < 200_000
+
+
+def test_every_trial_is_a_point_of_the_plane_as_long_as_they_are_few_then_cells_are() -> None:
+    for n, dots in ((300, 300), (2000, 0)):
+        found = find(trials_of(factors(2), [lambda v: v[:, 0] * v[:, 1]], [0.6], n), "random")
+        picture = failing_plane(found)
+        assert picture is not None
+        drawn = re.findall(r'<path d="([^"]*)"[^>]*stroke-linecap: round', picture.svg)
+        assert sum(path.count("M") for path in drawn) == dots
+        assert ("grey: those that pass" in picture.caption) == (dots > 0)
 
 
 def test_a_bar_beyond_the_limit_is_red_and_no_other() -> None:
