@@ -91,7 +91,8 @@ def _position(part: Part) -> None:
     floor = STRICT[1] * max(point.coulomb / point.constant for point in own.vertices)
     free = controller(centre, minimise([centre, *position(BANDWIDTH, *RELAXED, box=box)], RECENTRING))
     part.say(
-        "section_5_4_3_1", f"W3 by (5.58) times the current that cancels table 5.2's largest friction is {floor:.1f}: no gamma is below it."
+        "section_5_4_3_1",
+        f"W3 by (5.58) times the current that cancels table 5.2's largest friction is {floor:.1f}, which rejecting it costs.",
     )
     part.say("section_5_4_3_1", f"Without bounds on its poles the relaxed controller's fastest is at {_fastest(free):.0f} rad/s.")
     guaranteed = MARGIN / lyapunov.optimum
@@ -208,7 +209,7 @@ def _draw_annex(part: Part, controllers: dict[str, Lti], apart: float) -> None:
     peak = max(float(curve.y.max()) for curve in curves)
     near = slice(*np.searchsorted(FREQUENCIES, NEAR).tolist())
     apart_there = float(np.max(np.ptp([curve.y[near] for curve in curves], axis=0)))
-    told = f"Largest sensitivity {peak:.1f} dB. Between {NEAR[0]:g} and {NEAR[1]:g} rad/s the three are at most {apart_there:.1f} dB apart; far "
+    told = f"Largest sensitivity {peak:.1f} dB. Between {NEAR[0]:g} and {NEAR[1]:g} rad/s all are at most {apart_there:.1f} dB apart; far "
     told += "below, where the errors are small, without viscous friction they are smaller."
     part.draw("C.8", told, draw("annex sensitivities", "rad/s", rows, log=True))
     friction = [Curve(FREQUENCIES, _decibels(loop[:, 0, 1]), name) for name, loop in loops.items()]
