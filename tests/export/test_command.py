@@ -10,6 +10,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from msgspec.structs import replace
 
 from frictool.documents.controller import LinearController
 from frictool.documents.provenance import digest
@@ -17,6 +18,7 @@ from frictool.documents.writing import to_yaml
 from tests.cli.run import refused, run
 from tests.control.example import CUT_LAW, clutch_controller
 from tests.export.compiled import NUMBERS
+from tests.export.controllers import scheduled
 from tests.verify.truthful import truthful
 
 NAMES = ["speed.c", "speed.h", "speed_selftest.c", "speed_vectors.h"]
@@ -164,3 +166,14 @@ def test_no_input_is_overwritten(tmp_path: Path) -> None:
     path.write_text(to_yaml(truthful(clutch_controller(CUT_LAW))))
     refused(run("export", path, "-o", tmp_path), 3, "is an input")
     assert path.read_text().startswith("format: controller/1")
+
+
+def test_fixed_point_of_a_scheduled_controller_is_refused_with_what_would_do(tmp_path: Path) -> None:
+    between = scheduled(clutch_controller(CUT_LAW))
+    assert between.schedule is not None
+    alike = tuple(replace(corner, discrete=between.linear.discrete) for corner in between.schedule.corners)  # stable when rounded
+    path = tmp_path / "controller.yaml"
+    path.write_text(to_yaml(truthful(replace(between, schedule=replace(between.schedule, corners=alike)))))
+    result = run("export", path, "--lang", "c", "--number", "q31", "-o", tmp_path / "c")
+    refused(result, 4, "q31 cannot be scaled", "coefficients move", "--number float")
+    assert not (tmp_path / "c").exists()
