@@ -102,7 +102,7 @@ class Options:
 @click.option("--scenario", type=existing, required=True, help="What is played (scenario.yaml).")
 @click.option("--spec", type=existing, required=True, help="What the closed loop has to do (spec.yaml).")
 @click.option(
-    "-n", "--trials", type=click.IntRange(1, 10_000_000), help=f"How many draws. [default: {TRIALS}; of vertices all, 4096 at most]"
+    "-n", "--trials", type=click.IntRange(1, 1_000_000), help=f"How many draws. [default: {TRIALS}; of vertices all, 4096 at most]"
 )
 @click.option(
     "--method", type=click.Choice(["random", "latin", "vertices"]), default="random", show_default=True, help="How plants are drawn."
