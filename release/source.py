@@ -9,7 +9,7 @@ import subprocess
 import tarfile
 from pathlib import Path
 
-MADE = (".venv", "build", "dist", "__pycache__", "*.egg-info", ".git", ".*_cache", ".hypothesis")
+MADE = (".venv", "build", "dist", "__pycache__", "*.egg-info", ".git", ".*_cache", ".hypothesis", "PKG-INFO", "setup.cfg")
 
 
 def is_clone(root: Path) -> bool:
