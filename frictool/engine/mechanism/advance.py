@@ -97,7 +97,7 @@ def _through(machine: Machine, state: State, command: Vector, external: Vector, 
         if sooner < h:
             h = sooner
             continue
-        broken = is_any_broken(k, p, room.lines[END], modes, room.lines[TRIAL])
+        broken = is_any_broken(k, p, room.lines[END], modes, room.lines[TRIAL], room.lines[GUARD])
         sooner = h if broken or looked else _dip(k, p, state, h, seen)
         if sooner < h:
             h, looked = sooner, True

@@ -106,22 +106,25 @@ def way_left(k: Places, p: Vector, index: int, y: Vector, rates: Vector, modes: 
 
 
 @inset_kernel
-def is_broken(k: Places, p: Vector, index: int, y: Vector, modes: Places, guard: Vector) -> bool:
-    """Whether a guard has been passed; a flank or a stop only on the way in."""
+def is_broken(k: Places, p: Vector, index: int, y: Vector, modes: Places, guard: Vector, begin: Vector) -> bool:
+    """Whether a guard has been passed; a flank or a stop on the way in, or back on its way out within a step that it began before its end.
+
+    begin: the guards where the step begins. One that begins beyond its end has just been left.
+    """
     if guard[index] >= BROKEN:
         return False
-    if index < k[BLOCKS] or is_forced(k, modes, index):
+    if index < k[BLOCKS] or is_forced(k, modes, index) or begin[index] >= 0.0:
         return True
     _, rate = way_left(k, p, index, y, y, modes)
     return bool(rate < 0.0)
 
 
 @inset_kernel
-def is_any_broken(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector) -> bool:
+def is_any_broken(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector, begin: Vector) -> bool:
     """Whether any guard has been passed."""
     broken = False
     for index in range(k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS] + k[STOPS]):
-        broken = broken or is_broken(k, p, index, y, modes, guard)
+        broken = broken or is_broken(k, p, index, y, modes, guard, begin)
     return broken
 
 

@@ -41,7 +41,7 @@ NEAREST = 4e-16  # of the time; nearer instants are one
 
 
 @inset_kernel
-def _is_there(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector, index: int, count: int) -> bool:
+def _is_there(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector, begin: Vector, index: int, count: int) -> bool:
     """Whether the leading guard is where it is taken to, on its way out, and no other is passed by more."""
     if is_forced(k, modes, index):
         if not FAR <= guard[index] < BROKEN:
@@ -52,7 +52,7 @@ def _is_there(k: Places, p: Vector, y: Vector, modes: Places, guard: Vector, ind
         if index >= k[BLOCKS] and way_left(k, p, index, y, y, modes)[1] >= 0.0:
             return False
     for other in range(count):
-        if guard[other] < (FAR if is_forced(k, modes, other) else BROKEN) and is_broken(k, p, other, y, modes, guard):
+        if guard[other] < (FAR if is_forced(k, modes, other) else BROKEN) and is_broken(k, p, other, y, modes, guard, begin):
             return False
     return True
 
@@ -123,7 +123,7 @@ def _first(
     """The earliest instant at which a guard that is passed at `high` may be where it is taken to, and whose it is; weights: of `lead`."""
     at, leader, at_low, at_high = high, -1, room.lines[AT_LOW], room.lines[AT_HIGH]
     for index in range(k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS] + k[STOPS]):
-        if not is_broken(k, p, index, room.lines[Y_HIGH], modes, at_high):
+        if not is_broken(k, p, index, room.lines[Y_HIGH], modes, at_high, room.lines[GUARD]):
             continue
         if _has_rate(k, modes, index):
             aim = BEYOND if is_forced(k, modes, index) else AT_END
@@ -169,10 +169,10 @@ def locate(machine: Machine, state: State, t: float, h: float) -> tuple[float, b
                 at = high
         if not look(machine, state, t, h, at):
             return at, True
-        if at == high or _is_there(k, p, end, modes, trial, lead, count):
+        if at == high or _is_there(k, p, end, modes, trial, room.lines[GUARD], lead, count):
             on_path(at / h, room.powers[PATH:], room.lines[SPENT])
             return at, False
-        if is_any_broken(k, p, end, modes, trial):
+        if is_any_broken(k, p, end, modes, trial, room.lines[GUARD]):
             high, weights, kept = at, (weights[0] * 0.5 if kept == 1 else 1.0, 1.0), 1
             _keep_high(count, room)
         else:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from frictool.engine.mechanism.energy import balance
@@ -31,5 +31,6 @@ def check(seed: int) -> float:
 
 @settings(max_examples=60, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
+@example(seed=2423)  # a flank beyond its end and back within the part of a step that another event leaves
 def test_energy_is_put_in_held_or_lost(seed: int) -> None:
     assert check(seed) < CLOSED
