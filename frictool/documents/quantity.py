@@ -8,7 +8,9 @@ mechanical dimensions on whether the axis is rotary (N m, rad) or linear (N, m).
 from __future__ import annotations
 
 import math
+import sys
 from functools import lru_cache
+from types import ModuleType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 import msgspec
@@ -133,9 +135,21 @@ AnyQuantity = Annotated[Quantity, _of("any")]
 @lru_cache(maxsize=1)
 def registry() -> pint.UnitRegistry[float]:
     """The unit registry, built on first use: it takes about 0.1 s."""
-    import pint
+    made: pint.UnitRegistry[float] = _pint().UnitRegistry()
+    return made
 
-    return pint.UnitRegistry()
+
+def _pint() -> ModuleType:
+    """pint, without dask, which it loads where that is installed, for arrays that nobody here has: half as long again, and jinja2."""
+    hidden = "dask" not in sys.modules
+    if hidden:
+        sys.modules["dask"] = None  # type: ignore[assignment]  # what the import system takes for a module that is not there
+    try:
+        import pint
+    finally:
+        if hidden:
+            del sys.modules["dask"]
+    return pint
 
 
 def si_unit(dimension: str, axis: Axis) -> str:
@@ -171,15 +185,13 @@ def factor_to_si(unit: str, dimension: str, axis: Axis) -> float:
 
     Raises ValueError with a message for people where the unit is unknown, has an offset, or is of another dimension.
     """
-    import pint
-
     target = si_unit(dimension, axis)
     if unit == target:
         return 1.0
-    units = registry()
+    units, errors = registry(), _pint().errors
     try:
         factor = float(units.Quantity(1.0, _spelling(unit)).to(_spelling(target)).magnitude)
-    except pint.DimensionalityError:
+    except errors.DimensionalityError:
         raise ValueError(f"unit {unit!r} does not measure {_measured(dimension, axis)}; allowed: {target} and its multiples") from None
     except Exception:
         raise ValueError(f"unknown unit {unit!r}; for {_measured(dimension, axis)} write {target} or a multiple of it") from None
