@@ -1,11 +1,12 @@
 """Every command of every page runs as it stands there and prints what the page says; links lead somewhere; files, checks and options exist.
 
-Pages are played after the README, in one copy: they use what its commands leave in `build/`.
+Each page is played in a copy of its own after the README's commands: it uses what they leave in `build/`.
 """
 
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
 from functools import cache
 from pathlib import Path
@@ -43,8 +44,10 @@ def test_the_readme_s_commands_end_with_a_page(readme: Path) -> None:
 
 
 @pytest.mark.parametrize("page", PLAYED, ids=name_of)
-def test_the_commands_of_a_page_print_what_it_says(page: Path, readme: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    play(page, readme, monkeypatch)
+def test_the_commands_of_a_page_print_what_it_says(page: Path, readme: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    copy = Path(shutil.copytree(readme, tmp_path / "clone"))
+    play(page, copy, monkeypatch)
+    shutil.rmtree(copy)  # 25 MB, which pytest would keep
 
 
 @pytest.mark.parametrize(("page", "test"), ELSEWHERE.items())
