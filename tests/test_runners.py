@@ -28,8 +28,10 @@ def test_a_check_that_fails_or_raises_is_exit_1(tmp_path: Path, monkeypatch: pyt
     assert found["broken"]["error"] == "RuntimeError: no data"
     assert "1 of 3 checks passed" in capsys.readouterr().out
     assert accept.main([str(target), "good"]) == 0
-    assert accept.main([str(target), "nothing"]) == 2
-    assert accept.main([]) == 2
+    for wrong in ([str(target), "goood"], []):
+        with pytest.raises(SystemExit, match="2"):
+            accept.main(wrong)
+    assert "there is no check 'goood'; did you mean 'good'?" in capsys.readouterr().err
 
 
 def test_every_check_file_is_collected():

@@ -2,11 +2,13 @@
 
     python -m tests.accept build/accept.json [NAME...]
 
-With names, only those checks. Exit code 1 where one fails.
+With names, only those checks; --help says more. Exit code 1 where one fails.
 """
 
 from __future__ import annotations
 
+import argparse
+import difflib
 import importlib
 import json
 import os
@@ -63,16 +65,25 @@ def row(name: str, result: dict[str, Any]) -> str:
     return f"{'passed' if result['passed'] else 'FAILED'}  {name:<36} {result['seconds']:>7.1f} s  {shown}"
 
 
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.accept",
+        description="Runs checks at full count, prints a table and writes the figures as JSON. Exit code 1 where one fails.",
+        epilog='Example: python -m tests.accept build/accept.json "annex C: gamma"',
+    )
+    parser.add_argument("target", type=Path, help="the JSON file to write")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="only these checks; all where none is named")
+    return parser
+
+
 def main(arguments: list[str]) -> int:
-    if not arguments:
-        print(__doc__, file=sys.stderr)
-        return 2
-    target, names = Path(arguments[0]), arguments[1:]
+    parser = _parser()
+    asked = parser.parse_args(arguments)
+    target, names = asked.target, asked.names
     checks = collect(Path(__file__).parent)
-    unknown = [name for name in names if name not in checks]
-    if unknown:
-        print(f"no check is called {', '.join(unknown)}; there are: {', '.join(checks)}", file=sys.stderr)
-        return 2
+    for wrong in (name for name in names if name not in checks):
+        near = difflib.get_close_matches(wrong, checks, n=1)
+        parser.error(f"there is no check {wrong!r}{f'; did you mean {near[0]!r}?' if near else ';'} allowed: {', '.join(checks)}")
     results = run({name: check for name, check in checks.items() if not names or name in names})
     target.parent.mkdir(parents=True, exist_ok=True)
     target.write_text(json.dumps(results, indent=2, default=float) + "\n")
