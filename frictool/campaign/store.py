@@ -87,6 +87,8 @@ class Store:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        if error is not None and not self.trials and not self.worst:  # nothing is lost, and no other campaign is in its way
+            self.remove()
         self.close()
 
     def _write(self, *rows: Any) -> None:

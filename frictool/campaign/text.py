@@ -183,6 +183,6 @@ def _worst(found: Findings) -> list[str]:
         limit = f"{one.relation} {number(one.limit)} {unit_shown(one.unit)}".rstrip()
         told += [
             f"  {one.requirement.replace('_', ' ')} {quantity(one.value, one.unit)} where {limit} is asked: {values}",
-            f"    {one.command}",
+            f"    {one.typed}",
         ]
     return ["", "worst cases found by search", *told] if told else []

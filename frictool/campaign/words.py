@@ -63,10 +63,11 @@ def headline(found: Findings) -> str:
 
 def _counted(rate: Rate) -> str:
     all_of = f"all {rate.count}" if rate.passed == rate.count > 1 else f"{rate.passed} of {rate.count}"
-    parts = [f"{all_of} {rate.noun} pass"]
+    passes = "passes" if rate.count == 1 else "pass"
+    parts = [f"{all_of} {rate.noun} {passes}"]
     if rate.failed:
         not_run = f" ({rate.not_run} could not be simulated)" if rate.not_run else ""
-        parts.append(f"{rate.failed} fail{not_run}")
+        parts.append(f"{rate.failed} {'fails' if rate.count == 1 else 'fail'}{not_run}")
     if rate.undecided:
         parts.append(f"{rate.undecided} undecided")
     return ", ".join(parts)

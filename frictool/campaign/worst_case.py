@@ -18,7 +18,10 @@ from frictool.documents.writing import to_yaml
 
 @dataclass(frozen=True)
 class WorstCase:
-    """Of one requirement, campaign/findings.py `Worst`. values: of the factors, by name. scenario: the file's base name."""
+    """Of one requirement, campaign/findings.py `Worst`. values: of the factors, by name. scenario: the file's base name.
+
+    command: what plays it again, by base names; typed: the same with the paths of the command line, for a terminal and no document.
+    """
 
     requirement: str
     value: float
@@ -29,6 +32,7 @@ class WorstCase:
     values: Mapping[str, float]
     scenario: str
     command: str
+    typed: str
     searched: Worst
 
 

@@ -22,6 +22,7 @@ from frictool.cli.output import (
     output_option,
     print_json,
     refuse_inputs,
+    refuse_unwritable,
     save_text,
     say,
 )
@@ -183,6 +184,8 @@ def _check_targets(paths: Paths, options: Options) -> None:
             raise OutputError(f"{target}: is a directory; name a file")
     if options.worst is not None and options.worst.exists() and not options.worst.is_dir():
         raise OutputError(f"{options.worst}: is no directory; --worst names one")
+    for target in [*targets, *([options.worst / "worst.yaml"] if options.worst is not None else [])]:
+        refuse_unwritable(target)
 
 
 def _play(trial: CampaignTrial, draws: Draws, store: Store, paths: Paths, options: Options) -> tuple[Trials, list[tuple[WorstCase, str]]]:

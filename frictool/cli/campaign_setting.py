@@ -70,6 +70,8 @@ def setting_of(paths: Paths, number: Number) -> tuple[Setting, Paths]:
 
 def space_of_setting(setting: Setting) -> Space:
     """What varies. Raises DocumentError where `spread` does not fit the plant or the scenario, or nothing varies."""
+    from msgspec.structs import replace
+
     from frictool.campaign.drawn import nominal_of
     from frictool.campaign.space import plant_factors, space_of
     from frictool.campaign.spreading import spread_factors
@@ -81,6 +83,7 @@ def space_of_setting(setting: Setting) -> Space:
 
     plant, scenario = plant_of(setting.plant), setting.scenario
     reference, _ = StepTest(plant, setting.controller, setting.names).reference(nominal_of(scenario), setting.recorded)
+    plant.check(setting.controller, replace(nominal_of(scenario), spread=scenario.spread), setting.names)  # the blocks that it names
     check_spread(plant, scenario, reference.size * plant.rig.sample_period_s, setting.names)
     spread = scenario.spread or Spread()
     space = space_of([*plant_factors(plant.ranges(), spread.parameters), *spread_factors(scenario)])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -70,7 +72,8 @@ def _kept(trial: CampaignTrial, trials: Trials, index: int, worst: Worst, paths:
         met=met,
         values=dict(zip(trial.space.names, map(float, values), strict=True)),
         scenario=file_name(metric),
-        command=_command(file_name(metric), paths, asked.number),
+        command=_command(Path(file_name(metric)), paths, asked.number, lambda path: path.name),
+        typed=_command(asked.worst / file_name(metric), paths, asked.number, lambda path: shlex.quote(str(path))),
         searched=worst,
     )
     step = trial.test.plant.rig.resolution
@@ -78,9 +81,9 @@ def _kept(trial: CampaignTrial, trials: Trials, index: int, worst: Worst, paths:
     return case, text_of(case, played, asked.worst, paths.scenario)
 
 
-def _command(scenario: str, paths: Paths, number: Number) -> str:
-    """What plays it again, by base names."""
-    words = ["frictool simulate", paths.model.name, "--controller", paths.controller.name, "--scenario", scenario]
-    words += ["--observer", paths.observer.name] if paths.observer is not None else []
+def _command(scenario: Path, paths: Paths, number: Number, shown: Callable[[Path], str]) -> str:
+    """What plays it again, each path as `shown`."""
+    words = ["frictool simulate", shown(paths.model), "--controller", shown(paths.controller), "--scenario", shown(scenario)]
+    words += ["--observer", shown(paths.observer)] if paths.observer is not None else []
     words += ["--number", number] if number != "double" else []
-    return " ".join([*words, "-o", scenario.replace(".yaml", ".mcap")])
+    return " ".join([*words, "-o", shown(scenario.with_suffix(".mcap"))])

@@ -98,6 +98,18 @@ def refuse_inputs(target: Path, inputs: list[Path]) -> None:
             raise OutputError(f"{target}: is an input of this command and would be overwritten; choose another output")
 
 
+def refuse_unwritable(target: Path) -> None:
+    """Raises OutputError where `target` cannot be written: asked before work of hours. Its folder is there afterwards."""
+    if target == STDOUT or (target.exists() and not target.is_file()):
+        return
+    try:
+        folder = target.resolve().parent
+        folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError as error:
+        raise OutputError(f"{target}: cannot be written: {error.strerror or error}") from None
+
+
 def save_text(target: Path, text: str, inputs: list[Path]) -> None:
     """Writes `text` as UTF-8 to `target`, whole or not at all."""
     with replacing(target, inputs) as stream:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple, NoReturn
 
+from frictool.documents.conditions import Disturbance
 from frictool.documents.controller import Controller
 from frictool.documents.lines import line_of
 from frictool.documents.quantity import si_unit
 from frictool.documents.scenario import Scenario
+from frictool.documents.spread import SpreadDisturbance
 from frictool.errors import DocumentError
 from frictool.simulate.rig import Rig
 
@@ -63,6 +66,13 @@ def check_efforts(scenario: Scenario, rig: Rig, names: Names) -> None:
                 f"unit {disturbance.effort.unit!r} does not measure effort of a {rig.effort_axis} axis; allowed: {wanted} and its multiples"
             )
             refuse(names.scenario, f"disturbances[{index}].effort.unit", message)
+
+
+def disturbances_of(scenario: Scenario) -> Iterator[tuple[str, Disturbance | SpreadDisturbance]]:
+    """Those that are played, and those that a campaign draws, with their keys in the file."""
+    drawn = () if scenario.spread is None else scenario.spread.disturbances
+    yield from ((f"disturbances[{index}]", one) for index, one in enumerate(scenario.disturbances))
+    yield from ((f"spread.disturbances[{index}]", one) for index, one in enumerate(drawn))
 
 
 def _this(rig: Rig) -> str:

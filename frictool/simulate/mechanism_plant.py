@@ -14,7 +14,7 @@ from frictool.documents.scenario import Scenario
 from frictool.engine.mechanism.closed_loop import Inputs, Sight
 from frictool.plant.mechanism.assembly import Assembled
 from frictool.plant.mechanism.pace import fastest
-from frictool.simulate.agreement import Names, refuse
+from frictool.simulate.agreement import Names, disturbances_of, refuse
 from frictool.simulate.given import check_given
 from frictool.simulate.mechanism_channels import DRIVE_UNITS, Channels
 from frictool.simulate.mechanism_inputs import inputs_of, mean_efforts
@@ -154,8 +154,7 @@ def check_asked(document: Mechanism, assembled: Assembled, scenario: Scenario, n
             if signal.level.unit != unit:
                 message = f"found a multiple of {signal.level.unit}; allowed: {unit} and its multiples, since drive of {name} is {drive}"
                 refuse(names.scenario, f"{key}[{index}].level.unit", message)
-    for index, disturbance in enumerate(scenario.disturbances):
-        key = f"disturbances[{index}]"
+    for key, disturbance in disturbances_of(scenario):
         if disturbance.on is None:
             continue
         if disturbance.on not in assembled.blocks:

@@ -13,7 +13,7 @@ from frictool.documents.model import Model
 from frictool.documents.scenario import Scenario
 from frictool.engine import closed_loop
 from frictool.plant.axis_model import load_of
-from frictool.simulate.agreement import Names, refuse
+from frictool.simulate.agreement import Names, disturbances_of, refuse
 from frictool.simulate.given import check_given
 from frictool.simulate.plant import Loop, Range, Run
 from frictool.simulate.playing import play
@@ -44,8 +44,7 @@ class OneAxis:
         for key in ("sources", "duration_s"):
             if getattr(scenario, key):
                 refuse(names.scenario, key, f"belongs to a mechanism; {names.model} is one axis, which a controller drives: leave it out")
-        for index, disturbance in enumerate(scenario.disturbances):
-            key = f"disturbances[{index}]"
+        for key, disturbance in disturbances_of(scenario):
             if disturbance.on is not None:
                 refuse(names.scenario, f"{key}.on", f"names a block of a mechanism; {names.model} is one axis: leave it out")
         check_given(scenario, self.ranges(), names)

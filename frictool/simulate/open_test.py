@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from frictool.documents.mechanism import Mechanism
@@ -115,7 +116,7 @@ def _check(document: Mechanism, assembled: Assembled, scenario: Scenario, names:
     if samples < 1:
         refuse(names.scenario, "duration_s", f"found {scenario.seconds:g}; allowed: one sample, {period:g} s, or more")
     check_length(samples, 1 + (scenario.plants or 0), "duration_s", names.scenario, width_of(assembled))
-    check_asked(document, assembled, scenario, names, None)
+    check_asked(document, assembled, replace(scenario, spread=None), names, None)
     check_instants(scenario, scenario.seconds, period, names.scenario)
     if seen is None:
         _check_undetermined(scenario, names)

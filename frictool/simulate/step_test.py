@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import Generic
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from frictool.control.composition import controller_program, uses_speed
@@ -113,7 +114,7 @@ class StepTest(Generic[V]):
 
     def reference(self, scenario: Scenario, recorded: Log | None = None) -> tuple[Vector, float]:
         """The reference (n,), and where the axis rests at first [rad | m]. Raises InputFileError where they do not fit together."""
-        self.plant.check(self.controller, scenario, self.names)
+        self.plant.check(self.controller, replace(scenario, spread=None), self.names)  # a campaign's; it is not played
         check_agreement(self.plant.rig, self.controller, scenario, self.names)
         reference, start = _reference(self.plant, self.controller, scenario, self.names, recorded)
         period = self.plant.rig.sample_period_s

@@ -127,7 +127,9 @@ def test_the_text_says_what_fails_where_and_why() -> None:
     assert "rest              it is the same in every trial" in text
     assert "limit cycle       no trial has a value" in text
     assert "response time 95 0.47 s where <= 0.4 s is asked: Coulomb friction 0.14 N m, lost counts -2" in text
-    assert "    frictool simulate model.yaml --controller controller.yaml --scenario worst_response_time_95.yaml -o worst.mcap" in told
+    assert (
+        "    frictool simulate a/model.yaml --controller a/controller.yaml --scenario w/worst_response_time_95.yaml -o w/worst.mcap" in told
+    )
 
 
 def test_a_name_from_a_file_reaches_the_terminal_without_its_control_characters() -> None:

@@ -62,6 +62,15 @@ def test_another_campaign_s_file_is_refused_by_what_differs(path: Path) -> None:
         Store(path, HEADER | {"model": "b" * 64})
 
 
+def test_a_campaign_that_ends_before_its_first_trial_leaves_no_file(tmp_path: Path, path: Path) -> None:
+    kept = path.read_bytes()
+    for file in (tmp_path / "new.jsonl", path):
+        with pytest.raises(RuntimeError), Store(file, HEADER):
+            raise RuntimeError
+    assert not (tmp_path / "new.jsonl").exists()
+    assert path.read_bytes() == kept
+
+
 def test_what_is_no_such_file_is_refused_and_stays_as_it_was(tmp_path: Path) -> None:
     for content in (b"draw,passed\n0,met\n", b"[]\n", b'{"format":"campaign-trials/1"', b"\x00\xff\n", b"x"):
         path = tmp_path / "other.csv"

@@ -213,6 +213,10 @@ def test_at_least_asks_for_a_rate_that_is_shown(tmp_path: Path) -> None:
             Spread(disturbances=(SpreadDisturbance("step", Span(0, 1, "N")),)),
             ("spread.disturbances[0].effort.unit", "allowed: N m"),
         ),
+        (
+            Spread(disturbances=(SpreadDisturbance("step", Span(0, 1, "N m"), on="rotor"),)),
+            ("spread.disturbances[0].on", "model.yaml is one axis: leave it out"),
+        ),
     ],
 )
 def test_what_does_not_fit_is_told_before_anything_is_played(tmp_path: Path, spread: Spread, words: tuple[str, ...]) -> None:
@@ -228,6 +232,8 @@ def test_wrong_command_lines_and_files(tmp_path: Path) -> None:
     refused(run(*command, "-n", "5", "-o", tmp_path / "model.yaml"), 3, "model.yaml: is an input")
     refused(run(*command, "-n", "5", "-o", tmp_path), 3, "is a directory")
     refused(run(*command, "-n", "5", "--worst", tmp_path / "spec.yaml"), 3, "spec.yaml: is no directory")
+    for option in ("-o", "--table", "--worst"):  # before anything is played
+        refused(run(*command, "-n", "5", option, tmp_path / "spec.yaml" / "x"), 3, "cannot be written")
     for option, value in (("-n", "0"), ("--at-least", "0"), ("--at-least", "nan"), ("--confidence", "1"), ("--cores", "0")):
         assert run(*command, option, value).code == 2
     refused(run(*command[:4], tmp_path / "none.yaml", *command[5:]), 3, "none.yaml: no such file")
