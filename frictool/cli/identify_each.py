@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from frictool.logs.origin import Patterns
 
 TABLES = (".csv", ".parquet", ".pq")
+NO_FOLDERS = (".yaml", ".yml", ".json", ".html", ".htm", ".mcap", ".svg")  # what is meant as a file
 TABLE = "parameters.csv"  # beside the models
 
 
@@ -65,6 +66,9 @@ def identify_each(asked: Asked, logs: Sequence[Path]) -> int:
 
     if STDIN in logs:
         raise click.UsageError("--each reads files and folders, not standard input.")
+    if asked.folder is not None and asked.folder.suffix.lower() in NO_FOLDERS and not asked.folder.is_dir():
+        message = f"-o {asked.folder.name}: with --each the models go into a folder, and the table alone into a file that ends in"
+        raise click.UsageError(f"{message} {', '.join(TABLES)}.")
     if asked.table is not None and asked.table != STDOUT:
         require_parquet(asked.table)
     found = _members(asked, logs)

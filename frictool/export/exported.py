@@ -5,14 +5,14 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from frictool.control.composition import controller_program
 from frictool.control.fixed_point import DoesNotFit
 from frictool.documents.controller import Controller, Number
 from frictool.documents.quantity import si_unit
 from frictool.documents.writing import to_yaml
-from frictool.errors import NoSolutionError
+from frictool.errors import FrictoolError, NoSolutionError
 from frictool.export.c99 import c_sources
 from frictool.export.cmsis import cmsis_arrays, cmsis_header
 from frictool.export.coefficients import json_file, matlab_file
@@ -74,8 +74,12 @@ def default_number(language: Language) -> Number:
 def export(controller: Controller, language: Language = "c", number: Number | None = None, origin: Origin | None = None) -> Exported:
     """What `frictool export` writes: `files` are name -> content. number: by default double, of cmsis float.
 
-    origin: of the document, by default the digest that it has as a file. Raises NoSolutionError as `exported`.
+    origin: of the document, by default the digest that it has as a file. Raises FrictoolError where there is no such language or number
+    format, NoSolutionError as `exported`.
     """
+    for what, found, allowed in (("language", language, LANGUAGES), ("number", number, (*get_args(Number), None))):
+        if found not in allowed:
+            raise FrictoolError(f"{what}: found {found!r}; allowed: {', '.join(one for one in allowed if one)}")
     given = origin or Origin(hashlib.sha256(to_yaml(controller).encode()).hexdigest(), "frictool.export.export() in Python")
     return exported(controller, language, number or default_number(language), given)
 

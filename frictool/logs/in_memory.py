@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,8 +19,10 @@ from frictool.logs.log import MAIN_TOPIC, Log, Stream
 def log_of(time: ArrayLike, signals: Mapping[str, ArrayLike], axis: Axis, name: str = "log") -> Log:
     """A log of one stream from arrays (n,): `time` in s, signals by the names of channels (position, current, reference, ...), in SI.
 
-    Raises LogError where a name is no channel, arrays differ in length, a value is not finite, or time does not increase.
+    Raises LogError where the axis is none, a name is no channel, arrays differ in length, a value is not finite, or time does not increase.
     """
+    if axis not in get_args(Axis):
+        raise LogError(name, f"axis: found {axis!r}; allowed: {', '.join(get_args(Axis))}")
     clock = _vector(name, "time", time)
     unknown = [one for one in signals if one not in CHANNEL_DIMENSIONS]
     if unknown or not signals:

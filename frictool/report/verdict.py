@@ -5,6 +5,7 @@ from __future__ import annotations
 from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller
 from frictool.documents.spec import Spec
+from frictool.errors import FrictoolError
 from frictool.logs.log import Log
 from frictool.report.drive_judges import judge_energy, judge_peak, judge_rest, judge_rms, judge_saturation
 from frictool.report.evidence import Evidence, gather
@@ -18,8 +19,11 @@ from frictool.report.worst import Judge, Judged, per_hold
 def judge(spec: Spec, logs: list[Log], controller: Controller | None = None, bench: Bench | None = None) -> Verdict:
     """One requirement per key that the specification has, in its order; `bench` is the controller's own where it is not given.
 
-    Raises LogError where a log cannot be reported on at all (no stream, no samples, another kind of axis).
+    Raises LogError where a log cannot be reported on at all (no stream, no samples, another kind of axis), FrictoolError where there is no
+    log.
     """
+    if not logs:
+        raise FrictoolError("there is no log to judge; give at least one")
     requirements, evidence = decided(spec, logs, controller, bench, whole=True)
     of_logs = [make for name, make in _asked(spec).items() if name != "modulus_margin"]
     return Verdict(spec.name, requirements, evidence, tuple(_meets(spec, one, of_logs) for one in evidence))

@@ -11,6 +11,7 @@ from frictool.documents import Bench, Mechanism, Model, Scenario, load, save, to
 from frictool.documents.provenance import called, digest
 from frictool.engine.servo import Servo
 from frictool.errors import DocumentError, FrictoolError, InputFileError, LogError, OutputError
+from frictool.export import export
 from frictool.identify import NothingIdentified, identify
 from frictool.identify.assess import assess
 from frictool.identify.excite import Settings, excite
@@ -18,9 +19,13 @@ from frictool.identify.validate import validate
 from frictool.logs import log_of, read_log, write_log
 from frictool.observe import design_observer, observe
 from frictool.reduce import reduce
+from frictool.report import judge
 from frictool.simulate import play, simulate
 from tests.cli.run import run
+from tests.report.example import clutch_spec
+from tests.simulate.example import controller
 from tests.synth.example import ROOT, clutch_model
+from tests.verify.truthful import truthful
 
 MODEL = clutch_model()
 BENCH = MODEL.bench
@@ -140,3 +145,16 @@ def test_an_observer_is_designed_and_a_log_observed(tmp_path: Path) -> None:
     seen, again = observe(MODEL, log), observe(MODEL, tmp_path / "steps.mcap")
     assert seen.outcome.estimate == again.outcome.estimate
     np.testing.assert_array_equal(seen.estimates.main.signals["velocity"], again.estimates.main.signals["velocity"])
+
+
+def test_words_that_are_none_are_refused_with_those_that_are() -> None:
+    with pytest.raises(FrictoolError, match="kind: found 'sliding'; allowed: multiplicative, additive, tracking"):
+        design_observer(MODEL, "sliding")  # type: ignore[arg-type]
+    with pytest.raises(FrictoolError, match="language: found 'fortran'; allowed: c, json, cmsis, matlab"):
+        export(truthful(controller()), "fortran")  # type: ignore[arg-type]
+    with pytest.raises(FrictoolError, match="number: found 'int8'; allowed: double, float, q31, q15"):
+        export(truthful(controller()), "c", "int8")  # type: ignore[arg-type]
+    with pytest.raises(LogError, match="axis: found 'rotatory'; allowed: rotary, linear"):
+        log_of([0.0, 1.0], {"position": [0.0, 1.0]}, "rotatory")  # type: ignore[arg-type]
+    with pytest.raises(FrictoolError, match="there is no log to judge"):
+        judge(clutch_spec(), [])

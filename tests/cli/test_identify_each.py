@@ -164,6 +164,7 @@ def test_refusals_are_one_line(fleet: SimpleNamespace, tmp_path: Path) -> None:
         (("log", fleet.folder, "--cores", "2", "--cluster", "tcp://127.0.0.1:1"), "--cores is of this machine"),
         (("log", fleet.folder, "--cores", "0"), "--cores"),
         (("log", fleet.folder, "--date", "("), "no regular expression"),
+        (("log", fleet.folder, "-o", tmp_path / "model.yaml"), "the models go into a folder"),
     ):
         result = each(*arguments)
         assert result.code == 2

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, get_args
 
 from frictool.documents.model import Model
 from frictool.documents.observer import Observer
 from frictool.documents.provenance import Provenance, called
+from frictool.errors import FrictoolError
 from frictool.observe.design import additive, multiplicative
 from frictool.observe.design.settings import Settings
 from frictool.observe.design.tracking import design_tracking
@@ -27,8 +28,10 @@ def design_observer(
     """The observer of a model, verified.
 
     settings: of the switched kinds, multiplicative and additive. bandwidth_rad_s, drive_noise [A | V], inertia [kg m2 | kg]: of tracking.
-    Raises NoSolutionError where there is none, or it is not verified.
+    Raises FrictoolError where there is no such kind, NoSolutionError where there is no observer, or it is not verified.
     """
+    if kind not in get_args(Kind):
+        raise FrictoolError(f"kind: found {kind!r}; allowed: {', '.join(get_args(Kind))}")
     origin = provenance or called("frictool.observe.design_observer", model=model)
     if kind == "tracking":
         return design_tracking(model, origin, bandwidth_rad_s, drive_noise, inertia=inertia)
