@@ -201,7 +201,8 @@ def _play(trial: CampaignTrial, draws: Draws, store: Store, paths: Paths, option
     trial.nominal()  # compiled by now: how long a trial takes
     each = time.perf_counter() - begun
     if already:
-        note(f"{store.path}: {min(already, count)} of {count} trials are there; the others are played")
+        others = "; the others are played" if already < count else ""
+        note(f"{store.path}: {min(already, count)} of {count} trials are there{others}")
     try:
         with progress("campaign") as tell:
             metrics, share = metrics_of(nominal), _share(options, (count - already) * each)

@@ -100,7 +100,7 @@ def header_of(trial: CampaignTrial, paths: Paths, method: str, count: int | None
     from frictool import __version__
     from frictool.documents.provenance import digest
 
-    counted = {} if method == "random" else {"trials": count}
+    counted = {} if method == "random" else {"number of trials": count}
     settings = {"frictool": __version__, "method": method, "seed": trial.seed, **counted, "number": trial.setting.number}
     return settings | {name: digest(path) for name, path in paths.inputs.items()}
 

@@ -39,7 +39,6 @@ margin. Files of the same names in the folder are replaced, others are left alon
 @click.argument("controller", type=existing)
 @click.option("--lang", type=click.Choice(["c", "json", "cmsis", "matlab"]), default="c", show_default=True, help="What is written.")
 @click.option(
-    "-n",
     "--number",
     type=click.Choice(["double", "float", "q31", "q15"]),
     help="Number format. [default: double; of cmsis float]",

@@ -97,7 +97,7 @@ the bench's own position loop,  {LAW},  on the encoder's counts. The log holds w
 @click.option("--observer", type=existing, help="What the controller takes for the speed (observer.yaml).")
 @click.option("--target", type=existing, help="The folder of `frictool export --lang c`: its code, compiled, in place of the simulation's.")
 @click.option(
-    "-n", "--number", type=click.Choice(["double", "float", "q31", "q15"]), help="Number format the controller runs in. [default: double]"
+    "--number", type=click.Choice(["double", "float", "q31", "q15"]), help="Number format the controller runs in. [default: double]"
 )
 @click.option("--excitation", type=existing, help="Instead: a test of `frictool excite` (.mcap).")
 @servo_options
