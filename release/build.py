@@ -14,6 +14,8 @@ import tarfile
 from dataclasses import dataclass
 from pathlib import Path
 
+from release.source import unpack
+
 BACKEND = "import sys; from setuptools import build_meta; getattr(build_meta, sys.argv[1])(sys.argv[2])"
 
 
@@ -47,7 +49,7 @@ def _built(tree: Path, out: Path, epoch: int, surroundings: Surroundings) -> tup
     (made,) = raw.glob("*.tar.gz")
     sdist = normalised(made, out / made.name, epoch)
     with tarfile.open(sdist) as tar:
-        tar.extractall(out / "unpacked", filter="data")
+        unpack(tar, out / "unpacked")
     (unpacked,) = (out / "unpacked").iterdir()
     _run("build_wheel", unpacked, out, epoch, surroundings)
     (wheel,) = out.glob("*.whl")

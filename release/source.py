@@ -22,7 +22,7 @@ def source(root: Path, target: Path) -> Path:
     if is_clone(root):
         archive = subprocess.run(["git", "-C", str(root), "archive", "--format=tar", "HEAD"], capture_output=True, check=True).stdout
         with tarfile.open(fileobj=io.BytesIO(archive)) as tar:
-            tar.extractall(target, filter="data")
+            unpack(tar, target)
     else:
         shutil.copytree(root, target, ignore=shutil.ignore_patterns(*MADE))
     return target
@@ -36,3 +36,11 @@ def epoch_of(root: Path) -> int:
     if is_clone(root):
         return int(subprocess.run(["git", "-C", str(root), "log", "-1", "--format=%ct"], capture_output=True, text=True, check=True).stdout)
     return int((root / "PKG-INFO").stat().st_mtime)
+
+
+def unpack(tar: tarfile.TarFile, target: Path) -> None:
+    """All of an archive of our own. Python has the filter since 3.11.4, and since 3.12 warns where it is not named."""
+    if hasattr(tarfile, "data_filter"):
+        tar.extractall(target, filter="data")
+    else:
+        tar.extractall(target)

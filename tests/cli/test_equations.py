@@ -46,7 +46,7 @@ def test_text_latex_and_data(train: Path, tmp_path: Path) -> None:
         (
             "  rack:",
             "  chain: {kind: belt, between: [motor, shaft], radius_a: {value: 1, unit: cm}, radius_b: {value: 3, unit: cm}}\n  rack:",
-            ("train.yaml:9: links.chain: links motor and shaft rigidly, as reducer does",),
+            ("train.yaml:9: links.chain: moves shaft 0.333333 as far as motor, and reducer moves it -0.25 as far",),
         ),
         ("format: mechanism/1", "format: model/1", ("train.yaml:1: format: found 'model/1'; allowed: mechanism/1",)),
     ],
