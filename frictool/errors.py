@@ -23,6 +23,7 @@ EXIT_NO = 1
 EXIT_USAGE = 2
 EXIT_INPUT = 3
 EXIT_NO_SOLUTION = 4
+EXIT_INTERRUPTED = 130  # as a shell has it
 
 
 class FrictoolError(Exception):

@@ -27,7 +27,7 @@ from frictool.cli.output import (
     say,
 )
 from frictool.cli.workers_options import refuse_both, workers_options
-from frictool.errors import EXIT_DONE, EXIT_NO, OutputError
+from frictool.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, OutputError
 
 if TYPE_CHECKING:
     from frictool.campaign.findings import Findings
@@ -42,7 +42,6 @@ if TYPE_CHECKING:
 
 TRIALS, EVALUATIONS = 1000, 300
 WORTH_SHARING_S = 3.0  # of work, below which the start of further processes takes longer than they save
-EXIT_INTERRUPTED = 130  # as a shell has it
 
 HELP = """\b
 Example:
@@ -212,8 +211,9 @@ def _play(trial: CampaignTrial, draws: Draws, store: Store, paths: Paths, option
         share = _share(options, len(metrics) * options.evaluations * each)
         return trials, worst_cases(trial, trials, store, share, paths, options)
     except KeyboardInterrupt:
+        done = min(len(store.trials), count)
         left = f"; the same command goes on from {store.path}" if store.path is not None else "; none is kept: name a file with --keep"
-        note(f"\ninterrupted: {min(len(store.trials), count)} of {count} trials are done{left}")
+        note(f"\ninterrupted: {done} of {count} trials are done{left if done else ''}")
         sys.exit(EXIT_INTERRUPTED)
 
 

@@ -9,6 +9,8 @@ from typing import Any
 import click
 from click.shell_completion import CompletionItem
 
+from frictool.errors import EXIT_INTERRUPTED
+
 
 class LazyGroup(click.Group):
     """Knows its commands by name and imports one only when it is called; table: name -> (module, one line for --help)."""
@@ -16,6 +18,14 @@ class LazyGroup(click.Group):
     def __init__(self, *args: Any, table: dict[str, tuple[str, str]], **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self.table = table
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Ctrl-C has an exit code of its own: click's is 1, which says here that the answer is no."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            click.echo("\ninterrupted", err=True)
+            ctx.exit(EXIT_INTERRUPTED)
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(self.table)

@@ -142,6 +142,10 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(tmp_path: Path, monkeyp
     assert f"7 of 12 trials are done; the same command goes on from {output}.trials" in result.stderr
     assert result.stdout == ""
     assert not output.exists()
+    monkeypatch.setattr(campaign_trial.CampaignTrial, "nominal", lambda self: interrupted(self, np.zeros(1), 7))
+    before = run(*command, "-n", "12", "--cores", "1", "-o", tmp_path / "b.html")  # before the first trial, as any other command
+    assert (before.code, before.stderr.strip()) == (130, "interrupted")
+    assert not (tmp_path / "b.html.trials").exists()
     monkeypatch.undo()
     assert "7 of 12 trials are there" in run(*command, "-n", "12", "--cores", "1", "-o", output).stderr
     assert "frictool campaign model.yaml controller.yaml --scenario scenario.yaml" in output.read_text()
