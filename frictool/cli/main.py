@@ -50,7 +50,8 @@ Example, the whole chain:
 
 From the bench logs of an actuator with dry friction to identified parameters, a verified robust controller, C code and a verdict.
 
-Exit codes: 0 done; 1 done, and the answer is no; 2 wrong command line; 3 an input file is wrong; 4 no solution or not verified.
+Exit codes: 0 done; 1 done, and the answer is no; 2 wrong command line; 3 an input file is wrong; 4 no solution or not verified;
+130 interrupted.
 """
 
 
