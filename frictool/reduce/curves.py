@@ -81,7 +81,7 @@ def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, Told]:
         Figure("C_r forward, most", float(np.max(exact.forward)), unit),
         Figure("C_r backward, least", float(np.min(-exact.backward)), unit),
         Figure("C_r backward, most", float(np.max(-exact.backward)), unit),
-        Figure("irreversible (2.27) by at least", held.margin, unit),
+        Figure("friction less load (2.27), least", held.margin, unit),
         Figure("where friction holds the load least", held.place, place),
     ]
     did = f"{', '.join(replaced)} as C_r(theta, sign) (2.28)-(2.29)" if replaced else _unchanged(exact, largest)
