@@ -144,6 +144,8 @@ def test_a_line_that_has_changed_is_noticed() -> None:
     assert agrees("inertia  1.3201e-05 kg", "inertia 1.32e-05 kg")
     assert not agrees("inertia  1.3301e-05 kg", "inertia 1.3201e-05 kg")
     assert not agrees("mass 1.3201e-05 kg", "inertia 1.3201e-05 kg")
+    assert agrees("margin 0.648 at v02", "margin 0.621 at v14", solved=True)
+    assert not agrees("margin 0.821 at v02", "margin 0.621 at v02", solved=True)
     printed = ["a 1", "", "b 2", "c 3", "d 4"]
     assert first_missing(printed, ["a 1", "...", "c 3", "d 4"]) is None
     assert first_missing(printed, ["...", "b 2", "..."]) is None
