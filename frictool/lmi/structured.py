@@ -86,25 +86,29 @@ class _Cover:
     def found(self, start: float) -> Level:
         level, where, arcs = max(start, self.least()) * (1.0 + self.tolerance), np.nan, 0
         waiting = list(pairwise(FIRST_ARCS.tolist()))
-        while waiting:
-            left, right = waiting.pop()
-            if self.held(left, right, level):
-                arcs += 1
-                continue
-            middle = 0.5 * (left + right)
-            for angle in (left, middle, right):
+        # at the ends, where the response is real, what real parameters ask for may jump: scalings beside them grow beyond measure below it
+        angles: tuple[float, ...] = (0.0, np.pi)
+        while True:
+            for angle in angles:
                 asked = self.asked(angle, level)
                 if not np.isfinite(asked):
                     return Level(np.inf, self.frequency(angle), arcs)
                 if asked > level:
                     level, where = asked * (1.0 + self.tolerance), self.frequency(angle)
+            while waiting and self.held(*waiting[-1], level):
+                waiting.pop()
+                arcs += 1
+            if not waiting:
+                return Level(level, where, arcs)
+            left, right = waiting.pop()
+            middle = 0.5 * (left + right)
             if right - left < SHORTEST:
                 raise NoSolutionError(
                     f"the structured singular value was not bounded near {self.frequency(middle):.4g} rad/s: no scaling holds on any arc "
                     "there; narrow the parameters' intervals"
                 )
+            angles = left, middle, right
             waiting += [(left, middle), (middle, right)]
-        return Level(level, where, arcs)
 
     def least(self) -> float:
         """A level that is certainly not too high: the gain without uncertainty, or hardly anything."""
