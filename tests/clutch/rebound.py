@@ -83,6 +83,10 @@ def missed(rigid: list[Ramps], soft: list[Ramps]) -> list[str]:
     return out
 
 
+def _shown(centred: int, holds: int) -> str:
+    return f"rigid: ramps around 0 on {centred} of {holds} holds; flanks that yield: aside of 0 on most"
+
+
 def main(arguments: list[str]) -> int:
     match arguments:
         case ["yielding", source, "-o", target]:
@@ -99,7 +103,8 @@ def main(arguments: list[str]) -> int:
                     f"{other.centre:>19.4f}{other.half:>10.4f}{other.turns:>7}"
                 )
             wrong = missed(*found)
-            print("\n".join(["", "MISSED", *wrong]) if wrong else "")
+            centred = sum(one.asymmetry <= CENTRED for one in found[0])
+            print("\n".join(["MISSED", *wrong]) if wrong else _shown(centred, len(found[0])))
             return 1 if wrong else 0
     print(__doc__, file=sys.stderr)
     return 2
