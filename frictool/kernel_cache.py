@@ -23,7 +23,7 @@ from typing import Any
 try:
     import fcntl
 except ImportError:  # Windows: what is in use is then told by its age alone
-    fcntl = None  # type: ignore[assignment]
+    fcntl = None  # type: ignore[assignment]  # Windows has none
 
 PREFIX = "kernels-"
 REMOVED = ".removed-"

@@ -149,12 +149,12 @@ def test_an_observer_is_designed_and_a_log_observed(tmp_path: Path) -> None:
 
 def test_words_that_are_none_are_refused_with_those_that_are() -> None:
     with pytest.raises(FrictoolError, match="kind: found 'sliding'; allowed: multiplicative, additive, tracking"):
-        design_observer(MODEL, "sliding")  # type: ignore[arg-type]
+        design_observer(MODEL, "sliding")
     with pytest.raises(FrictoolError, match="language: found 'fortran'; allowed: c, json, cmsis, matlab"):
-        export(truthful(controller()), "fortran")  # type: ignore[arg-type]
+        export(truthful(controller()), "fortran")
     with pytest.raises(FrictoolError, match="number: found 'int8'; allowed: double, float, q31, q15"):
-        export(truthful(controller()), "c", "int8")  # type: ignore[arg-type]
+        export(truthful(controller()), "c", "int8")
     with pytest.raises(LogError, match="axis: found 'rotatory'; allowed: rotary, linear"):
-        log_of([0.0, 1.0], {"position": [0.0, 1.0]}, "rotatory")  # type: ignore[arg-type]
+        log_of([0.0, 1.0], {"position": [0.0, 1.0]}, "rotatory")
     with pytest.raises(FrictoolError, match="there is no log to judge"):
         judge(clutch_spec(), [])

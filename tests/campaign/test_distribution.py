@@ -19,7 +19,7 @@ from tests.campaign.example import factors, trials_of
 def _with(trials: Trials, values: np.ndarray, relation: str = "<=", limit: float = 0.5) -> Trials:
     """The same trials with another metric."""
     kept = np.where(np.isnan(values), UNDECIDED, (values <= limit) if relation == "<=" else (values >= limit)).astype(np.int8)
-    metric = Metric("metric", "metric", "1", limit, relation)  # type: ignore[arg-type]
+    metric = Metric("metric", "metric", "1", limit, relation)
     return dataclasses.replace(trials, metrics=(metric,), found=values[:, None], met=kept[:, None], passed=kept)
 
 
@@ -76,7 +76,7 @@ def test_of_a_metric_that_shall_be_large_the_bound_is_below() -> None:
     values = np.random.default_rng(1).normal(size=500)
     low = distribution(trials(values, ">=", 0.5), 0, "random")
     high = distribution(trials(-values, "<=", 0.5), 0, "random")
-    assert low.bound == -high.bound  # type: ignore[operator]
+    assert low.bound == -high.bound
     assert low.worst == values.min()
     assert low.worst_trial == values.argmin()
 

@@ -28,7 +28,7 @@ def test_every_trial_has_to_pass_unless_a_rate_is_asked_for() -> None:
     assert fine.outcome == "MET"
 
 
-def _told(made):  # type: ignore[no-untyped-def]
+def _told(made):
     """Without the requirement that no trial tells."""
     keep = [0, 1, 3]
     return dataclasses.replace(made, metrics=tuple(made.metrics[j] for j in keep), found=made.found[:, keep], met=made.met[:, keep])
@@ -67,7 +67,7 @@ def test_what_cannot_be_told_is_no_pass() -> None:
     assert not found.answer
     assert found.outcome == "CANNOT TELL"
     assert "200 undecided" in headline(found)
-    assert found.rate.low < 0.5 < found.rate.high == 1.0  # type: ignore[operator]
+    assert found.rate.low < 0.5 < found.rate.high == 1.0
 
 
 def test_a_requirement_that_no_trial_tells_is_said_in_the_first_line() -> None:
@@ -174,4 +174,4 @@ def test_the_same_trials_give_the_same_findings() -> None:
     ],
 )
 def test_shares_are_written_so_that_none_that_is_not_all_reads_as_all(share: float, toward: str, text: str) -> None:
-    assert percent(share, toward) == text  # type: ignore[arg-type]
+    assert percent(share, toward) == text

@@ -103,7 +103,7 @@ def test_a_bar_beyond_the_limit_is_red_and_no_other() -> None:
         ("none is simulated", lambda: findings(stopped(trials(30), tuple(range(30))))),
     ],
 )
-def test_it_is_made_of_whatever_has_happened(name: str, made) -> None:  # type: ignore[no-untyped-def]
+def test_it_is_made_of_whatever_has_happened(name: str, made) -> None:
     found = made()
     text = Page(page(found, MADE)).text
     assert ("of plants keep" in text) == (not found.rate.whole)

@@ -21,7 +21,7 @@ def test_the_rate_counts_what_passed_and_what_could_not_be_simulated_as_failed()
     assert rate.not_run == 3
     assert (rate.low, rate.high) == interval(rate.passed, 200)
     assert rate.at_least == lower(rate.passed, 200)
-    assert rate.low < rate.at_least < rate.share < rate.high  # type: ignore[operator]
+    assert rate.low < rate.at_least < rate.share < rate.high
 
 
 def test_undecided_trials_widen_the_interval_to_both_sides() -> None:

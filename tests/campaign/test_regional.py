@@ -42,7 +42,7 @@ def test_the_distance_and_the_leaning_are_those_of_the_definition(seed: int, bad
         (lambda u: np.abs(u - 0.5) < 0.1, "the middle"),
     ],
 )
-def test_the_direction_is_where_the_failures_are(fails, direction: str) -> None:  # type: ignore[no-untyped-def]
+def test_the_direction_is_where_the_failures_are(fails, direction: str) -> None:
     units = np.random.default_rng(2).random(300)
     found = tell(units, fails(units))
     assert found.direction == direction

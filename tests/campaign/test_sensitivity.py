@@ -79,7 +79,7 @@ def test_without_an_interaction_there_is_nothing_beyond() -> None:
     beyond = []
     for seed in range(30):
         coin = np.random.default_rng(1000 + seed).random(500)
-        found = sensitivity(trials_of(factors(2), [lambda v, c=coin: 0.5 * v[:, 0] + c], [1.2], 500, seed), drawn=True).pair  # type: ignore[misc]
+        found = sensitivity(trials_of(factors(2), [lambda v, c=coin: 0.5 * v[:, 0] + c], [1.2], 500, seed), drawn=True).pair
         assert found is not None
         beyond.append(found.beyond / found.error)
     assert np.std(beyond) < 1.5
