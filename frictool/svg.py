@@ -41,3 +41,8 @@ def render(figure: Figure, label: str) -> str:
     for size in ("width", "height"):
         text = re.sub(rf'<svg([^>]*?) {size}="[^"]*"', r"<svg\1", text, count=1)
     return text.replace("<svg", f'<svg role="img" aria-label="{label}"', 1).strip()
+
+
+def picture_of(figure: Figure, label: str) -> str:
+    """As `render`, the coordinates of its paths to a hundredth of a point: for a page of many figures."""
+    return re.sub(r' d="[^"]*"', lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path.group()), render(figure, label))

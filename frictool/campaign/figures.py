@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from frictool.svg import INK, PAGE, render
+from frictool.svg import INK, PAGE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,12 +37,6 @@ def new_figure(rows: int = 1, height: float = HEIGHT, left: float = LEFT) -> tup
     for (one,) in axes:
         one.yaxis.set_label_coords((LABEL - left) / (WIDTH - left - RIGHT), 0.5)
     return figure, [row[0] for row in axes]
-
-
-def picture_of(figure: Figure, label: str) -> str:
-    """The `<svg>` element, its paths to a hundredth of a point; `label` is what a screen reader says, and the program's own text."""
-    svg = render(figure, label)
-    return re.sub(r' d="[^"]*"', lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path.group()), svg)
 
 
 def axis_label(name: str, unit: str, number: int) -> str:

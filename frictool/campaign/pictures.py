@@ -13,12 +13,12 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from frictool.campaign.binomial import interval
 from frictool.campaign.distribution import COVERED, Distribution
-from frictool.campaign.figures import BAD, BAND, GOOD, OPEN, axis_label, drawing, new_figure, picture_of
+from frictool.campaign.figures import BAD, BAND, GOOD, OPEN, axis_label, drawing, new_figure
 from frictool.campaign.findings import Findings
 from frictool.campaign.plane import plane
 from frictool.campaign.sensitivity import Question
 from frictool.campaign.words import chance_told, given, percent, quantity, unit_shown
-from frictool.svg import INK, MUTED
+from frictool.svg import INK, MUTED, picture_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

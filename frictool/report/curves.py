@@ -9,10 +9,10 @@ from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
 from frictool.logs.log import Vector
 from frictool.report.evidence import Evidence
-from frictool.report.figures import LOG_COLOURS, drawing, new_figure, picture_of
+from frictool.report.figures import LOG_COLOURS, drawing, new_figure
 from frictool.report.thinning import path_samples, shown_samples
 from frictool.report.velocity import used_velocity
-from frictool.svg import INK
+from frictool.svg import INK, picture_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -5,7 +5,6 @@ Every text in a figure is the program's own; names from files stand in the page'
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from frictool.svg import INK, PAGE, render
+from frictool.svg import INK, PAGE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,9 +54,3 @@ def new_figure(rows: int = 1, height: float = HEIGHT) -> tuple[Figure, list[Axes
     for (one,) in axes:
         one.yaxis.set_label_coords((LABEL - LEFT) / (WIDTH - LEFT - RIGHT), 0.5)
     return figure, [row[0] for row in axes]
-
-
-def picture_of(figure: Figure, label: str) -> str:
-    """The `<svg>` element, the coordinates of its paths to a hundredth of a point; `label` is what a screen reader says."""
-    svg = render(figure, label)
-    return re.sub(r' d="[^"]*"', lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path.group()), svg)

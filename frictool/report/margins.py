@@ -7,8 +7,8 @@ from matplotlib.ticker import MaxNLocator
 from frictool.documents.controller import Controller
 from frictool.documents.spec import Spec
 from frictool.report.curves import Picture
-from frictool.report.figures import LIMIT, LOG_COLOURS, drawing, new_figure, picture_of
-from frictool.svg import MUTED
+from frictool.report.figures import LIMIT, LOG_COLOURS, drawing, new_figure
+from frictool.svg import MUTED, picture_of
 
 
 def margins(spec: Spec, controller: Controller) -> Picture | None:

@@ -13,10 +13,10 @@ from frictool.metrics.final_value import final_value
 from frictool.metrics.response_time import zone_half_width
 from frictool.report.curves import Picture, draw, draw_load, log_colours
 from frictool.report.evidence import Evidence
-from frictool.report.figures import LIMIT, ZONE, drawing, new_figure, picture_of
+from frictool.report.figures import LIMIT, ZONE, drawing, new_figure
 from frictool.report.measure import Measured
 from frictool.report.requirement import number
-from frictool.svg import INK, MUTED
+from frictool.svg import INK, MUTED, picture_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

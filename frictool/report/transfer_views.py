@@ -9,9 +9,9 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 from frictool.documents.controller import Controller
 from frictool.documents.quantity import si_unit
 from frictool.report.curves import Picture
-from frictool.report.figures import LIMIT, LOG_COLOURS, drawing, new_figure, picture_of
+from frictool.report.figures import LIMIT, LOG_COLOURS, drawing, new_figure
 from frictool.report.requirement import number
-from frictool.svg import INK
+from frictool.svg import INK, picture_of
 from frictool.verify.sensitivity import Name, Sensitivities, Transfer
 
 DEEPEST = 100.0  # dB below the largest gain; what is less is not drawn
