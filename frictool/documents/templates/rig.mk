@@ -1,0 +1,65 @@
+# Everything below is the same for every rig: each file from those it depends on, into build/.
+FRICTOOL ?= frictool
+SCENARIO ?= scenarios/steps.yaml
+DESIGNS := $(basename $(notdir $(wildcard designs/*.yaml)))
+INGESTED := $(addprefix build/logs/,$(addsuffix .mcap,$(basename $(notdir $(LOGS)))))
+CONTROLLERS := $(DESIGNS:%=build/%/controller.yaml)
+DEMO ?= $(DESIGNS)
+# designs that are played to compare others with: their verdict is told, and ends nothing
+REFERENCE ?=
+RUNS := $(DESIGNS:%=build/%/run.mcap)
+PAGES := $(DESIGNS:%=build/%/report.html)
+SOURCES := $(DESIGNS:%=build/%/c)
+VERDICTS := $(DESIGNS:%=verdict-%)
+INGEST = $(FRICTOOL) ingest $< --bench bench.yaml -o $@
+
+.PHONY: all demo clean $(DESIGNS) $(VERDICTS)
+.SUFFIXES:
+
+# model, controller, step test, page and verdict of every design
+all: $(VERDICTS)
+
+# the same of one design
+$(DESIGNS): %: verdict-%
+
+# the designs of DEMO, and each controller as C99
+demo: $(DEMO:%=build/%/c) $(DEMO:%=verdict-%)
+
+clean:
+	rm -rf build
+
+vpath %.csv $(sort $(dir $(LOGS)))
+vpath %.mat $(sort $(dir $(LOGS)))
+vpath %.mcap $(sort $(dir $(LOGS)))
+
+build/logs/%.mcap: %.csv bench.yaml
+	$(INGEST)
+
+build/logs/%.mcap: %.mat bench.yaml
+	$(INGEST)
+
+build/logs/%.mcap: %.mcap bench.yaml
+	$(INGEST)
+
+build/model.yaml: $(INGESTED) bench.yaml
+	$(if $(INGESTED),,$(error put the bench's logs into logs/, as CSV, MATLAB or MCAP))
+	$(FRICTOOL) identify $(INGESTED) --bench bench.yaml $(IDENTIFY) -o $@
+
+$(CONTROLLERS): build/%/controller.yaml: build/model.yaml spec.yaml designs/%.yaml
+	$(FRICTOOL) synth build/model.yaml --spec spec.yaml --design designs/$*.yaml -o $@
+
+$(RUNS): build/%/run.mcap: build/model.yaml build/%/controller.yaml $(SCENARIO)
+	$(FRICTOOL) simulate build/model.yaml --controller build/$*/controller.yaml --scenario $(SCENARIO) -o $@
+
+# exit code 1 says that the specification is not met: a page all the same, and the failure is the verdict's below
+$(PAGES): build/%/report.html: build/%/run.mcap build/%/controller.yaml spec.yaml
+	$(FRICTOOL) report $< --spec spec.yaml --controller build/$*/controller.yaml -o $@ > /dev/null || test $$? -eq 1
+
+$(SOURCES): build/%/c: build/%/controller.yaml
+	$(FRICTOOL) export $< --lang c -o $@
+	@touch $@
+
+$(VERDICTS): verdict-%: build/%/report.html
+	@$(FRICTOOL) verify build/$*/controller.yaml
+	@$(FRICTOOL) report build/$*/run.mcap --spec spec.yaml --controller build/$*/controller.yaml; \
+	code=$$?; echo "page: $(CURDIR)/build/$*/report.html"; exit $(if $(filter $*,$(REFERENCE)),0,$$code)
