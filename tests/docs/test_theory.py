@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -52,3 +54,104 @@ def test_every_file_that_a_page_names_exists(page: Path) -> None:
     named = {name.removeprefix("../") for name in re.findall(r"`([\w./]+\.py)`", prose(page))} - {"utils.py", "control/NAME.py"}
     lost = {name for name in named if not any(path == name or path.endswith(f"/{name}") for path in NAMES)}
     assert lost == set()
+
+
+CELL = re.compile(r"(?<!\\)\|")  # between two cells; \| stands for the sign itself
+PATH = re.compile(r"`((?:\.\./)?[\w./]+(?:\.py|/))`")
+
+
+def tables(page: Path) -> Iterator[list[list[str]]]:
+    """The cells of each table of a page, its head first."""
+    for found in re.finditer(r"(?:^\|.*\n)+", prose(page) + "\n", re.MULTILINE):
+        rows = [[cell.strip() for cell in CELL.split(line.strip()[1:-1])] for line in found[0].splitlines()]
+        yield [rows[0], *rows[2:]]
+
+
+def _lost(row: list[str], head: list[str]) -> list[str]:
+    """The paths of a row that are not where they should be: below the folder that the column's head gives, below the package or the tests,
+    or beside the path before them."""
+    lost, beside = [], ROOT
+    for cell, column in zip(row, head, strict=True):
+        given = re.findall(r"\(`([\w/]+/)`\)", column)
+        for name in PATH.findall(cell):
+            folders = [*(ROOT / folder for folder in given), ROOT, ROOT / "frictool", ROOT / "tests", beside]
+            path = next((folder / name for folder in folders if (folder / name).exists()), None)
+            if path is None:
+                lost.append(name)
+            else:
+                beside = path if path.is_dir() else path.parent
+    return lost
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_paths_of_a_table_are_where_its_head_says(page: Path) -> None:
+    for head, *lines in tables(page):
+        for line in lines:
+            assert len(line) == len(head), line
+            assert _lost(line, head) == [], line
+
+
+SOURCES = ("frictool", "tests", "thesis", "benchmarks", "configs", "sample_logs")
+WORD = re.compile(r"(?<![\w/.])[a-z]+(?:_[a-z0-9]+)+(?![\w/*])")
+
+
+@cache
+def _words() -> frozenset[str]:
+    """Every name with an underscore that stands in the sources, and every file's."""
+    files = [path for folder in SOURCES for ending in ("*.py", "*.yaml", "*.jinja", "Makefile") for path in (ROOT / folder).rglob(ending)]
+    text = "\n".join(path.read_text(encoding="utf-8") for path in files if "build" not in path.parts)
+    return frozenset(re.findall(r"\w*_\w*", text)) | {path.stem for path in files}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_every_name_that_a_page_gives_stands_in_the_sources(page: Path) -> None:
+    quoted = " ".join(re.findall(r"`(?!python -m )([^`\n]+)`", prose(page)))  # of these test_pages.py asks
+    assert {word for word in WORD.findall(quoted) if word not in _words()} - OTHERS == set()
+
+
+OTHERS = {"dynamic_joint_states"}  # a topic of ROS 2, as an example
+LAST_EQUATION = {"2": 51, "3": 63, "4": 45, "5": 71, "6": 26}
+LAST_FIGURE = {"2": 18, "3": 25, "4": 17, "5": 33, "6": 10}
+LAST_TABLE = {"2": 1, "3": 2, "4": 8, "5": 3}
+PARTS = (  # how many parts a section has
+    "2.1:6 2.2:5 2.3:2 2.3.2:4 2.4:4 2.4.2:4 2.4.3:5 3.4:3 3.4.1:4 3.4.2:3 3.7:6 4.2:6 4.2.1:1 4.2.5:4 4.2.6:2 4.4:4 4.4.2:2 "
+    "5.2:6 5.3:4 5.4:4 5.4.3:3 5.4.4:3 6.3:2 6.4:2"
+)
+LAST_SECTION = {whole: int(last) for whole, _, last in (part.partition(":") for part in PARTS.split())}
+STATED = {"theorem 5.3.1", "theorem 6.2.1", "lemma 6.2.1", "proposition 5.2.1", "proposition 5.2.2"}
+
+
+def _is_there(number: str, last: dict[str, int]) -> bool:
+    whole, _, part = number.rpartition(".")
+    return 1 <= int(part) <= last.get(whole, 0)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_numbers_of_the_thesis_exist(page: Path) -> None:
+    """Equations, figures, tables and sections that a page cites: none is beyond the last of its chapter."""
+    text = re.sub(r"`[^`\n]*`|\]\([^)]*\)", "", prose(page)).replace("\n", " ")
+    cited = {
+        "equation": (re.findall(r"\(([2-6]\.\d+)\)", text), LAST_EQUATION),
+        "figure": (re.findall(r"[Ff]igures? ([2-6]\.\d+)", text), LAST_FIGURE),
+        "table": (re.findall(r"[Tt]ables? ([2-6]\.\d+)", text), LAST_TABLE),
+        "section": (re.findall(r"(?<![\w.])([2-7]\.\d(?:\.\d){1,2})(?![.\d]*\w)", _without_statements(text)), LAST_SECTION),
+    }
+    lost = {f"{kind} {number}" for kind, (numbers, last) in cited.items() for number in numbers if not _is_there(number, last)}
+    assert lost == set()
+
+
+def _without_statements(text: str) -> str:
+    """Theorems are numbered as sections are, and are no sections."""
+    for stated in STATED:
+        text = re.sub(stated, "", text, flags=re.IGNORECASE)
+    return text
+
+
+def test_a_number_that_is_not_there_is_noticed() -> None:
+    assert _is_there("5.71", LAST_EQUATION)
+    assert not _is_there("5.72", LAST_EQUATION)
+    assert _is_there("4.2.5.4", LAST_SECTION)
+    assert not _is_there("4.1.2", LAST_SECTION)
+    assert _lost(["`synth/lpv.py`, `schedule.py`"], ["code"]) == []
+    assert _lost(["`lpv.py`"], ["code"]) == ["lpv.py"]
+    assert _lost(["`lpv.py`"], ["code (`frictool/synth/`)"]) == []
