@@ -60,9 +60,7 @@ def compose(text: str, path: Path) -> yaml.Node:
         node = yaml.compose(text, Loader)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
-        raise InputFileError(
-            path, f"not valid YAML: {error.problem or error.context}", line=None if mark is None else mark.line + 1
-        ) from None
+        raise InputFileError(path, f"not valid YAML: {_problem(error)}", line=None if mark is None else mark.line + 1) from None
     except (yaml.YAMLError, ValueError) as error:
         raise InputFileError(path, f"not valid YAML: {str(error).splitlines()[0]}") from None
     except RecursionError:
@@ -70,6 +68,14 @@ def compose(text: str, path: Path) -> yaml.Node:
     if node is None:
         raise InputFileError(path, "is empty; a YAML document is expected")
     return node
+
+
+def _problem(error: yaml.MarkedYAMLError) -> str:
+    """What the parser met, in the words of an editor where its own are of no help."""
+    problem = error.problem or error.context or "?"
+    if "'\\t'" in problem:
+        return "found a tab; indent with spaces"
+    return "found a second document, after ---; one file is one document" if "another document" in problem else problem
 
 
 class Reader:
@@ -155,6 +161,8 @@ class Reader:
         if "format" in given and "format" in fields:  # of a document of another kind every key would be unknown
             self._refuse_mechanism(given["format"][1], kind, _join(key, "format"))
             self.read(given["format"][1], hints["format"], _join(key, "format"))
+        elif "format" in fields:
+            self._missing(node, "format", fields, hints, key)
         self._known(given, list(fields), key)
         values: dict[str, Any] = {}
         # the axis and what drives it decide which units the rest is in: read them first
@@ -169,14 +177,17 @@ class Reader:
             if field.required and name not in given and type(None) in get_args(hints[field.name]):
                 values[field.name] = None  # writing leaves out what is None
             elif field.required and name not in given:
-                example = f"; write {name}: ..." if not key else ""
-                self.fail(
-                    node, _join(key, name), f"missing{example}; required here: {', '.join(n for n, f in fields.items() if f.required)}"
-                )
+                self._missing(node, name, fields, hints, key)
         try:
             return kind(**values)
         except ValueError as error:
             self.fail(node, key or kind.__name__.lower(), str(error))
+
+    def _missing(self, node: yaml.Node, name: str, fields: dict[str, Any], hints: dict[str, Any], key: str) -> typing.NoReturn:
+        value = hints[fields[name].name]
+        only = get_args(value)[0] if get_origin(value) is Literal and len(get_args(value)) == 1 else "..."
+        example = "" if key else f"; write {name}: {only}"
+        self.fail(node, _join(key, name), f"missing{example}; required here: {', '.join(n for n, f in fields.items() if f.required)}")
 
     def _known(self, pairs: Pairs, names: list[str], key: str) -> None:
         for name, (name_node, _) in pairs.items():
@@ -304,7 +315,8 @@ def _shown(node: yaml.Node) -> str:
 
 
 def _suggest(name: str, known: list[str]) -> str:
-    near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+    """The nearest of several; of a single one the reader needs no hint."""
+    near = [] if len(known) == 1 else difflib.get_close_matches(name, known, n=1, cutoff=0.5)
     return f", did you mean {near[0]!r}?" if near else ""
 
 

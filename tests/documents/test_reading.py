@@ -182,3 +182,26 @@ def test_every_document_has_a_schema_that_names_its_keys(name: str) -> None:
     definition = schema["$defs"][schema["$ref"].rpartition("/")[2]]
     assert set(definition["properties"]) == keys
     assert definition["additionalProperties"] is False
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("name: x\nlaw: coulomb\n", ("x.yaml:1: format: missing; write format: bench/1;",)),
+        ("format: bench/1\nname: x\n---\nname: y\n", ("x.yaml:3: not valid YAML: found a second document, after ---",)),
+        ("format: bench/1\n\tname: x\n", ("x.yaml:2: not valid YAML: found a tab; indent with spaces",)),
+    ],
+)
+def test_what_a_document_lacks_or_has_too_much_is_told_before_its_keys(tmp_path: Path, text: str, words: tuple[str, ...]) -> None:
+    path = tmp_path / "x.yaml"
+    path.write_text(text)
+    with pytest.raises(InputFileError) as caught:
+        load(path, Bench)
+    assert all(word in str(caught.value) for word in words)
+
+
+def test_no_hint_where_one_value_alone_is_allowed(tmp_path: Path) -> None:
+    path = tmp_path / "x.yaml"
+    path.write_text("format: design/1\n")
+    with pytest.raises(DocumentError, match=r"found 'design/1'; allowed: bench/1$"):
+        load(path, Bench)
