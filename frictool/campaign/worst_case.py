@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,8 +12,11 @@ import msgspec
 
 from frictool.campaign.trials import Metric
 from frictool.campaign.worst import Worst
+from frictool.documents.controller import Number
 from frictool.documents.scenario import Scenario
 from frictool.documents.writing import to_yaml
+
+Commands = Callable[[str], tuple[str, str]]  # of a scenario's base name: `command` and `typed` of a WorstCase
 
 
 @dataclass(frozen=True)
@@ -21,6 +24,7 @@ class WorstCase:
     """Of one requirement, campaign/findings.py `Worst`. values: of the factors, by name. scenario: the file's base name.
 
     command: what plays it again, by base names; typed: the same with the paths of the command line, for a terminal and no document.
+    played: that scenario.
     """
 
     requirement: str
@@ -33,6 +37,7 @@ class WorstCase:
     scenario: str
     command: str
     typed: str
+    played: Scenario
     searched: Worst
 
 
@@ -41,9 +46,27 @@ def file_name(metric: Metric) -> str:
     return f"worst_{metric.name}.yaml"
 
 
-def text_of(case: WorstCase, played: Scenario, folder: Path, origin: Path) -> str:
+def commands_of(number: Number) -> Commands:
+    """Of documents in memory: the command that plays a scenario again where they are saved as model.yaml and controller.yaml."""
+
+    def of(scenario: str) -> tuple[str, str]:
+        words = replay_command("model.yaml", "controller.yaml", scenario, None, number, Path(scenario).with_suffix(".mcap").name)
+        return words, words
+
+    return of
+
+
+def replay_command(model: str, controller: str, scenario: str, observer: str | None, number: Number, output: str) -> str:
+    """What plays a scenario again, as a shell takes it."""
+    words = ["frictool simulate", model, "--controller", controller, "--scenario", scenario]
+    words += ["--observer", observer] if observer is not None else []
+    words += ["--number", number] if number != "double" else []
+    return " ".join([*words, "-o", output])
+
+
+def text_of(case: WorstCase, folder: Path, origin: Path) -> str:
     """The scenario's file in `folder`, with what it is above it; the scenario `origin` is what it was made of."""
-    found = case.searched
+    found, played = case.searched, case.played
     name = f"worst {case.requirement.replace('_', ' ')}"
     replay = played.reference
     if replay is not None:  # its path is one from the scenario's folder

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,17 +30,15 @@ from frictool.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, OutputError
 
 if TYPE_CHECKING:
     from frictool.campaign.findings import Findings
-    from frictool.campaign.running import Share
+    from frictool.campaign.playing import CampaignTrial
     from frictool.campaign.sampling import Draws, Method
     from frictool.campaign.store import Store
     from frictool.campaign.trials import Trials
     from frictool.campaign.worst_case import WorstCase
-    from frictool.cli.campaign_trial import CampaignTrial
     from frictool.documents.controller import Number
     from frictool.documents.provenance import Provenance
 
 TRIALS, EVALUATIONS = 1000, 300
-WORTH_SHARING_S = 3.0  # of work, below which the start of further processes takes longer than they save
 
 HELP = """\b
 Example:
@@ -149,10 +146,11 @@ def command(
 def _campaign(paths: Paths, options: Options) -> int:
     """The exit code."""
     from frictool.campaign.findings import find
+    from frictool.campaign.playing import CampaignTrial
     from frictool.campaign.sampling import draws_of
     from frictool.campaign.store import Store
-    from frictool.cli.campaign_setting import header_of, setting_of, space_of_setting, told_by_line
-    from frictool.cli.campaign_trial import CampaignTrial
+    from frictool.campaign.varied import space_of_setting
+    from frictool.cli.campaign_setting import header_of, setting_of, told_by_line
 
     setting, paths = setting_of(paths, options.number)
     _check_targets(paths, options)
@@ -162,7 +160,7 @@ def _campaign(paths: Paths, options: Options) -> int:
     draws = draws_of(options.method, options.trials, space.size, trial.seed)
     with Store(options.kept, header_of(trial, paths, options.method, draws.units.shape[0])) as store:
         trials, worst = _play(trial, draws, store, paths, options)
-        found = find(trials, options.method, [case for case, _ in worst], options.at_least, options.confidence)
+        found = find(trials, options.method, worst, options.at_least, options.confidence)
         _save(found, worst, _provenance(paths, options), paths, options)
         if options.keep is None:
             store.remove()
@@ -187,46 +185,26 @@ def _check_targets(paths: Paths, options: Options) -> None:
         refuse_unwritable(target)
 
 
-def _play(trial: CampaignTrial, draws: Draws, store: Store, paths: Paths, options: Options) -> tuple[Trials, list[tuple[WorstCase, str]]]:
-    """All trials, and the worst cases with the text of their scenarios."""
-    from frictool.campaign.running import run_trials
-    from frictool.cli.campaign_trial import metrics_of, simulated
-    from frictool.cli.campaign_worst import worst_cases
+def _play(trial: CampaignTrial, draws: Draws, store: Store, paths: Paths, options: Options) -> tuple[Trials, list[WorstCase]]:
+    """All trials, and the worst cases where --worst asks for them; interrupted it says what is done."""
+    from frictool.campaign.conduct import conduct, sharing
+    from frictool.cli.campaign_setting import commands_of
     from frictool.cli.progress import progress
 
-    names, count, already = trial.setting.names, draws.units.shape[0], len(store.trials)
-    nominal = simulated(trial.nominal(), names)
-    begun = time.perf_counter()
-    trial.nominal()  # compiled by now: how long a trial takes
-    each = time.perf_counter() - begun
+    count, already = draws.units.shape[0], len(store.trials)
     if already:
         others = "; the others are played" if already < count else ""
         note(f"{store.path}: {min(already, count)} of {count} trials are there{others}")
+    evaluations = 0 if options.worst is None else options.evaluations
+    commands = commands_of(paths, options.worst or Path(), options.number)
     try:
-        with progress("campaign") as tell:
-            metrics, share = metrics_of(nominal), _share(options, (count - already) * each)
-            trials = run_trials(trial, trial.space, metrics, draws.units, store, share, tell, each)
-        if options.worst is None:
-            return trials, []
-        share = _share(options, len(metrics) * options.evaluations * each)
-        return trials, worst_cases(trial, trials, store, share, paths, options)
+        return conduct(trial, draws, store, evaluations, sharing(options.cores, options.cluster), commands, progress)
     except KeyboardInterrupt:
-        done = min(len(store.trials), count)
+        if not store.trials:
+            raise
         left = f"; the same command goes on from {store.path}" if store.path is not None else "; none is kept: name a file with --keep"
-        note(f"\ninterrupted: {done} of {count} trials are done{left if done else ''}")
+        note(f"\ninterrupted: {min(len(store.trials), count)} of {count} trials are done{left}")
         sys.exit(EXIT_INTERRUPTED)
-
-
-def _share(options: Options, seconds: float) -> Share:
-    """How work is shared that takes about so long."""
-    from frictool.workers.share import share
-
-    cores = 1 if options.cores is None and seconds < WORTH_SHARING_S else options.cores
-
-    def shared(function: Any, jobs: Any, batch: int, instead: Any) -> Any:
-        return share(function, jobs, cores=cores, cluster=options.cluster, batch=batch, instead=instead)
-
-    return shared
 
 
 def _provenance(paths: Paths, options: Options) -> Provenance:
@@ -250,11 +228,13 @@ def _provenance(paths: Paths, options: Options) -> Provenance:
     return record(command_line("campaign", words), list(paths.inputs.values()))
 
 
-def _save(found: Findings, worst: list[tuple[WorstCase, str]], provenance: Provenance, paths: Paths, options: Options) -> None:
+def _save(found: Findings, worst: list[WorstCase], provenance: Provenance, paths: Paths, options: Options) -> None:
     """All that is asked for; everything is made before the first byte is written."""
     inputs, contents = list(paths.inputs.values()), dict[Path, str]()
     if options.worst is not None:
-        contents |= {options.worst / case.scenario: text for case, text in worst}
+        from frictool.campaign.worst_case import text_of
+
+        contents |= {options.worst / case.scenario: text_of(case, options.worst, paths.scenario) for case in worst}
     if options.table is not None:
         from frictool.campaign.table import as_csv
 

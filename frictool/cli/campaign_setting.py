@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import shlex
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,12 +12,11 @@ from typing import TYPE_CHECKING, Any
 from frictool.cli.output import note
 
 if TYPE_CHECKING:
-    from frictool.campaign.space import Space
-    from frictool.cli.campaign_trial import CampaignTrial, Setting
+    from frictool.campaign.playing import CampaignTrial, Setting
+    from frictool.campaign.worst_case import Commands
     from frictool.documents.controller import Number
     from frictool.documents.mechanism import Mechanism
     from frictool.documents.model import Model
-    from frictool.documents.spec import Spec
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,8 @@ class Paths:
 
 def setting_of(paths: Paths, number: Number) -> tuple[Setting, Paths]:
     """The documents, and the paths with the log that is replayed. Raises InputFileError where they do not fit together."""
-    from frictool.cli.campaign_trial import Setting
+    from frictool.campaign.playing import Setting
+    from frictool.campaign.varied import check_asks
     from frictool.cli.simulate import observed_controller, recorded_log
     from frictool.documents.controller import Controller
     from frictool.documents.model import Model
@@ -51,7 +52,7 @@ def setting_of(paths: Paths, number: Number) -> tuple[Setting, Paths]:
     plant, controller = _plant(paths.model), load(paths.controller, Controller)
     scenario, spec = load(paths.scenario, Scenario), load(paths.spec, Spec)
     same_axis({paths.controller: controller, paths.spec: spec})
-    _asks(paths.spec, spec)
+    check_asks(spec, str(paths.spec))
     recheck(controller)
     controller = observed_controller(controller, paths.observer)
     names = Names(str(paths.model), str(paths.controller), str(paths.scenario))
@@ -68,31 +69,18 @@ def setting_of(paths: Paths, number: Number) -> tuple[Setting, Paths]:
     return Setting(plant, controller, scenario, spec, log, names, number), paths
 
 
-def space_of_setting(setting: Setting) -> Space:
-    """What varies. Raises DocumentError where `spread` does not fit the plant or the scenario, or nothing varies."""
-    from msgspec.structs import replace
+def commands_of(paths: Paths, folder: Path, number: Number) -> Commands:
+    """What plays a scenario of `folder` again: by base names, and as it is typed."""
+    from frictool.campaign.worst_case import replay_command
 
-    from frictool.campaign.drawn import nominal_of
-    from frictool.campaign.space import plant_factors, space_of
-    from frictool.campaign.spreading import spread_factors
-    from frictool.cli.campaign_trial import plant_of
-    from frictool.documents.spread import Spread
-    from frictool.simulate.agreement import refuse
-    from frictool.simulate.spread_checks import check_spread
-    from frictool.simulate.step_test import StepTest
-
-    plant, scenario = plant_of(setting.plant), setting.scenario
-    reference, _ = StepTest(plant, setting.controller, setting.names).reference(nominal_of(scenario), setting.recorded)
-    plant.check(setting.controller, replace(nominal_of(scenario), spread=scenario.spread), setting.names)  # the blocks that it names
-    check_spread(plant, scenario, reference.size * plant.rig.sample_period_s, setting.names)
-    spread = scenario.spread or Spread()
-    space = space_of([*plant_factors(plant.ranges(), spread.parameters), *spread_factors(scenario)])
-    if not space.factors:
-        message = (
-            f"nothing varies: {setting.names.model} has no ranges; write spread, or low and high beside the values of bench or mechanism"
+    def shown(name: str, show: Callable[[Path], str]) -> str:
+        scenario = folder / name
+        observer = None if paths.observer is None else show(paths.observer)
+        return replay_command(
+            show(paths.model), show(paths.controller), show(scenario), observer, number, show(scenario.with_suffix(".mcap"))
         )
-        refuse(setting.names.scenario, "spread", message)
-    return space
+
+    return lambda name: (shown(name, lambda path: path.name), shown(name, lambda path: shlex.quote(str(path))))
 
 
 def header_of(trial: CampaignTrial, paths: Paths, method: str, count: int | None) -> dict[str, Any]:
@@ -129,18 +117,7 @@ def told_by_line(path: Path) -> Iterator[None]:
 
 def _with_ends(document: Mechanism) -> Mechanism:
     """The mechanism, of which a controller can see and drive something. Raises WrongElement where it cannot."""
-    from frictool.cli.campaign_trial import plant_of
+    from frictool.campaign.playing import plant_of
 
     plant_of(document)
     return document
-
-
-def _asks(path: Path, spec: Spec) -> None:
-    """Raises DocumentError where the specification asks for nothing that a run can tell."""
-    from frictool.documents.spec import Spec
-    from frictool.errors import DocumentError
-
-    asked = [name for name in Spec.__struct_fields__ if name not in ("format", "name", "axis", "drive")]
-    if all(getattr(spec, name) is None for name in asked if name != "modulus_margin"):
-        listed = ", ".join(name for name in asked if name != "modulus_margin")
-        raise DocumentError(path, f"asks for nothing that a run can tell; write at least one of {listed}", line=None, key="")

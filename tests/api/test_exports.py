@@ -24,6 +24,7 @@ PACKAGES = [
     "export",
     "compare",
     "systems",
+    "campaign",
 ]
 HEAVY = ("numba", "numpy", "scipy", "clarabel", "matplotlib", "msgspec", "yaml")
 

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
-from frictool.documents import Bench, Mechanism, Model, Scenario, load, save, to_yaml
+from frictool.campaign import campaign, conduct
+from frictool.campaign.machine import as_json
+from frictool.cli.campaign import TRIALS
+from frictool.documents import Bench, Mechanism, Model, Scenario, Spec, load, save, to_yaml
 from frictool.documents.provenance import called, digest
+from frictool.documents.quantity import Span
+from frictool.documents.spread import Spread
 from frictool.engine.servo import Servo
 from frictool.errors import DocumentError, FrictoolError, InputFileError, LogError, OutputError
 from frictool.export import export
@@ -21,6 +28,7 @@ from frictool.observe import design_observer, observe
 from frictool.reduce import reduce
 from frictool.report import judge
 from frictool.simulate import play, simulate
+from tests.campaign import rig
 from tests.cli.run import run
 from tests.report.example import clutch_spec
 from tests.simulate.example import controller
@@ -145,6 +153,33 @@ def test_an_observer_is_designed_and_a_log_observed(tmp_path: Path) -> None:
     seen, again = observe(MODEL, log), observe(MODEL, tmp_path / "steps.mcap")
     assert seen.outcome.estimate == again.outcome.estimate
     np.testing.assert_array_equal(seen.estimates.main.signals["velocity"], again.estimates.main.signals["velocity"])
+
+
+def test_a_campaign_says_what_its_command_says_and_its_worst_case_is_played_again(tmp_path: Path) -> None:
+    command = rig.write(tmp_path, rig.played(rig.EVERYTHING))
+    result = run(*command, "-n", "4", "--cores", "1", "--worst", tmp_path / "worst", "--evaluations", "8", "--json")
+    plant, own, scenario, spec = (load(tmp_path / f"{name}.yaml") for name in ("model", "controller", "scenario", "spec"))
+    found = campaign(plant, own, scenario, spec, trials=4, evaluations=8)
+    assert json.loads(json.dumps(as_json(found.findings)).replace("NaN", "null")) == json.loads(result.stdout)
+    case = next(one for one in found.worst if one.requirement == "overshoot")
+    again = judge(spec, [simulate(plant, own, case.played)], own)
+    assert case.value == next(one.value for one in again.requirements if one.name == "overshoot")
+    assert conduct.TRIALS == TRIALS
+
+
+def test_a_campaign_that_cannot_be_is_told_by_its_documents() -> None:
+    documents = MODEL, truthful(controller()), rig.played(), clutch_spec()
+    with pytest.raises(DocumentError, match=r"scenario: spread.start: .*the travel of the bench"):
+        campaign(*documents[:2], rig.played(Spread(start=Span(-5.0, 9.0, "rad"))), documents[3])
+    with pytest.raises(DocumentError, match="spec: asks for nothing that a run can tell"):
+        campaign(*documents[:3], Spec(format="spec/1", name="none", axis="rotary", modulus_margin=0.5, drive="current"))
+    source = load(CLUTCH / "mechanism.yaml", Mechanism)
+    with pytest.raises(DocumentError, match="model: control.source: found .motor."):
+        campaign(msgspec.structs.replace(source, sources={}), *documents[1:])
+    for wrong in ({"method": "sobol"}, {"trials": 0}, {"at_least": 1.5}, {"confidence": 1.0}, {"evaluations": -1}):
+        (name,) = wrong
+        with pytest.raises(FrictoolError, match=f"{name}: found .*; allowed: "):
+            campaign(*documents, **wrong)
 
 
 def test_words_that_are_none_are_refused_with_those_that_are() -> None:

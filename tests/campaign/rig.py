@@ -6,9 +6,9 @@ from pathlib import Path
 
 import msgspec
 
+from frictool.campaign.playing import CampaignTrial, Setting, plant_of
 from frictool.campaign.space import plant_factors, space_of
 from frictool.campaign.spreading import spread_factors
-from frictool.cli.campaign_trial import CampaignTrial, Setting, plant_of
 from frictool.documents.conditions import DriftPoint, Drifts
 from frictool.documents.quantity import Span
 from frictool.documents.scenario import Scenario
@@ -58,7 +58,7 @@ def played(spread: Spread | None = None, **fields: object) -> Scenario:
 def trial(spread: Spread | None = EVERYTHING, seed: int = 3, **fields: object) -> CampaignTrial:
     """What plays draws of it, in memory."""
     setting = Setting(clutch_model(), truthful(controller()), played(spread, **fields), clutch_spec(), None, Names(), "double")
-    factors = [*plant_factors(plant_of(setting.plant).ranges(), (spread or Spread()).parameters), *spread_factors(setting.scenario)]
+    factors = [*plant_factors(plant_of(setting.plant).ranges(), (spread or Spread()).parameters, {}), *spread_factors(setting.scenario)]
     return CampaignTrial(setting, space_of(factors), seed)
 
 

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 import yaml
 
+from frictool.campaign import playing
 from frictool.campaign.sampling import draws_of
-from frictool.cli import campaign_trial
 from frictool.documents.quantity import Quantity, Span
 from frictool.documents.spread import InstantBand, LastingBand, Spread, SpreadDisturbance
 from frictool.documents.writing import to_yaml
@@ -128,21 +128,21 @@ def test_a_kill_loses_little_and_the_same_command_goes_on(tmp_path: Path) -> Non
 
 def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     command = write(tmp_path, played(WEAR), **NO_REST)
-    original = campaign_trial.CampaignTrial.played
+    original = playing.CampaignTrial.played
 
-    def interrupted(self: campaign_trial.CampaignTrial, unit: np.ndarray, draw: int) -> campaign_trial.Trial:
+    def interrupted(self: playing.CampaignTrial, unit: np.ndarray, draw: int) -> playing.Trial:
         if draw == 7:
             raise KeyboardInterrupt
         return original(self, unit, draw)
 
-    monkeypatch.setattr(campaign_trial.CampaignTrial, "played", interrupted)
+    monkeypatch.setattr(playing.CampaignTrial, "played", interrupted)
     output = tmp_path / "campaign.html"
     result = run(*command, "-n", "12", "--cores", "1", "-o", output)
     assert result.code == 130
     assert f"7 of 12 trials are done; the same command goes on from {output}.trials" in result.stderr
     assert result.stdout == ""
     assert not output.exists()
-    monkeypatch.setattr(campaign_trial.CampaignTrial, "nominal", lambda self: interrupted(self, np.zeros(1), 7))
+    monkeypatch.setattr(playing.CampaignTrial, "nominal", lambda self: interrupted(self, np.zeros(1), 7))
     before = run(*command, "-n", "12", "--cores", "1", "-o", tmp_path / "b.html")  # before the first trial, as any other command
     assert (before.code, before.stderr.strip()) == (130, "interrupted")
     assert not (tmp_path / "b.html.trials").exists()

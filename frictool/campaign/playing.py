@@ -1,4 +1,4 @@
-"""One trial of a campaign: a draw played and judged as `simulate` and `report` do; and the search for the draw that is worst."""
+"""One trial of a campaign: a draw played and judged as `simulate` and `report` do."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 from frictool.campaign.drawn import nominal_of, scenario_of
 from frictool.campaign.space import Space, Vector
 from frictool.campaign.trials import BROKEN, MET, UNDECIDED, Metric, Trial
-from frictool.campaign.worst import Worst, search
 from frictool.documents.controller import Controller, Number
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model
@@ -82,46 +81,6 @@ class CampaignTrial:
         setting = self.setting
         log = self.test.log(scenario, recorded=setting.recorded, with_speed=False)
         return decided(setting.spec, [log], setting.controller)[0]
-
-
-class SearchTask(NamedTuple):
-    """Of the metric `name`, number `metric`: the worst draw's value and its number, and worst draws (k, d), of `draws`, to begin with."""
-
-    name: str
-    metric: int
-    relation: str
-    drawn: float
-    noise: int
-    starts: Vector
-    evaluations: int
-    draws: int
-    seed: int
-
-    @property
-    def asked(self) -> tuple[str, int, int]:
-        """What makes the search another one, within its campaign."""
-        return self.name, self.evaluations, self.draws
-
-
-class WorstSearch:
-    """Called with a SearchTask: the search, every plant of it under the noise of the worst draw."""
-
-    def __init__(self, trial: CampaignTrial) -> None:
-        self.trial = trial
-
-    def __call__(self, task: SearchTask) -> Worst:
-        sign, unplayed = (1.0 if task.relation == "<=" else -1.0), 0
-
-        def badness(unit: Vector) -> float:
-            nonlocal unplayed
-            trial = self.trial.played(unit, task.noise)
-            unplayed += bool(trial.failed)
-            value = math.nan if trial.failed else trial.found[task.metric]
-            return -math.inf if math.isnan(value) else sign * value
-
-        found = search(badness, task.starts, task.evaluations, task.seed)
-        where = tuple(map(float, found.at))
-        return Worst(task.name, sign * found.worst, task.drawn, where, task.noise, found.tried, unplayed)
 
 
 def plant_of(document: Model | Mechanism) -> Plant[Any]:

@@ -1,0 +1,41 @@
+"""What a campaign of these documents varies, held against the plant, the scenario and the specification before anything is played."""
+
+from __future__ import annotations
+
+from msgspec.structs import replace
+
+from frictool.campaign.drawn import nominal_of
+from frictool.campaign.playing import Setting, plant_of
+from frictool.campaign.space import Space, plant_factors, space_of
+from frictool.campaign.spreading import spread_factors
+from frictool.documents.spec import Spec
+from frictool.documents.spread import Spread
+from frictool.errors import DocumentError
+from frictool.simulate.agreement import refuse
+from frictool.simulate.spread_checks import check_spread
+from frictool.simulate.step_test import StepTest
+
+NO_REQUIREMENTS = ("format", "name", "axis", "drive", "modulus_margin")  # the margin is the controller's, whatever is played
+
+
+def space_of_setting(setting: Setting) -> Space:
+    """What varies. Raises DocumentError where `spread` does not fit the plant or the scenario, or nothing varies."""
+    plant, scenario = plant_of(setting.plant), setting.scenario
+    reference, _ = StepTest(plant, setting.controller, setting.names).reference(nominal_of(scenario), setting.recorded)
+    plant.check(setting.controller, replace(nominal_of(scenario), spread=scenario.spread), setting.names)  # the blocks that it names
+    check_spread(plant, setting.controller, scenario, reference.size * plant.rig.sample_period_s, setting.names)
+    spread = scenario.spread or Spread()
+    space = space_of([*plant_factors(plant.ranges(), spread.parameters, scenario.given), *spread_factors(scenario)])
+    if not space.factors:
+        message = (
+            f"nothing varies: {setting.names.model} has no ranges; write spread, or low and high beside the values of bench or mechanism"
+        )
+        refuse(setting.names.scenario, "spread", message)
+    return space
+
+
+def check_asks(spec: Spec, name: str) -> None:
+    """Raises DocumentError where the specification, called `name`, asks for nothing that a run can tell."""
+    keys = [key for key in Spec.__struct_fields__ if key not in NO_REQUIREMENTS]
+    if all(getattr(spec, key) is None for key in keys):
+        raise DocumentError(name, f"asks for nothing that a run can tell; write at least one of {', '.join(keys)}", line=None, key="")
