@@ -25,11 +25,12 @@ from frictool.logs.clocks.alignment import CLOCK_OFFSET, aligned
 from frictool.logs.clocks.intervals import Intervals
 from frictool.logs.clocks.resampling import RESAMPLED, grid, resampled
 from frictool.logs.flow import Flow, Samples
-from frictool.logs.formats import opened
+from frictool.logs.formats import opened, refuse_document
 from frictool.logs.log import Log, Stream
 from frictool.logs.losses import LOST, Losses, losses_of, record_of
 from frictool.logs.quality.quality import TimeBase
 from frictool.logs.recordings.parts import sources
+from frictool.logs.source import head_of
 from frictool.logs.table import LAYOUT, Loss, Table, Told
 
 
@@ -116,6 +117,7 @@ def assemble(paths: Sequence[Path], bench: Bench | None, salvage: bool = False) 
             _add_canonical(made, path, stem)
             continue
         if bench is None:
+            refuse_document(path, head_of(path))
             missing = "is a raw bench file; its columns mean nothing without --bench bench.yaml (or `frictool ingest` it first)"
             raise LogError(path, missing)
         view = view_of(path, bench)

@@ -7,6 +7,7 @@ and `tables(path, layout)` opens it: a table for each of its time bases, nothing
 from __future__ import annotations
 
 import importlib
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple, Protocol, cast
@@ -46,6 +47,9 @@ PACKED = {
     b"\xd0\xcf\x11\xe0": "is an Excel workbook or another document of Office; save the sheet as CSV",
     b"TDSm": "is a TDMS file of LabVIEW; export it as CSV or MATLAB",
 }
+# what text is no table: a document of ours by its first key, a page
+DOCUMENT = re.compile(rb"^format: *['\"]?((?:bench|model|spec|design|controller|scenario|friction|observer|mechanism)/\d+)\b", re.MULTILINE)
+PAGE = re.compile(rb"\s*<(?:!doctype|html)\b", re.IGNORECASE)
 
 
 class Reader(Protocol):
@@ -59,6 +63,7 @@ class Reader(Protocol):
 def format_of(path: Path) -> Format:
     """The format of a raw file. Raises LogError where it cannot be read or is none of them."""
     head = head_of(path)
+    refuse_document(path, head)
     for one in FORMATS:
         if _reader(one).sniff(head, path):
             return one
@@ -66,6 +71,14 @@ def format_of(path: Path) -> Format:
         if head.startswith(signature):
             raise LogError(path, what)
     raise LogError(path, f"is binary and no known format; allowed: {', '.join(one.name for one in FORMATS)}")
+
+
+def refuse_document(path: Path, head: bytes) -> None:
+    """Raises LogError where text is no table that any column could be of: a document, a page. head: the file's first bytes."""
+    if b"\0" not in head and (document := DOCUMENT.search(head)):
+        raise LogError(path, f"is a document ({document[1].decode()}); a log file is expected")
+    if PAGE.match(head):
+        raise LogError(path, "is a page (HTML); a log file is expected")
 
 
 def tables_of(path: Path, layout: Layout | None = None) -> tuple[Table, ...]:

@@ -62,6 +62,21 @@ def test_other_binaries_are_named(tmp_path: Path):
         read_log(path, bench(COLUMNS))
 
 
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("# the model\nformat: model/1\nname: clutch\n", r"is a document \(model/1\); a log file is expected"),
+        ("<!DOCTYPE html>\n<p>1, 2</p>\n", r"is a page \(HTML\); a log file is expected"),
+    ],
+)
+def test_a_document_and_a_page_are_no_logs(tmp_path: Path, text: str, words: str):
+    path = tmp_path / "x.csv"
+    path.write_text(text)
+    for told in (None, bench(COLUMNS)):
+        with pytest.raises(LogError, match=words):
+            read_log(path, told)
+
+
 @pytest.mark.parametrize("name", ["sines", "ramp", "steps"])
 def test_the_sample_logs_are_read_with_their_bench(name: str):
     log = read_log(ROOT / "sample_logs" / f"{name}.csv", load(ROOT / "configs" / "clutch" / "bench.yaml", Bench))
