@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.docs.pages import PAGES, ROOT, links, name_of, prose, text_of
+from tests.docs.printed import LAST_EQUATION, LAST_FIGURE, LAST_SECTION, LAST_TABLE, is_there
 
 FOLDER = ROOT / "docs" / "theory"
 TABLE = FOLDER / "README.md"
@@ -110,20 +111,7 @@ def test_every_name_that_a_page_gives_stands_in_the_sources(page: Path) -> None:
 
 
 OTHERS = {"dynamic_joint_states"}  # a topic of ROS 2, as an example
-LAST_EQUATION = {"2": 51, "3": 63, "4": 45, "5": 71, "6": 26}
-LAST_FIGURE = {"2": 18, "3": 25, "4": 17, "5": 33, "6": 10}
-LAST_TABLE = {"2": 1, "3": 2, "4": 8, "5": 3}
-PARTS = (  # how many parts a section has
-    "2.1:6 2.2:5 2.3:2 2.3.2:4 2.4:4 2.4.2:4 2.4.3:5 3.4:3 3.4.1:4 3.4.2:3 3.7:6 4.2:6 4.2.1:1 4.2.5:4 4.2.6:2 4.4:4 4.4.2:2 "
-    "5.2:6 5.3:4 5.4:4 5.4.3:3 5.4.4:3 6.3:2 6.4:2"
-)
-LAST_SECTION = {whole: int(last) for whole, _, last in (part.partition(":") for part in PARTS.split())}
 STATED = {"theorem 5.3.1", "theorem 6.2.1", "lemma 6.2.1", "proposition 5.2.1", "proposition 5.2.2"}
-
-
-def _is_there(number: str, last: dict[str, int]) -> bool:
-    whole, _, part = number.rpartition(".")
-    return 1 <= int(part) <= last.get(whole, 0)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
@@ -136,7 +124,7 @@ def test_numbers_of_the_thesis_exist(page: Path) -> None:
         "table": (re.findall(r"[Tt]ables? ([2-6]\.\d+)", text), LAST_TABLE),
         "section": (re.findall(r"(?<![\w.])([2-7]\.\d(?:\.\d){1,2})(?![.\d]*\w)", _without_statements(text)), LAST_SECTION),
     }
-    lost = {f"{kind} {number}" for kind, (numbers, last) in cited.items() for number in numbers if not _is_there(number, last)}
+    lost = {f"{kind} {number}" for kind, (numbers, last) in cited.items() for number in numbers if not is_there(number, last)}
     assert lost == set()
 
 
@@ -148,10 +136,10 @@ def _without_statements(text: str) -> str:
 
 
 def test_a_number_that_is_not_there_is_noticed() -> None:
-    assert _is_there("5.71", LAST_EQUATION)
-    assert not _is_there("5.72", LAST_EQUATION)
-    assert _is_there("4.2.5.4", LAST_SECTION)
-    assert not _is_there("4.1.2", LAST_SECTION)
+    assert is_there("5.71", LAST_EQUATION)
+    assert not is_there("5.72", LAST_EQUATION)
+    assert is_there("4.2.5.4", LAST_SECTION)
+    assert not is_there("4.1.2", LAST_SECTION)
     assert _lost(["`synth/lpv.py`, `schedule.py`"], ["code"]) == []
     assert _lost(["`lpv.py`"], ["code"]) == ["lpv.py"]
     assert _lost(["`lpv.py`"], ["code (`frictool/synth/`)"]) == []
