@@ -23,11 +23,12 @@ from frictool.campaign.trials import Trials
 from frictool.campaign.varied import check_asks, space_of_setting
 from frictool.campaign.worst_case import Commands, WorstCase, commands_of
 from frictool.documents.controller import Controller, Number
+from frictool.documents.lines import complaint
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
-from frictool.errors import DocumentError, FrictoolError
+from frictool.errors import FrictoolError
 from frictool.logs.log import Log
 from frictool.plant.mechanism.wrong import WrongElement
 from frictool.simulate.agreement import Names
@@ -87,7 +88,7 @@ def campaign(
         recheck(controller)
         trial = CampaignTrial(setting, space_of_setting(setting), scenario.seed if seed is None else seed)
     except WrongElement as wrong:
-        raise DocumentError(setting.names.model, str(wrong), line=None, key=wrong.key) from None
+        raise complaint(setting.names.model, wrong.key, str(wrong)) from None
     if count is None and method != "vertices":
         count = TRIALS
     draws = draws_of(method, count, trial.space.size, trial.seed)

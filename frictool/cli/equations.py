@@ -27,17 +27,12 @@ brackets are the thesis's, as its slips are read.
 @output_option(required=False)
 @json_option
 def command(mechanism: Path, latex: bool, output: Path | None, as_json: bool) -> None:
-    from frictool.cli.mechanism_file import load_mechanism, wrong_in_file
-    from frictool.plant.mechanism.equations.derivation import derive
-    from frictool.plant.mechanism.equations.layout import as_latex, as_text, machine_view
-    from frictool.plant.mechanism.wrong import WrongElement
+    from frictool.documents.mechanism import Mechanism
+    from frictool.documents.registry import load
+    from frictool.equations import equations
 
-    document, assembled = load_mechanism(mechanism)
-    try:
-        derivation = derive(document, assembled)
-    except WrongElement as wrong:
-        raise wrong_in_file(mechanism, wrong) from None
+    found = equations(load(mechanism, Mechanism), name=str(mechanism))
     if output is not None or not as_json:
-        save_text(output or STDOUT, as_latex(derivation) if latex else as_text(derivation), [mechanism])
+        save_text(output or STDOUT, found.latex if latex else found.text, [mechanism])
     if as_json:
-        print_json(machine_view(derivation), output)
+        print_json(found.data, output)

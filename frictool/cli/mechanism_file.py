@@ -37,6 +37,6 @@ def tell_notes(path: Path, assembled: Assembled) -> None:
 
 def wrong_in_file(path: Path, wrong: WrongElement) -> DocumentError:
     """The same complaint, with the file and the line of the element."""
-    from frictool.documents.lines import line_of
+    from frictool.documents.lines import complaint
 
-    return DocumentError(path, str(wrong), line=line_of(path, wrong.key), key=wrong.key)
+    return complaint(path, wrong.key, str(wrong))

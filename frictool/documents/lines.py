@@ -8,7 +8,7 @@ from pathlib import Path
 import yaml
 
 from frictool.documents.reading import compose, read_text
-from frictool.errors import InputFileError
+from frictool.errors import DocumentError, InputFileError
 
 
 def line_of(path: Path, key: str) -> int | None:
@@ -27,6 +27,12 @@ def line_of(path: Path, key: str) -> int | None:
             break
         line, node = found
     return line
+
+
+def complaint(name: Path | str, key: str, message: str) -> DocumentError:
+    """What is wrong with `key` of the document called `name`, with its line where that is a file."""
+    line = line_of(Path(name), key) if Path(name).is_file() else None
+    return DocumentError(name, message, line=line, key=key)
 
 
 def _within(node: yaml.Node, name: str, index: str) -> tuple[int, yaml.Node] | None:

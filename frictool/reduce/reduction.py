@@ -6,10 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from frictool.documents.bench import Bench
+from frictool.documents.lines import complaint
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance, called
 from frictool.errors import NoSolutionError
+from frictool.plant.mechanism.wrong import WrongElement
 from frictool.reduce.chain import Chain, chain
 from frictool.reduce.checked import Checked, checked
 from frictool.reduce.final import final
@@ -41,9 +43,13 @@ def reduce(
     """What `frictool reduce` does: the one-inertia model of a mechanism, with what each step neglects.
 
     bandwidth [rad/s]: resonances below it are kept, needed where a link yields. bench: in place of the mechanism's own source and sensor.
-    Raises WrongElement where the mechanism is none, NoSolutionError where a step cannot be made or its error is beyond `tolerance`.
+    Raises DocumentError where the mechanism is none, NoSolutionError where a step cannot be made or its error is beyond `tolerance`.
     """
-    found = reduction(mechanism, bandwidth, tolerance, bench, provenance or called("frictool.reduce.reduce", mechanism=mechanism), progress)
+    origin = provenance or called("frictool.reduce.reduce", mechanism=mechanism)
+    try:
+        found = reduction(mechanism, bandwidth, tolerance, bench, origin, progress)
+    except WrongElement as wrong:
+        raise complaint("mechanism", wrong.key, str(wrong)) from None
     if found.checked.refused is not None:
         raise NoSolutionError(f"{found.chain.whole.name}: not reduced: {found.checked.refused}")
     return found

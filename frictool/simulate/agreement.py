@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from pathlib import Path
 from typing import NamedTuple, NoReturn
 
 from frictool.documents.conditions import Disturbance
 from frictool.documents.controller import Controller
-from frictool.documents.lines import line_of
+from frictool.documents.lines import complaint
 from frictool.documents.quantity import si_unit
 from frictool.documents.scenario import Scenario
 from frictool.documents.spread import SpreadDisturbance
-from frictool.errors import DocumentError
 from frictool.simulate.rig import Rig
 
 
@@ -27,7 +25,7 @@ class Names(NamedTuple):
 
 def refuse(name: str, key: str, message: str) -> NoReturn:
     """Raises DocumentError on `key` of the document called `name`, with its line where that is a file."""
-    raise DocumentError(name, message, line=line_of(Path(name), key) if Path(name).is_file() else None, key=key)
+    raise complaint(name, key, message)
 
 
 def check_agreement(rig: Rig, controller: Controller, scenario: Scenario, names: Names) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from frictool.documents.controller import Controller, Number
+from frictool.documents.lines import complaint
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance, called
@@ -53,5 +54,5 @@ def simulate(
             driven = MechanismPlant(plant, assemble(plant), lambda moved: None)
             return step_test(driven, controller, scenario, origin, names, progress, recorded, number, target)
     except WrongElement as wrong:
-        raise DocumentError(names.model, str(wrong), line=None, key=wrong.key) from None
+        raise complaint(names.model, wrong.key, str(wrong)) from None
     return step_test(plant, controller, scenario, origin, names, progress, recorded, number, target)

@@ -25,6 +25,7 @@ PACKAGES = [
     "compare",
     "systems",
     "campaign",
+    "equations",
 ]
 HEAVY = ("numba", "numpy", "scipy", "clarabel", "matplotlib", "msgspec", "yaml")
 

@@ -10,6 +10,7 @@ import pytest
 
 from tests.cli.run import refused, run
 from tests.plant.mechanism.described import TRAIN
+from tests.synth.example import ROOT
 
 
 @pytest.fixture
@@ -55,6 +56,13 @@ def test_a_wrong_mechanism_is_one_line(old: str, new: str, words: tuple[str, ...
     assert old in TRAIN
     train.write_text(TRAIN.replace(old, new, 1))
     refused(run("equations", train), 3, *words)
+
+
+def test_equal_places_leave_no_offset() -> None:
+    """200 deg x 0.05 is 10 deg: what rounding makes of their difference is no parameter."""
+    printed = run("equations", ROOT / "configs/throttle/mechanism.yaml").stdout
+    assert "o_gear" not in printed
+    assert "e-17" not in printed
 
 
 def test_a_missing_file() -> None:

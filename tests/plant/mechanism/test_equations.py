@@ -17,11 +17,11 @@ from frictool.cli.main import group
 from frictool.documents.mechanism import Block, Coupling, Link, Mechanism, Rack, Source
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
+from frictool.equations.derivation import Derivation, derive
+from frictool.equations.dimension import check, check_sum
+from frictool.equations.expression import Equation, Term, symbol
+from frictool.equations.layout import as_latex
 from frictool.plant.mechanism.assembly import assemble
-from frictool.plant.mechanism.equations.derivation import Derivation, derive
-from frictool.plant.mechanism.equations.dimension import check, check_sum
-from frictool.plant.mechanism.equations.expression import Equation, Term, symbol
-from frictool.plant.mechanism.equations.layout import as_latex
 from frictool.plant.mechanism.linear import linearise
 from frictool.plant.mechanism.wrong import WrongElement
 from tests.plant.mechanism.described import TRAIN, document

@@ -12,9 +12,9 @@ from frictool.engine.mechanism.machine import prepare
 from frictool.engine.mechanism.run import run
 from frictool.engine.mechanism.state import rest
 from frictool.engine.status import OK
+from frictool.equations.derivation import derive
+from frictool.equations.expression import Equation, Term
 from frictool.plant.mechanism.assembly import assemble
-from frictool.plant.mechanism.equations.derivation import derive
-from frictool.plant.mechanism.equations.expression import Equation, Term
 from tests.plant.mechanism.described import TRAIN, document
 
 # lossy and lossless rigid links, yielding ones, a spring, friction over the position, a cam: a motor that goes on forward

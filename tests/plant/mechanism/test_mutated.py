@@ -12,9 +12,9 @@ import yaml
 
 from frictool.cli.mechanism_file import load_mechanism
 from frictool.documents.scalars import Loader
+from frictool.equations.derivation import derive
+from frictool.equations.layout import as_latex, as_text
 from frictool.errors import FrictoolError
-from frictool.plant.mechanism.equations.derivation import derive
-from frictool.plant.mechanism.equations.layout import as_latex, as_text
 from frictool.plant.mechanism.linear import linearise
 from tests.fuzz.mutations import mutated
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 from frictool.documents.mechanism import Backlash
 from frictool.documents.quantity import Quantity, si_unit
-from frictool.plant.mechanism.equations.expression import Equation, Term
-from frictool.plant.mechanism.equations.notation import HALF, RATES, Notation, indexed
-from frictool.plant.mechanism.equations.ratios import Passed, passed, ratio_of
-from frictool.plant.mechanism.equations.statement import Statement
+from frictool.equations.expression import Equation, Term
+from frictool.equations.notation import HALF, RATES, Notation, indexed
+from frictool.equations.ratios import Passed, passed, ratio_of
+from frictool.equations.statement import Statement
 from frictool.plant.mechanism.links import Transmitting
 
 SOURCES = {"gear": "(2.3)", "belt": "(2.6)", "screw": "(2.10)-(2.13)", "rack": "(2.19)", "hydraulic": "(2.16)", "coupling": ""}

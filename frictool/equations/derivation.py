@@ -6,17 +6,18 @@ from dataclasses import dataclass
 from typing import get_args
 
 from frictool.documents.mechanism import GROUND, Cam, FrictionOf, Mechanism, Spring, Stop
+from frictool.equations.acting import Acting, cam, friction, source, spring, stop
+from frictool.equations.bodies import Tree, free_body, holds
+from frictool.equations.dimension import check, check_sum
+from frictool.equations.expression import Equation, Term
+from frictool.equations.notation import Notation, Parameter
+from frictool.equations.statement import Statement
+from frictool.equations.transmitting import Drawn, drawn
 from frictool.plant.mechanism.assembly import Assembled
-from frictool.plant.mechanism.equations.acting import Acting, cam, friction, source, spring, stop
-from frictool.plant.mechanism.equations.bodies import Tree, free_body, holds
-from frictool.plant.mechanism.equations.dimension import check, check_sum
-from frictool.plant.mechanism.equations.expression import Equation, Term
-from frictool.plant.mechanism.equations.notation import Notation, Parameter
-from frictool.plant.mechanism.equations.statement import Statement
-from frictool.plant.mechanism.equations.transmitting import Drawn, drawn
 from frictool.plant.mechanism.links import Transmitting
 
 Line = Equation | Statement
+ROUNDING = 1e-12  # relative; degrees, ratios and teeth are multiplied a few times
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,7 @@ def _links(document: Mechanism, assembled: Assembled, notation: Notation, start:
     for name, link in document.links.items():
         if isinstance(link, get_args(Transmitting)) and name in ratios:
             a, b = link.between
-            out.append(drawn(name, link, notation, start[b] - ratios[name] * start[a]))
+            out.append(drawn(name, link, notation, _difference(start[b], ratios[name] * start[a])))
     return out
 
 
@@ -93,7 +94,7 @@ def _acting(document: Mechanism, notation: Notation, start: dict[str, float]) ->
         match element:
             case Spring():
                 first, second = element.between
-                out.append(spring(name, element, notation, start[first] - (0.0 if second == GROUND else start[second])))
+                out.append(spring(name, element, notation, _difference(start[first], 0.0 if second == GROUND else start[second])))
             case Cam():
                 out.append(cam(name, element, notation))
             case FrictionOf():
@@ -101,6 +102,12 @@ def _acting(document: Mechanism, notation: Notation, start: dict[str, float]) ->
             case Stop():
                 out.append(stop(name, element, notation))
     return out
+
+
+def _difference(one: float, other: float) -> float:
+    """one - other, 0 where it is what rounding leaves of equal places: an offset that nobody wrote would stand in the equations."""
+    found = one - other
+    return found if abs(found) > ROUNDING * max(abs(one), abs(other)) else 0.0
 
 
 def _trees(

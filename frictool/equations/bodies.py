@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from frictool.documents.quantity import si_unit
-from frictool.plant.mechanism.equations.expression import Atom, Equation, Term, summed, summed_latex
-from frictool.plant.mechanism.equations.notation import Notation
-from frictool.plant.mechanism.equations.statement import Statement
-from frictool.plant.mechanism.equations.transmitting import Drawn
+from frictool.equations.expression import Atom, Equation, Term, summed, summed_latex
+from frictool.equations.notation import Notation
+from frictool.equations.statement import Statement
+from frictool.equations.transmitting import Drawn
 
 Efforts = Mapping[str, Sequence[Term]]
 

@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 
 from frictool.documents.mechanism import GROUND, Cam, Curve, FrictionOf, Level, Source, Spring, Stop
 from frictool.documents.quantity import Quantity, si_unit
+from frictool.equations.expression import Atom, Equation, Term, symbol
+from frictool.equations.notation import RATES, Notation, function, indexed
+from frictool.equations.resistance import dry_level, friction_terms
+from frictool.equations.statement import Statement
 from frictool.friction.table import LAWS
-from frictool.plant.mechanism.equations.expression import Atom, Equation, Term, symbol
-from frictool.plant.mechanism.equations.notation import RATES, Notation, function, indexed
-from frictool.plant.mechanism.equations.resistance import dry_level, friction_terms
-from frictool.plant.mechanism.equations.statement import Statement
 
 SIGNS = {"low": r"\geq", "high": r"\leq"}  # of what an end does
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 from frictool.documents.mechanism import Belt, Coupling, Gear, Hydraulic, Rack, Screw
 from frictool.documents.quantity import si_unit
-from frictool.plant.mechanism.equations.expression import Atom, Equation, Term, symbol
-from frictool.plant.mechanism.equations.notation import RATES, Notation, function, indexed
+from frictool.equations.expression import Atom, Equation, Term, symbol
+from frictool.equations.notation import RATES, Notation, function, indexed
 from frictool.plant.mechanism.links import Transmitting, back_efficiency, tangent_of_lead
 
 LOSS_SOURCES = {"gear": "(2.3)", "rack": "(2.20)", "screw": "(2.12)"}

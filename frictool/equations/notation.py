@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.quantity import Axis, Quantity, si_unit
+from frictool.equations.expression import Atom, Term, symbol
 from frictool.plant.mechanism.ends import kind_of
-from frictool.plant.mechanism.equations.expression import Atom, Term, symbol
 
 RATES: dict[Axis, tuple[str, str, str]] = {"rotary": ("rad", "rad/s", "rad/s^2"), "linear": ("m", "m/s", "m/s^2")}
 HALF = symbol("2", "2", value=2.0).inverse()

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from frictool.documents.quantity import dimension_of
-from frictool.plant.mechanism.equations.expression import Atom, Equation, Term
+from frictool.equations.expression import Atom, Equation, Term
 from frictool.plant.mechanism.wrong import WrongElement
 
 

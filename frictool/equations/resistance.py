@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from frictool.documents.mechanism import FrictionOf
 from frictool.documents.quantity import Quantity
+from frictool.equations.expression import Atom, Term
+from frictool.equations.notation import Notation, function
 from frictool.friction.table import LAWS
-from frictool.plant.mechanism.equations.expression import Atom, Term
-from frictool.plant.mechanism.equations.notation import Notation, function
 from frictool.plant.mechanism.resisting import si_parameters
 
 # name of a parameter -> letter in text and LaTeX; any other stands by its own name

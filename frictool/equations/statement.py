@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from frictool.plant.mechanism.equations.expression import Term
+from frictool.equations.expression import Term
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import textwrap
 from typing import Any
 
-from frictool.plant.mechanism.equations.derivation import Derivation, Line
-from frictool.plant.mechanism.equations.expression import Equation
-from frictool.plant.mechanism.equations.notation import Parameter
+from frictool.equations.derivation import Derivation, Line
+from frictool.equations.expression import Equation
+from frictool.equations.notation import Parameter
 
 WIDTH = 118
 
