@@ -86,9 +86,9 @@ def command(
     from frictool.reduce.chain import Unfinished
 
     if scenario is not None and controller is None:
-        raise click.UsageError("--scenario is played under a controller; give --controller")
+        raise click.UsageError("--scenario is played under a controller; give --controller.")
     if travel is not None and travel[0] >= travel[1]:
-        raise click.UsageError(f"--travel: found {travel[0]:g} to {travel[1]:g}; allowed: LOW < HIGH")
+        raise click.UsageError(f"--travel: found {travel[0]:g} to {travel[1]:g}; allowed: LOW < HIGH.")
     inputs = [path for path in (mechanism, controller, scenario, bench) if path is not None]
     _refuse_targets([path for path in (reduced, plot, output) if path is not None], inputs)
     words: dict[str, Any] = {
@@ -143,7 +143,7 @@ def _refuse_targets(targets: list[Path], inputs: list[Path]) -> None:
     for target in targets:
         refuse_inputs(target, inputs)
     if len({target.resolve() for target in targets}) < len(targets):
-        raise click.UsageError("--output, --reduced and --plot name one file twice; give each its own")
+        raise click.UsageError("--output, --reduced and --plot name one file twice; give each its own.")
 
 
 def _reduction(
@@ -157,17 +157,25 @@ def _reduction(
 ) -> Reduction:
     from frictool.cli.mechanism_file import load_mechanism, tell_notes, wrong_in_file
     from frictool.plant.mechanism.wrong import WrongElement
-    from frictool.reduce.part import over
     from frictool.reduce.reduction import reduction
 
     document, assembled = load_mechanism(path)
     tell_notes(path, assembled)
     try:
-        document = document if travel is None else over(document, travel)
+        document = document if travel is None else _part(document, travel)
         asked = _bandwidth(document, bandwidth, controller, tolerance)
         return reduction(document, asked, tolerance, _bench(bench), provenance(), _progress)
     except WrongElement as wrong:
         raise wrong_in_file(path, wrong) from None
+
+
+def _part(document: Mechanism, travel: tuple[float, float]) -> Mechanism:
+    from frictool.reduce.part import OutsideTravel, over
+
+    try:
+        return over(document, travel)
+    except OutsideTravel as wrong:
+        raise click.UsageError(f"--travel: {wrong}.") from None
 
 
 def _in_loop(path: Path, found: Reduction, controller: Path | None, scenario: Path | None) -> InLoop | None:

@@ -6,18 +6,21 @@ import msgspec
 
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.quantity import Span, si_unit
-from frictool.errors import NoSolutionError
 from frictool.plant.mechanism.driving import commanded
 from frictool.plant.mechanism.ends import kind_of
 
 
+class OutsideTravel(ValueError):
+    """A travel that is asked for, and that the mechanism does not have."""
+
+
 def over(whole: Mechanism, ends: tuple[float, float]) -> Mechanism:
-    """The mechanism with the travel (low, high) [rad | m] of its sensor's block. Raises NoSolutionError where its own is all outside."""
+    """The mechanism with the travel (low, high) [rad | m] of its sensor's block. Raises OutsideTravel where nothing of its own is there."""
     block = whole.sensors[commanded(whole)[1]].on
     unit, own = si_unit("position", kind_of(whole.blocks[block])), whole.travel
     if own is not None:
         if ends[1] <= own.low or ends[0] >= own.high:
             found, allowed = f"{ends[0]:g} to {ends[1]:g} {unit}", f"{own.low:g} to {own.high:g} {unit}"
-            raise NoSolutionError(f"{whole.name}: --travel: found {found}; allowed: a part of {allowed}")
+            raise OutsideTravel(f"found {found}; allowed: a part of {allowed}, the travel of {whole.name}")
         ends = max(ends[0], own.low), min(ends[1], own.high)
     return msgspec.structs.replace(whole, travel=Span(*ends, unit))
