@@ -24,7 +24,8 @@ def scenario_of(base: Scenario, space: Space, values: Vector, noise: tuple[int, 
     noise: seed and number of the draw whose noise it has. step: of the encoder [rad | m].
     """
     spread, at = base.spread or Spread(), dict(zip(space.names, map(float, values), strict=True))
-    drawn = {factor.name: Quantity(value=at[factor.name], unit=factor.unit) for factor in space.factors if factor.kind == "plant"}
+    drawn = {name: Quantity(value=span.low, unit=span.unit) for name, span in spread.parameters.items()}  # also where low is high
+    drawn |= {factor.name: Quantity(value=at[factor.name], unit=factor.unit) for factor in space.factors if factor.kind == "plant"}
     return msgspec.structs.replace(
         base,
         start=_start(base, spread, at, step),

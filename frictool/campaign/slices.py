@@ -54,7 +54,8 @@ class Draws:
     def sliced(self, factor: int, count: int, chosen: NDArray[np.bool_]) -> Slices:
         """The draws `chosen` (n,) of a factor, in `count` slices; in one for each value where it has no more values than that."""
         if self._few[factor]:
-            values, of = np.unique(self._trials.values[chosen, factor], return_inverse=True)
+            where = self._trials.values if self._trials.space.factors[factor].whole else self._trials.units
+            values, of = np.unique(where[chosen, factor], return_inverse=True)
             if values.size <= count:
                 return Slices(of.astype(np.int64), int(values.size))
         ordered = self._orders[factor][chosen[self._orders[factor]]]

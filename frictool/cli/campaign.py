@@ -50,7 +50,8 @@ Play a scenario to many plants and judge each run by the specification, as simul
 each metric is distributed, which parameters cause the failures.
 
 What varies are the ranges of the plant (of bench and model; of a mechanism every quantity with low and high) and what the scenario's
-`spread` names: wear, temperature, start, sensor faults, disturbances, or other ranges (docs/formats.md). All are uniform and independent.
+`spread` names: wear, temperature, start, sensor faults, disturbances, or other ranges (docs/formats.md). All are uniform and independent;
+of a breakaway's range what lies below the Coulomb friction of the same draw is left out.
 --method random: draw i of a seed is the same however many there are, so that a kept campaign is extended by a larger -n. latin: a Latin
 hypercube of -n draws. vertices: every combination of ends, or where these are more than 4096, or than -n, a random part of them, which the
 report says. Results depend neither on the number of cores nor on who does which trial.

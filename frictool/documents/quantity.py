@@ -206,11 +206,14 @@ def _measured(dimension: str, axis: Axis) -> str:
     return dimension if rotary == linear else f"{dimension} of a {axis} axis"
 
 
+@lru_cache(maxsize=1024)  # trials ask again and again
 def factor_between(unit: str, target: str) -> float:
     """What a number in `unit` is multiplied by to be in `target`, both as people write them; "" and "1" have no dimension.
 
     Raises ValueError with a message for people where the unit is unknown or of another dimension.
     """
+    if unit == target:
+        return 1.0
     try:
         factor = float(registry().Quantity(1.0, _spelling(unit)).to(_spelling(target)).magnitude)
     except Exception:

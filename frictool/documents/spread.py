@@ -1,6 +1,7 @@
 """`spread:` of scenario.yaml: what a campaign varies beside the ranges that the plant has itself; `simulate` plays the scenario without it.
 
-Every range is uniform and independent of the others; a range whose ends are equal is a fixed value.
+Every range is uniform and independent of the others, but for a breakaway, which is drawn from what of its range is not below the Coulomb
+friction; a range whose ends are equal is a fixed value. A range that reaches where no plant can be is refused.
 """
 
 from __future__ import annotations
@@ -135,7 +136,7 @@ class SpreadDisturbance(msgspec.Struct, frozen=True, forbid_unknown_fields=True,
 class Spread(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """What a campaign varies beside the plant's own ranges.
 
-    parameters: ranges of the plant's parameters, by name, in place of those that bench, model or mechanism give; low = high leaves one out.
+    parameters: ranges of the plant's parameters, by name, in place of those that bench, model or mechanism give; low = high: that value.
     start: the position at rest. within_count: where within the encoder's count the axis starts, which is never known. wear: factor on all
     dry friction. temperature: cold to hot. sensor_faults, disturbances: in each trial all of them, beside those of the scenario.
     """

@@ -12,16 +12,19 @@ from frictool.documents.mechanism import Mechanism
 from frictool.documents.quantity import si_unit
 from frictool.documents.scenario import Scenario
 from frictool.engine.mechanism.closed_loop import Inputs, Sight
+from frictool.errors import FrictoolError
 from frictool.plant.mechanism.assembly import Assembled
 from frictool.plant.mechanism.pace import fastest
 from frictool.simulate.agreement import Names, disturbances_of, refuse
 from frictool.simulate.given import check_given
+from frictool.simulate.least import check_least
 from frictool.simulate.mechanism_channels import DRIVE_UNITS, Channels
 from frictool.simulate.mechanism_inputs import inputs_of, mean_efforts
 from frictool.simulate.mechanism_playing import Moved, Task, play_all
+from frictool.simulate.mechanism_quantities import ranges
 from frictool.simulate.mechanism_rig import Controlled, placed_at, rig_of_mechanism
 from frictool.simulate.mechanism_told import metadata_of, warnings_of
-from frictool.simulate.mechanism_variants import MechanismVariant, mechanism_variants, ranges
+from frictool.simulate.mechanism_variants import MechanismVariant, mechanism_variants
 from frictool.simulate.plant import Loop, Range, Run
 
 Vector = NDArray[np.float64]
@@ -76,7 +79,10 @@ class MechanismPlant:
         channels = Channels(np.arange(loop.reference.size, dtype=np.float64) * self.rig.sample_period_s, disturbances)
         tasks = []
         for variant in variants:
-            start = placed_at(variant.document, variant.assembled, self.controlled.sensor_block, loop.start)
+            try:
+                start = placed_at(variant.document, variant.assembled, self.controlled.sensor_block, loop.start)
+            except ValueError as error:
+                raise FrictoolError(f"{self.name}, plant {variant.name}: the start {error}") from None
             own = rig_of_mechanism(variant.document, variant.assembled)[1]
             sight = sight_of(self.controlled.source, own, self.rig.resolution, start)
             running = loop.running if loop.target is None else None
@@ -137,6 +143,8 @@ def check_asked(document: Mechanism, assembled: Assembled, scenario: Scenario, n
         message = "found vertices, which are numbers of one axis; allowed for a mechanism: nominal, random, given"
         refuse(names.scenario, "variants", message)
     check_given(scenario, ranges(document), names)
+    if scenario.variants == "random":
+        check_least(ranges(document), {}, {}, names, drawn=True)
     for name, signals in scenario.sources.items():
         key = f"sources.{name}"
         if name not in document.sources:

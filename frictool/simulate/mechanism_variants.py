@@ -1,31 +1,32 @@
 """Mechanisms drawn at random: every quantity of the document that has `low` and `high` is drawn between them, uniformly and on its own.
 
-Mechanism number i of a seed is the same however many there are. A breakaway that is drawn below its Coulomb friction counts as equal to it.
+Mechanism number i of a seed is the same however many there are. A breakaway lies nowhere below its Coulomb friction: it is drawn from what
+of its range is above, and one without a range goes with the Coulomb friction, of which it is a multiple.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
-import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
-from frictool.documents.mechanism import FrictionOf, Mechanism
-from frictool.documents.quantity import Quantity
+from frictool.documents.mechanism import Mechanism
 from frictool.documents.reading import Reader, compose
 from frictool.documents.scenario import Scenario
 from frictool.documents.writing import to_yaml
 from frictool.errors import DocumentError, FrictoolError
-from frictool.friction.table import LAWS
 from frictool.logs.log import MAIN_TOPIC, MECHANISM_TOPIC
 from frictool.plant.mechanism.assembly import Assembled, assemble
 from frictool.plant.mechanism.wrong import WrongElement
 from frictool.simulate.given import GIVEN, given_values
+from frictool.simulate.mechanism_quantities import changed, quantities_of, ranges
 from frictool.simulate.plant import Range
 from frictool.simulate.variants import PLANTS_STREAM
+
+Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -65,29 +66,41 @@ def mechanism_variants(document: Mechanism, assembled: Assembled, scenario: Scen
     if scenario.variants != "random":
         return found
     assert scenario.plants is not None
-    ranged = {key: one for key, one in ranges(document).items() if one.low < one.high}
+    every = ranges(document)
+    ranged = {key: one for key, one in every.items() if one.low < one.high}
     if not ranged:
         raise FrictoolError(f"{owner}: variants: random draws from ranges, and no quantity has one; give low and high beside a value")
-    lows, highs = np.array([one.low for one in ranged.values()]), np.array([one.high for one in ranged.values()])
     parts = np.random.Generator(np.random.PCG64([scenario.seed, PLANTS_STREAM])).random((scenario.plants, len(ranged)))
     width = len(str(scenario.plants))
-    for index, row in enumerate(lows + parts * (highs - lows), start=1):
+    for index, row in enumerate(_values(every, ranged, parts), start=1):
         name, values = f"p{index:0{width}d}", dict(zip(ranged, map(float, row), strict=True))
         found.append(_variant(document, name, values, f"{owner}, plant {name}: ", "narrow the ranges that it is drawn from"))
     return found
 
 
-def ranges(document: Mechanism) -> dict[str, Range]:
-    """Of every quantity, by its key, as simulate/plant.py `Plant.ranges`."""
-    return {key: Range(*one.interval, one.value, one.unit, key) for key, one in _quantities(document, "")}
+def _values(every: Mapping[str, Range], ranged: Mapping[str, Range], parts: Vector) -> Vector:
+    """Values (n, d) at parts (n, d) of the ranges, of each range what lies above the value that it may not fall below."""
+    lows, highs = np.array([one.low for one in ranged.values()]), np.array([one.high for one in ranged.values()])
+    drawn: Vector = lows + parts * (highs - lows)
+    for index, one in enumerate(ranged.values()):
+        if one.least is None:
+            continue
+        other, factor = one.least
+        below = drawn[:, list(ranged).index(other)] if other in ranged else every[other].nominal
+        low = np.maximum(lows[index], factor * below)
+        drawn[:, index] = low + parts[:, index] * (highs[index] - low)
+    return drawn
 
 
 def _variant(document: Mechanism, name: str, values: dict[str, float], owner: str, remedy: str) -> MechanismVariant:
     """The mechanism with these values. Raises FrictoolError where it cannot be put together."""
-    made = changed(document, values)
+    try:
+        made = changed(document, values)
+    except ValueError as error:  # two values that do not go together
+        raise FrictoolError(f"{owner}{error}; {remedy}") from None
     if any(value <= 0.0 for value in values.values()):
         _check_signs(made, owner, remedy)
-    units = {key: one.unit for key, one in _quantities(document, "") if key in values}
+    units = {key: one.unit for key, one in quantities_of(document) if key in values}
     try:
         return MechanismVariant(name, made, assemble(made), values, units)
     except WrongElement as wrong:
@@ -100,49 +113,3 @@ def _check_signs(made: Mechanism, owner: str, remedy: str) -> None:
         Reader(Path()).read(compose(to_yaml(made), Path()), Mechanism, "")
     except DocumentError as error:
         raise FrictoolError(f"{owner}{str(error).partition(': ')[2]}; {remedy}") from None
-
-
-def changed(document: Mechanism, values: Mapping[str, float]) -> Mechanism:
-    """The document with other values, by their keys (`blocks.rotor.inertia`), in the units that it has."""
-    made: Mechanism = _changed(document, values, "")
-    return made
-
-
-def _quantities(one: Any, key: str) -> Iterator[tuple[str, Quantity]]:
-    """Every quantity below `one`, with its key, in the document's order."""
-    if isinstance(one, Quantity):
-        yield key, one
-        return
-    for name, below in _parts(one):
-        yield from _quantities(below, f"{key}.{name}" if key else name)
-
-
-def _parts(one: Any) -> list[tuple[str, Any]]:
-    if isinstance(one, msgspec.Struct):
-        return [(name, getattr(one, name)) for name in one.__struct_fields__]
-    return list(one.items()) if isinstance(one, dict) else []
-
-
-def _changed(one: Any, values: Mapping[str, float], key: str) -> Any:
-    if isinstance(one, Quantity):
-        return Quantity(value=values[key], unit=one.unit) if key in values else one
-    below = {name: _changed(part, values, f"{key}.{name}" if key else name) for name, part in _parts(one)}
-    if isinstance(one, dict):
-        return below
-    if not isinstance(one, msgspec.Struct):
-        return one
-    made = msgspec.structs.replace(one, **below)
-    return _ordered(made) if isinstance(made, FrictionOf) else made
-
-
-def _ordered(friction: FrictionOf) -> FrictionOf:
-    """With each parameter at least what its law says it may not fall below."""
-    law = LAWS.get(friction.law)
-    if law is None:
-        return friction
-    parameters = dict(friction.parameters)
-    for parameter in law.parameters:
-        own, least = parameters.get(parameter.name), parameters.get(parameter.at_least or "")
-        if own is not None and least is not None and own.unit == least.unit and own.value < least.value:
-            parameters[parameter.name] = Quantity(value=least.value, unit=own.unit)
-    return msgspec.structs.replace(friction, parameters=parameters)

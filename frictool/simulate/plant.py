@@ -39,13 +39,18 @@ V = TypeVar("V", bound=Played)
 
 
 class Range(NamedTuple):
-    """Where a parameter of a plant lies, and where it is in the document, SI; low == high: it is known. label: what people call it."""
+    """Where a parameter of a plant lies, and where it is in the document, SI; low == high: it is known. label: what people call it.
+
+    least: (the parameter that it may not fall below, the factor between their units), as a breakaway has its Coulomb friction. Where it
+    varies it is drawn from what lies above; where it has no range it goes with the other, in the document's proportion.
+    """
 
     low: float
     high: float
     nominal: float
     unit: str
     label: str
+    least: tuple[str, float] | None = None
 
 
 class Run(NamedTuple):

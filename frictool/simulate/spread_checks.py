@@ -1,21 +1,32 @@
-"""Whether every draw of a scenario's `spread` can be played: what it varies is there, in its units, within the travel and the time."""
+"""Whether every draw of a scenario's `spread` can be played: what it varies is there, in its units, within the travel and the time.
+
+A range of a parameter is refused by the plants at its two ends: where one of them cannot be, so cannot draws near it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-from frictool.documents.quantity import factor_between, si_unit
+import msgspec
+
+from frictool.documents.controller import Controller
+from frictool.documents.quantity import Quantity, factor_between, si_unit
 from frictool.documents.scenario import Scenario
 from frictool.documents.spread import Spread, SpreadDisturbance, SpreadFault
+from frictool.errors import FrictoolError
 from frictool.simulate.agreement import Names, refuse
+from frictool.simulate.given import GIVEN
+from frictool.simulate.least import check_least
 from frictool.simulate.limits import SAME_INSTANT, check_frequency
 from frictool.simulate.plant import Plant, Range, V
 
 
-def check_spread(plant: Plant[V], scenario: Scenario, seconds: float, names: Names) -> None:
+def check_spread(plant: Plant[V], controller: Controller, scenario: Scenario, seconds: float, names: Names) -> None:
     """Raises DocumentError with the first key of `spread` that does not fit the plant, or a scenario of `seconds` [s]."""
     spread, rig, name = scenario.spread or Spread(), plant.rig, names.scenario
     _check_parameters(spread, plant.ranges(), names)
+    _check_ends(plant, controller, scenario, spread, names)
+    check_least(plant.ranges(), spread.parameters, scenario.given, names, drawn=True)
     if (
         spread.start is not None
         and rig.travel is not None
@@ -44,11 +55,24 @@ def _check_parameters(spread: Spread, ranges: Mapping[str, Range], names: Names)
         key = f"spread.parameters.{parameter}"
         if parameter not in ranges:
             refuse(names.scenario, key, f"{names.model} has no such parameter; allowed: {', '.join(ranges)}")
-        if span.unit != ranges[parameter].unit:
+        try:
+            factor_between(span.unit, ranges[parameter].unit)
+        except ValueError as error:
+            refuse(names.scenario, f"{key}.unit", str(error))
+
+
+def _check_ends(plant: Plant[V], controller: Controller, scenario: Scenario, spread: Spread, names: Names) -> None:
+    """Raises DocumentError where no plant can be at an end of a parameter's range."""
+    for parameter, span in spread.parameters.items():
+        for end, value in (("low", span.low), ("high", span.high)):
+            given = {parameter: Quantity(value=value, unit=span.unit)}
+            one = msgspec.structs.replace(scenario, variants=GIVEN, plants=None, given=given, spread=None)
             try:
-                factor_between(span.unit, ranges[parameter].unit)
-            except ValueError as error:
-                refuse(names.scenario, f"{key}.unit", str(error))
+                plant.variants(controller, one, names.model)
+            except FrictoolError as error:
+                reason = str(error).removeprefix(f"{names.model} as given: ").removesuffix("; give another")
+                found = f"found {value:g} {span.unit}, which no plant can have"
+                refuse(names.scenario, f"spread.parameters.{parameter}.{end}", f"{found}: {reason}")
 
 
 def _check_times(one: SpreadFault | SpreadDisturbance, key: str, seconds: float, period: float, name: str) -> None:

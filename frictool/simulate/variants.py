@@ -111,7 +111,9 @@ def parameters_of(model: Model) -> dict[str, Range]:
     found = {name: Range(*ends, nominal[name], si_unit(dimensions[name], model.axis), LABELS[name]) for name, ends in ranges(model).items()}
     effort, position = si_unit("effort", model.axis), si_unit("position", model.axis)
     breakaway, offset, backlash = model.parameters.breakaway.value, model.parameters.offset, bench.mechanics.backlash
-    found["breakaway"] = Range(breakaway, breakaway, breakaway, effort, LABELS["breakaway"])
+    level = nominal["coulomb"]  # of which the parameter is a part where the model has a map, or its own friction backward
+    least = ("coulomb", model.parameters.coulomb.value / level) if level > 0.0 else None
+    found["breakaway"] = Range(breakaway, breakaway, breakaway, effort, LABELS["breakaway"], least)
     ends = offset.interval if bench.mechanics.offset is None else _range(bench.mechanics.offset, offset.interval)
     found["offset"] = Range(*ends, offset.value, effort, LABELS["offset"])
     if backlash is not None:

@@ -15,7 +15,7 @@ from frictool.campaign.drawn import nominal_of, scenario_of
 from frictool.campaign.space import Space, space_of
 from frictool.campaign.spreading import spread_factors
 from frictool.documents.conditions import DriftPoint
-from frictool.documents.quantity import Span
+from frictool.documents.quantity import Quantity, Span
 from frictool.documents.registry import load
 from frictool.documents.scenario import Scenario
 from frictool.documents.spread import CountBand, FactorBand, InstantBand, Spread, SpreadFault, Temperature, Warmth
@@ -39,6 +39,11 @@ def test_everything_that_is_spread_is_a_factor() -> None:
     names = space_of(spread_factors(played(EVERYTHING))).names
     assert len(names) == len(set(names)) == SPREAD_SIZE
     assert all(name.startswith("spread.") for name in names)
+
+
+def test_a_range_of_one_value_is_that_value() -> None:
+    spread = Spread(parameters={"inertia": Span(2e-5, 2e-5, "kg m^2")}, wear=FactorBand(1.0, 1.5))
+    assert at(played(spread)).given == {"inertia": Quantity(value=2e-5, unit="kg m^2")}
 
 
 def test_wear_and_temperature_are_factors_throughout() -> None:

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import stats
 
-from frictool.campaign.space import Factor, Space, space_of
+from frictool.campaign.space import Factor, Space, plant_factors, space_of
 from frictool.campaign.trials import BROKEN, MET, UNDECIDED, Metric, Trial, gathered
+from frictool.documents.quantity import Quantity
+from frictool.simulate.plant import Range
 from tests.campaign.example import factors, trials_of
 
 METRIC = Metric("overshoot", "overshoot_percent", "%", 5.0, "<=")
@@ -34,6 +37,21 @@ def test_what_could_not_be_simulated_has_not_passed_and_no_metric_of_it_is_decid
     assert trials.met[7, 0] == UNDECIDED
     assert np.isnan(trials.found[7, 0])
     assert np.sum(trials.passed == MET) == np.sum(np.delete(trials.values[:, 0], 7) <= 0.5)
+
+
+def test_a_factor_that_may_not_fall_below_another_is_drawn_from_what_lies_above() -> None:
+    """Breakaway [mN m] and Coulomb friction [N m]: each in its range, and every corner a plant."""
+    ranges = {"coulomb": Range(0.03, 0.07, 0.05, "N m", "c"), "breakaway": Range(33.0, 77.0, 55.0, "mN m", "b", ("coulomb", 1000.0))}
+    space = space_of(plant_factors(ranges, {}, {}))
+    coulomb, breakaway = space.values(np.random.default_rng(0).random((2000, 2))).T
+    assert np.all(breakaway > np.maximum(33.0, 1000.0 * coulomb))
+    assert stats.kstest((coulomb - 0.03) / 0.04, "uniform").pvalue > 1e-3
+    above = (breakaway - np.maximum(33.0, 1000.0 * coulomb)) / (77.0 - np.maximum(33.0, 1000.0 * coulomb))
+    assert stats.kstest(above, "uniform").pvalue > 1e-3
+    assert space.values(np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])).tolist() == [[0.03, 33.0], [0.07, 70.0], [0.07, 77.0]]
+    known = {"coulomb": Quantity(value=40.0, unit="mN m")}
+    (alone,) = space_of(plant_factors(ranges | {"coulomb": Range(0.05, 0.05, 0.05, "N m", "c")}, {}, known)).factors
+    assert (alone.low, alone.high, alone.least) == (pytest.approx(40.0), 77.0, None)
 
 
 def test_values_fill_their_range_and_whole_numbers_are_equally_likely() -> None:

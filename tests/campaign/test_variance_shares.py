@@ -142,6 +142,15 @@ def test_the_shares_of_all_vertices_are_exact() -> None:
     assert found.named == (0, 1)
 
 
+def test_at_vertices_a_breakaway_has_no_share_of_its_coulomb_friction() -> None:
+    """Its low end is where that friction is; what it does by itself is from its low end to its high one."""
+    trials = vertices(2, linear_of_first)
+    first, second = trials.space.factors
+    space = Space((first, replace(second, least=("x1", 0.5))))
+    found = sensitivity(replace(trials, space=space, values=space.values(trials.units)), drawn=False).influences[0]
+    assert [s.share for s in found.shares] == pytest.approx([1.0, 0.0])
+
+
 def test_two_vertices_of_one_factor_tell_all_of_it() -> None:
     assert sensitivity(vertices(1, linear_of_first), drawn=False).influences[0].shares[0].share == pytest.approx(1.0)
 

@@ -90,16 +90,23 @@ def test_worst_cases_are_worse_than_any_draw_and_replay_to_the_last_bit(tmp_path
 
 
 def test_what_cannot_be_simulated_is_counted_and_named(tmp_path: Path) -> None:
-    spread = Spread(parameters={"viscous": Span(-1e-4, 1e-4, "N m s/rad")})
-    command = write(tmp_path, played(spread), **NO_REST)
-    result = run(*command, "-n", "20", "--cores", "1", "--table", tmp_path / "rows.csv", "--json")
-    assert result.code == 1
+    """A stop that may lie before the start, on the other side of the other stop, or before the origin: each end is a mechanism."""
+    command = write(tmp_path, played(), **NO_REST)
+    command[1] = tmp_path / "mechanism.yaml"
+    stops = ONE_BLOCK.replace("low: {value: 0,", "low: {value: -10, low: -20, high: 0,").replace(
+        "{value: 63,", "{value: 63, low: -15, high: 63,"
+    )
+    (tmp_path / "mechanism.yaml").write_text(stops)
+    result = run(*command, "-n", "40", "--cores", "1", "--table", tmp_path / "rows.csv", "--json")
+    assert result.code == 1, result.stderr
     rows, told = rows_of(tmp_path / "rows.csv"), json.loads(result.stdout)
-    broken = [row for row in rows if float(row["viscous [N m s/rad]"]) < 0.0]
-    assert 0 < len(broken) < 20
+    broken = [row for row in rows if float(row["links.ends.high [rad]"]) < 5.0]
+    assert 0 < len(broken) < 40
     assert len(told["not_simulated"]) == len(broken)
-    assert all("viscous is -" in row["not simulated"] and row["passed"] == "broken" for row in broken)
-    assert told["trials"] == 20
+    assert all(row["passed"] == "broken" for row in broken)
+    reasons = {"lies above high", "rotor starts at 0 rad; allowed", "plant given: the start puts rotor at 5 rad; allowed"}
+    assert {reason for reason in reasons for row in broken if reason in row["not simulated"]} == reasons
+    assert told["trials"] == 40
 
 
 def test_a_kill_loses_little_and_the_same_command_goes_on(tmp_path: Path) -> None:
@@ -204,6 +211,15 @@ def test_at_least_asks_for_a_rate_that_is_shown(tmp_path: Path) -> None:
     [
         (Spread(parameters={"coulom": Span(0.0, 1.0, "N m")}), ("spread.parameters.coulom", "no such parameter", "coulomb")),
         (Spread(parameters={"coulomb": Span(0.0, 1.0, "kg")}), ("spread.parameters.coulomb.unit", "allowed: N m")),
+        (
+            Spread(parameters={"coulomb": Span(-20.0, 60.0, "mN m")}),
+            ("scenario.yaml:12: spread.parameters.coulomb.low: found -20 mN m, which no plant can have: coulomb is -0.02; allowed: >= 0",),
+        ),
+        (Spread(parameters={"inertia": Span(0.0, 2e-5, "kg m^2")}), ("spread.parameters.inertia.low: found 0 kg m^2", "allowed: > 0")),
+        (
+            Spread(parameters={"breakaway": Span(50.0, 60.0, "mN m")}),
+            ("parameters.breakaway: found 0.05 to 0.06 N m, below Coulomb friction of up to 0.18 N m; allowed: at least that",),
+        ),
         (Spread(start=Span(-5.0, 9.0, "rad")), ("spread.start", "allowed: the travel of the bench, 0 to 63")),
         (
             Spread(disturbances=(SpreadDisturbance("pulse", Span(0, 1, "N m"), InstantBand(0, 0.7), LastingBand(0.1, 0.2)),)),

@@ -76,6 +76,10 @@ def test_units_are_converted_and_what_is_wrong_is_named(tmp_path: Path) -> None:
         ("coulom: {value: 0.1, unit: N m}", ("given.coulom", "did you mean 'coulomb'?", "allowed: inertia, viscous")),
         ("coulomb: {value: 0.1, unit: kg}", ("given.coulomb.unit", "allowed: N m")),
         ("inertia: {value: -1, unit: kg m^2}", ("as given", "inertia is -1; allowed: >= 0")),
+        (
+            "coulomb: {value: 0.1, unit: N m}, breakaway: {value: 50, unit: mN m}",
+            ("given.breakaway: found 0.05 N m, below Coulomb friction of 0.1 N m; allowed: at least that; left out, it goes with Coulomb",),
+        ),
     ):
         text = to_yaml(scenario()).replace("name: steps", f"name: steps\nvariants: given\ngiven: {{{quantity}}}")
         rig["scenario"].write_text(text)
@@ -103,6 +107,10 @@ def test_a_mechanism_s_values_are_held_to_what_its_keys_allow(tmp_path: Path) ->
     (found,) = plant.variants(controller(), scenario(variants="given", given={key: Quantity(value=45.0, unit="mN m")}), "geared")
     assert found.document.links["bearing"].parameters["coulomb"].value == pytest.approx(0.045)
     assert found.document.blocks == document.blocks
+    assert found.document.links["bearing"].parameters["breakaway"].value == pytest.approx(1.1 * 0.045)  # of which it is a multiple
+    both = {key: Quantity(value=0.045, unit="N m"), key.replace("coulomb", "breakaway"): Quantity(value=44.0, unit="mN m")}
+    with pytest.raises(DocumentError, match=r"breakaway: found 0.044 N m, below links.bearing.parameters.coulomb of 0.045 N m"):
+        plant.check(None, scenario(variants="given", given=both), Names("geared"))
     wrong = scenario(variants="given", given={key: Quantity(value=-0.01, unit="N m")})
     with pytest.raises(FrictoolError, match=r"geared as given: .*coulomb is -0.01 N m; allowed: a finite number >= 0"):
         plant.variants(controller(), wrong, "geared")

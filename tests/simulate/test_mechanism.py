@@ -17,7 +17,7 @@ from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.documents.scenario import Scenario
 from frictool.engine.axis import advance
-from frictool.errors import FrictoolError, InputFileError, NoSolutionError
+from frictool.errors import DocumentError, FrictoolError, InputFileError, NoSolutionError
 from frictool.logs.log import Log
 from frictool.plant.axis import POSITION, VELOCITY, AxisParameters, rest
 from frictool.plant.mechanism.assembly import assemble
@@ -204,6 +204,23 @@ def test_drawn_mechanisms_are_the_same_however_many_there_are() -> None:
         assert set(drawn) == {"blocks.rotor.inertia", "links.bearing.parameters.coulomb", "links.bearing.parameters.breakaway"}
         assert 1.1e-5 <= drawn["blocks.rotor.inertia"] <= 1.3e-5
         assert 0.03 <= drawn["links.bearing.parameters.coulomb"] <= 0.05
+
+
+def test_no_breakaway_is_drawn_below_its_coulomb_friction() -> None:
+    """And it is drawn from what lies above, not cut: none is equal."""
+    drawn = plant_of(GEARED).variants(controller(), scenario(variants="random", plants=200, seed=1), "geared")[1:]
+    pairs = [[one.values[f"links.bearing.parameters.{name}"] for name in ("coulomb", "breakaway")] for one in drawn]
+    assert all(max(coulomb, 0.032) < breakaway <= 0.052 for coulomb, breakaway in pairs)
+    assert max(coulomb for coulomb, _ in pairs) > 0.0495
+    known = GEARED.replace("{value: 0.044, low: 0.032, high: 0.052, unit: N m}", "{value: 44, unit: mN m}")
+    for one in plant_of(known).variants(controller(), scenario(variants="random", plants=5, seed=1), "geared")[
+        1:
+    ]:  # without a range: a multiple
+        parameters = one.document.links["bearing"].parameters
+        assert parameters["breakaway"].value == pytest.approx(1100.0 * parameters["coulomb"].value)
+    too_low = GEARED.replace("high: 0.052", "high: 0.045")
+    with pytest.raises(DocumentError, match=r"bearing.parameters.breakaway: found 0.032 to 0.045 N m, below .*coulomb of up to 0.05 N m"):
+        log_of(too_low, scenario(variants="random", plants=2))
 
 
 def test_without_ranges_there_is_nothing_to_draw() -> None:
