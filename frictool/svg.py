@@ -1,16 +1,25 @@
-"""A figure as an `<svg>` element to stand in a page: the same bytes for the same figure, sized by the page."""
+"""A figure as an `<svg>` element to stand in a page: the same bytes for the same data, sized by the page; no date, no random ids, no user
+settings.
+"""
 
 from __future__ import annotations
 
+import html
 import io
 import re
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+import matplotlib as mpl
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 INK, MUTED, GRID = "#1d2733", "#6b7785", "#e3e7ec"
-PAGE: dict[Any, Any] = {  # the style that figures of a page have in common
+PAGE: dict[str, Any] = {  # the style that figures have in common
     "svg.fonttype": "none",
     "text.parse_math": False,
     "font.family": ["sans-serif"],
@@ -29,8 +38,47 @@ PAGE: dict[Any, Any] = {  # the style that figures of a page have in common
 }
 
 
+class Margins(NamedTuple):
+    """Beside the axes, inches; `label`: the ordinates', from the left edge.
+
+    Given, so that figures below each other begin at one place: to fit them to each figure's labels takes longer than all else of a page.
+    """
+
+    left: float
+    right: float
+    bottom: float
+    top: float
+    label: float
+
+
+@contextmanager
+def drawing(name: str, style: Mapping[str, Any] = PAGE) -> Iterator[None]:
+    """The settings under which the figure `name` is drawn and rendered, whatever the user's own say."""
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        settings: dict[Any, Any] = {**style, "svg.hashsalt": name}
+        mpl.rcParams.update(settings)
+        yield
+
+
+def panels(
+    size: tuple[float, float], margins: Margins, rows: int = 1, *, ratios: Sequence[float] | None = None, space: float = 0.14
+) -> tuple[Figure, list[Axes]]:
+    """An empty figure of `size`, width and height in inches, with `rows` axes over one abscissa, their heights as `ratios`.
+
+    space: between two axes, as a part of their mean height.
+    """
+    (width, height), (left, right, bottom, top, label) = size, margins
+    figure = Figure(figsize=size)
+    axes = figure.subplots(rows, 1, sharex=True, squeeze=False, height_ratios=ratios)
+    figure.subplots_adjust(left=left / width, right=1.0 - right / width, bottom=bottom / height, top=1.0 - top / height, hspace=space)
+    for (one,) in axes:
+        one.yaxis.set_label_coords((label - left) / (width - left - right), 0.5)
+    return figure, [row[0] for row in axes]
+
+
 def render(figure: Figure, label: str) -> str:
-    """The element's text; `label` is what a screen reader says (the program's own text). Call it within the figure's style."""
+    """The element's text; `label` is what a screen reader says, any text. Call it within `drawing`."""
     buffer = io.StringIO()
     canvas: Any = FigureCanvasSVG(figure)
     canvas.print_svg(buffer, metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
@@ -40,7 +88,8 @@ def render(figure: Figure, label: str) -> str:
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     for size in ("width", "height"):
         text = re.sub(rf'<svg([^>]*?) {size}="[^"]*"', r"<svg\1", text, count=1)
-    return text.replace("<svg", f'<svg role="img" aria-label="{label}"', 1).strip()
+    told = html.escape("".join(c for c in label if c.isprintable()))
+    return text.replace("<svg", f'<svg role="img" aria-label="{told}"', 1).strip()
 
 
 def picture_of(figure: Figure, label: str) -> str:

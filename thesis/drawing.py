@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 from numpy.typing import NDArray
 
-from frictool.svg import PAGE, render
+from frictool.svg import PAGE, Margins, drawing, panels, render
+from frictool.thinning import shown_samples
 
 Vector = NDArray[np.float64]
 COLOURS, DASHES = ("#1f5fa8", "#c4620a", "#2f7d4f", "#8a3d8f"), ("-", (0, (5, 2)), (0, (1, 1.2)), (0, (6, 1, 1, 1)))
 REFERENCE = "#1d2733"
 WIDTH, HEIGHT, LEGEND = 7.4, 1.75, 0.9  # inches; of a row; beside the first
+MARGINS = Margins(left=0.74, right=0.11, bottom=0.5, top=0.18, label=0.25)
+STYLE = {**PAGE, "lines.linewidth": 1.3, "axes.formatter.limits": (-3, 5)}
 DEEPEST = 120.0  # dB
-BUCKETS = 900  # a long curve keeps the least and the greatest of each
 
 
 @dataclass(frozen=True)
@@ -35,19 +34,6 @@ class Curve:
 Row = tuple[str, list[Curve]]
 
 
-def kept(curve: Curve) -> tuple[Vector, Vector]:
-    """What a curve of that width can show of a long record."""
-    x, y = np.asarray(curve.x), np.asarray(curve.y)
-    if x.size <= 2 * BUCKETS or curve.style == "points":
-        return x, y
-    edges = np.linspace(0, x.size, BUCKETS + 1).astype(int)
-    chosen = {0, x.size - 1}
-    for start, end in itertools.pairwise(edges):
-        chosen |= {start + int(np.argmin(y[start:end])), start + int(np.argmax(y[start:end]))}
-    index = np.array(sorted(chosen))
-    return x[index], y[index]
-
-
 def _decades(panel: Axes) -> None:
     """A logarithmic abscissa with plain numbers; what is more than DEEPEST below the largest is not shown."""
     panel.set_xscale("log")
@@ -61,7 +47,8 @@ def _plot(panel: Axes, curves: list[Curve], thin: bool) -> None:
     """The curves, those that are no reference in the colours' order."""
     drawn = 0
     for curve in curves:
-        x, y = kept(curve) if thin else (curve.x, curve.y)
+        shown = shown_samples(curve.y) if thin and curve.style != "points" else slice(None)
+        x, y = curve.x[shown], curve.y[shown]
         label = curve.label or None
         if curve.style == "reference":
             panel.plot(x, y, color=REFERENCE, linewidth=0.9, linestyle=(0, (4, 2)), label=label)
@@ -79,19 +66,14 @@ def draw(name: str, abscissa: str, rows: list[Row], *, log: bool = False, thin: 
     log: abscissa in decades, ordinates in dB or rad. thin: long curves by their extremes.
     """
     height = 0.75 + HEIGHT * len(rows) + LEGEND * (len(rows) == 1)
-    with mpl.rc_context():
-        mpl.rcdefaults()
-        mpl.rcParams.update({**PAGE, "svg.hashsalt": name, "lines.linewidth": 1.3, "axes.formatter.limits": (-3, 5)})
-        figure = Figure(figsize=(WIDTH, height))
-        figure.subplots_adjust(left=0.1, right=0.985, bottom=0.5 / height, top=1.0 - 0.18 / height, hspace=0.16)
-        panels = figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
-        for panel, (label, curves) in zip(panels, rows, strict=True):
+    with drawing(name, STYLE):
+        figure, drawn = panels((WIDTH, height), MARGINS, len(rows), space=0.16)
+        for panel, (label, curves) in zip(drawn, rows, strict=True):
             _plot(panel, curves, thin)
             if log:
                 _decades(panel)
             panel.set_ylabel(label)
-            panel.yaxis.set_label_coords(-0.075, 0.5)
             if any(curve.label for curve in curves):
                 panel.legend(frameon=False, loc="best")
-        panels[-1].set_xlabel(abscissa)
+        drawn[-1].set_xlabel(abscissa)
         return render(figure, name)

@@ -2,61 +2,29 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Any
 
-import matplotlib as mpl
-import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from frictool.compare.trajectory import Trajectory, Vector
-from frictool.svg import render
+from frictool.svg import PAGE, drawing, render
+from frictool.thinning import shown_samples
 
 # told apart with deficient colour vision and in grey; the second is dashed, as in the thesis
 COLOURS, DASHES = ("#1f5fa8", "#c4620a", "#2f7d4f"), ("-", (0, (5, 2)), (0, (1, 1.2)))
-INK, MUTED, GRID = "#1d2733", "#6b7785", "#e3e7ec"
 WIDTH, ROW_HEIGHT = 5.2, 1.5  # inches
-BUCKETS = 700  # a curve keeps the least and the greatest sample of each
-STYLE: dict[Any, Any] = {
-    "svg.fonttype": "none",
-    "text.parse_math": False,
-    "font.family": ["sans-serif"],
-    "font.sans-serif": ["DejaVu Sans"],
-    "font.size": 9.0,
-    "axes.edgecolor": MUTED,
-    "axes.labelcolor": INK,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "axes.formatter.limits": (-3, 4),
-    "grid.color": GRID,
-    "lines.linewidth": 1.3,
-    "legend.frameon": False,
-}
+STYLE: dict[str, Any] = {**PAGE, "font.size": 9.0, "axes.formatter.limits": (-3, 4), "lines.linewidth": 1.3, "legend.frameon": False}
 Row = tuple[str, list[tuple[str, Vector, Vector]]]  # ordinate, then (law, abscissa, ordinate) of each curve
-
-
-def kept(ordinate: Vector) -> NDArray[np.int64]:
-    """Indices of the least and the greatest sample of each bucket, and both ends: what a curve of that width can show."""
-    if ordinate.size <= 2 * BUCKETS:
-        return np.arange(ordinate.size)
-    edges = np.linspace(0, ordinate.size, BUCKETS + 1).astype(int)
-    extremes = [k + pick(ordinate[k:end]) for k, end in pairwise(edges) for pick in (np.argmin, np.argmax)]
-    return np.unique([0, *extremes, ordinate.size - 1])
 
 
 def draw(name: str, abscissa: str, rows: list[Row], thin: bool = True) -> str:
     """A figure with one axes a row over one abscissa, as an `<svg>` element; `name` is what a screen reader says."""
-    with mpl.rc_context():
-        mpl.rcdefaults()
-        mpl.rcParams.update({**STYLE, "svg.hashsalt": name})
+    with drawing(name, STYLE):
         figure = Figure(figsize=(WIDTH, 0.7 + ROW_HEIGHT * len(rows) + (1.0 if len(rows) == 1 else 0.0)), layout="constrained")
         panels = figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
         for panel, (label, curves) in zip(panels, rows, strict=True):
             for k, (law, x, y) in enumerate(curves):
-                shown = kept(y) if thin else slice(None)
+                shown = shown_samples(y) if thin else slice(None)
                 panel.plot(x[shown], y[shown], color=COLOURS[k % 3], linestyle=DASHES[k % 3], label=law)
             panel.set_ylabel(label)
         if len(rows[0][1]) > 1:

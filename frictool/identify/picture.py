@@ -9,7 +9,6 @@ over both        friction in slip (figure 4.13); where friction depends on posit
 
 from __future__ import annotations
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -21,7 +20,7 @@ from frictool.identify.breakaway.breakaway import Breakaway
 from frictool.identify.breakaway.friction_map import shape_along
 from frictool.identify.estimators.sines import Rows
 from frictool.identify.record import Vector
-from frictool.svg import render
+from frictool.svg import drawing, render
 
 FORWARD, BACKWARD = "#1f5fa8", "#c0392b"
 SIDES = ((1.0, FORWARD, "forward"), (-1.0, BACKWARD, "backward"))
@@ -33,7 +32,7 @@ REACH = 1.1  # of the speeds drawn over the fastest stroke's
 def picture(model: Model, rows: Rows | None, ramp: Breakaway | None) -> str:
     """The `<svg>` element, the same bytes for the same identification."""
     mapped = model.laws is not None and model.laws.position is not None and model.parameters.coulomb.source == "identified"
-    with mpl.rc_context({"svg.hashsalt": "identify", "svg.fonttype": "none", "font.family": ["sans-serif"]}):
+    with drawing("identify"):
         count = 1 + (ramp is not None) + mapped
         figure = Figure(figsize=(WIDTH, HEIGHT * count), layout="constrained")
         axes = iter(figure.subplots(count, 1, squeeze=False)[:, 0])

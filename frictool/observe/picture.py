@@ -6,42 +6,33 @@ short one and none of its peaks is lost.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import Any
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
+from frictool import svg
 from frictool.documents.quantity import Axis, si_unit
 from frictool.observe.run import Part
 from frictool.observe.samples import Vector
 from frictool.observe.trace import Trace, zigzag
-from frictool.svg import PAGE, render
+from frictool.svg import PAGE, Margins, panels, render
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 LIMIT = "#b3261e"
 WEAR, FRICTION, VELOCITY = "#1f5fa8", "#c4620a", "#2f7d4f"
 WIDTH, HEIGHT = 7.0, 6.6  # inches
-LEFT, RIGHT, BOTTOM, TOP, LABEL = 0.9, 0.15, 0.5, 0.15, 0.22  # inches; LABEL: the ordinate's, from the left edge
+MARGINS = Margins(left=0.9, right=0.15, bottom=0.5, top=0.15, label=0.22)
 BAND = 0.25  # opacity of an interval
 LONG_S, LONGER_S = 600.0, 7200.0  # s, from which on time is drawn in minutes, in hours
-STYLE: dict[Any, Any] = {**PAGE, "lines.linewidth": 1.2}
+STYLE: dict[str, Any] = {**PAGE, "lines.linewidth": 1.2}
 
 
-@contextmanager
-def drawing(name: str) -> Iterator[None]:
-    """The settings under which a figure is drawn: the same bytes for the same data."""
-    with mpl.rc_context():
-        mpl.rcdefaults()
-        mpl.rcParams.update({**STYLE, "svg.hashsalt": name})
-        yield
-
-
-def set_margins(figure: Figure, height: float) -> None:
-    """Margins in inches: those that matplotlib would find for itself differ in their last bit from run to run."""
-    figure.subplots_adjust(left=LEFT / WIDTH, right=1.0 - RIGHT / WIDTH, bottom=BOTTOM / height, top=1.0 - TOP / height, hspace=0.12)
+def drawing(name: str) -> AbstractContextManager[None]:
+    """The settings under which the figure `name` is drawn and rendered."""
+    return svg.drawing(name, STYLE)
 
 
 class Picture:
@@ -60,9 +51,7 @@ class Picture:
         time, low, high = self._trace.drawn()
         scale, unit = _scale(float(time[-1] - time[0]) if time.size else 0.0)
         with drawing("observe"):
-            figure = Figure(figsize=(WIDTH, HEIGHT))
-            axes = figure.subplots(3, 1, sharex=True, height_ratios=[1.2, 1.0, 1.0])
-            set_margins(figure, HEIGHT)
+            figure, axes = panels((WIDTH, HEIGHT), MARGINS, 3, ratios=[1.2, 1.0, 1.0], space=0.12)
             rows = ((WEAR, "wear [1]"), (FRICTION, f"friction [{si_unit('effort', self._axis)}]"), (VELOCITY, _velocity(self._axis)))
             for number, (one, (colour, label)) in enumerate(zip(axes, rows, strict=True)):
                 first = 3 * number
@@ -72,9 +61,7 @@ class Picture:
             _limit(axes[0], limit)
             axes[0].set_ylim(*_range(low[0], high[0], float(low[1, -1]), float(high[2, -1]), limit))
             axes[-1].set_xlabel(f"time [{unit}]")
-            for one in axes:
-                one.yaxis.set_label_coords((LABEL - LEFT) / (WIDTH - LEFT - RIGHT), 0.5)
-            return render(figure, f"wear, friction and velocity over time, {_plain(name)}")
+            return render(figure, f"wear, friction and velocity over time, {name}")
 
 
 def _velocity(axis: Axis) -> str:
@@ -98,8 +85,3 @@ def _scale(duration: float) -> tuple[float, str]:
     if duration >= LONGER_S:
         return 3600.0, "h"
     return (60.0, "min") if duration >= LONG_S else (1.0, "s")
-
-
-def _plain(name: str) -> str:
-    """Text from outside as an attribute holds it."""
-    return "".join(c for c in name if c.isprintable() and c not in "<>&\"'")

@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 from matplotlib import dates
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from frictool.observe.estimate import Range
-from frictool.observe.picture import LIMIT, WIDTH, drawing, set_margins
+from frictool.observe.picture import LIMIT, MARGINS, WIDTH, drawing
 from frictool.observe.table import Row
-from frictool.svg import render
+from frictool.svg import panels, render
 
 COLOURS = ("#1f5fa8", "#c4620a", "#2f7d4f", "#8a3d8f", "#5c6b00", "#8c2f39")
 MARKS = ("o", "s", "^", "D", "v", "P")
@@ -33,9 +32,7 @@ def trend(table: Sequence[Row], limit: float | None) -> str:
     dated = bool(told) and all(row.date is not None for row, _ in told)
     units = list(dict.fromkeys(row.unit or UNNAMED for row, _ in told))
     with drawing("trend"):
-        figure = Figure(figsize=(WIDTH, HEIGHT))
-        axes = figure.subplots()
-        set_margins(figure, HEIGHT)
+        figure, (axes,) = panels((WIDTH, HEIGHT), MARGINS)
         where = {row.file: _day(row.date or "") if dated else float(place) for place, (row, _) in enumerate(told)}
         for number, unit in enumerate(units):
             own = [(where[row.file], found) for row, found in told if (row.unit or UNNAMED) == unit]

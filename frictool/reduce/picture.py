@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -10,7 +9,7 @@ from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
 from frictool.reduce.chain import Chain
 from frictool.reduce.load import Beside
-from frictool.svg import INK, MUTED, PAGE, render
+from frictool.svg import INK, MUTED, drawing, render
 
 WIDTH, HEIGHT = 7.0, 6.4  # inches
 FORWARD, BACKWARD = "#1f5fa8", "#c0392b"
@@ -18,7 +17,7 @@ FORWARD, BACKWARD = "#1f5fa8", "#c0392b"
 
 def picture(chain: Chain, model: Model) -> str:
     """The `<svg>` element, the same bytes for the same reduction."""
-    with mpl.rc_context(PAGE | {"svg.hashsalt": "reduce"}):
+    with drawing("reduce"):
         return render(figure(chain, model), f"{model.name}: resisting effort over the position in either direction, and its polynomials")
 
 

@@ -10,9 +10,9 @@ from frictool.documents.spec import Spec
 from frictool.logs.log import Vector
 from frictool.report.evidence import Evidence
 from frictool.report.figures import LOG_COLOURS, drawing, new_figure
-from frictool.report.thinning import path_samples, shown_samples
 from frictool.report.velocity import used_velocity
 from frictool.svg import INK, picture_of
+from frictool.thinning import path_samples, shown_samples
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

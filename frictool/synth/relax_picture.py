@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from itertools import groupby
 
-import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from frictool.svg import render
+from frictool.svg import drawing, render
 from frictool.synth.relax import Trade
 
 WIDTH, HEIGHT = 7.0, 6.0  # inches
@@ -18,7 +17,7 @@ CURVE, CHOSEN, ASKED = "#444444", "#c0392b", "#1f5fa8"
 
 def picture(trade: Trade, name: str) -> str:
     """The `<svg>` element, the same bytes for the same trade."""
-    with mpl.rc_context({"svg.hashsalt": "relax", "svg.fonttype": "none", "font.family": ["sans-serif"], "axes.grid": True}):
+    with drawing("relax"):
         return render(figure(trade), f"{name}: gamma over disturbance rejection and effort, and the trade chosen")
 
 

@@ -15,7 +15,6 @@ from pathlib import Path
 from string import Template
 from typing import TypeVar
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -23,7 +22,7 @@ from numpy.typing import NDArray
 from frictool.documents.mechanism import Cam, Curve, FrictionOf, Hydraulic, Link, Mechanism, Rack, Spring
 from frictool.documents.registry import load
 from frictool.plant.mechanism.curves import monotone_cubic
-from frictool.svg import PAGE, render
+from frictool.svg import drawing, render
 from tests.clutch.mechanism_curves import rotor_torque
 
 Vector = NDArray[np.float64]
@@ -114,7 +113,7 @@ def figures(found: Forces) -> list[str]:
     cart = tuple(zip(found.cart, (FORWARD, BACKWARD), ("forward", "backward"), strict=True))
     rotor = tuple(zip(found.rotor, (FORWARD, BACKWARD), ("forward", "backward"), strict=True))
     published = tuple(zip(rotor_torque(theta[::30]), (FORWARD, BACKWARD), strict=True))
-    with mpl.rc_context({**PAGE, "svg.hashsalt": "clutch"}):
+    with drawing("clutch"):
         return [
             _figure("Figure 2.12: what acts on the cart", ("cart x, mm", "N"), way, springs),
             _figure("Figure 2.13: resistance of the cart", ("cart x, mm", "N"), way, cart),

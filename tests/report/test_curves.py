@@ -16,9 +16,9 @@ from frictool.report.evidence import gather
 from frictool.report.measure import Measured
 from frictool.report.step_views import same_steps, step_views, window
 from frictool.report.tables import hold_tables
-from frictool.report.thinning import COLUMNS, path_samples, shown_samples
 from frictool.report.velocity import shown_velocity
 from frictool.report.verdict import judge
+from frictool.thinning import COLUMNS, path_samples, shown_samples
 from tests.report.example import ENCODER_STEP, clutch_spec, stream
 
 

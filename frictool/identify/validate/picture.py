@@ -2,51 +2,37 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
-import matplotlib as mpl
-import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from frictool.documents.quantity import Axis, si_unit
 from frictool.identify.validate.validation import Validation
-from frictool.svg import render
+from frictool.svg import drawing, render
+from frictool.thinning import shown_samples
 
-POINTS = 4000  # of a curve; more is thinned to the extremes of each stretch
 WIDTH, HEIGHT = 7.0, 1.9  # inches; of each axes
 MEASURED, SIMULATED, REFERENCE = "#444444", "#c0392b", "#1f5fa8"
 
 
 def picture(validation: Validation, name: str, axis: Axis) -> str:
     """The `<svg>` element, the same bytes for the same validation."""
-    with mpl.rc_context({"svg.hashsalt": "validate", "svg.fonttype": "none", "font.family": ["sans-serif"], "axes.grid": True}):
+    with drawing("validate"):
         figure = Figure(figsize=(WIDTH, HEIGHT * 4), layout="constrained")
         axes = figure.subplots(4, 1, sharex=True)
         if validation.reference is not None:
-            shown = _extremes(validation.reference)
+            shown = shown_samples(validation.reference)
             axes[0].plot(validation.time[shown], validation.reference[shown], ":", linewidth=0.9, color=REFERENCE, label="reference")
         for ax, signal in zip(axes, ("position", "velocity", "force"), strict=False):
             for values, colour, label in (
                 (validation.measured[signal], MEASURED, "measured"),
                 (validation.simulated[signal], SIMULATED, "simulated"),
             ):
-                shown = _extremes(values)
+                shown = shown_samples(values)
                 ax.plot(validation.time[shown], values[shown], linewidth=0.9, color=colour, label=label)
             ax.set_ylabel(f"{signal}\n{si_unit('effort' if signal == 'force' else signal, axis)}")
         error = validation.measured["position"] - validation.simulated["position"]
-        shown = _extremes(error)
+        shown = shown_samples(error)
         axes[3].plot(validation.time[shown], error[shown], linewidth=0.9, color=SIMULATED)
         axes[3].set_ylabel(f"position error\n{si_unit('position', axis)}")
         axes[0].legend(loc="upper right")
         axes[3].set_xlabel("time, s")
         return render(figure, f"{name}: measured and simulated over time, {validation.loop} loop")
-
-
-def _extremes(values: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Samples to draw: all, or the lowest and the highest of each stretch."""
-    if values.size <= POINTS:
-        return np.arange(values.size)
-    edges = np.linspace(0, values.size, POINTS // 2 + 1).astype(np.int64)
-    pairs = [(a + int(np.argmin(values[a:b])), a + int(np.argmax(values[a:b]))) for a, b in pairwise(edges)]
-    return np.unique(np.array([index for pair in pairs for index in pair]))
