@@ -7,8 +7,7 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.logs.log import Vector
-
+Vector = NDArray[np.float64]
 COLUMNS = 500  # about one per printed point of width
 
 
