@@ -20,7 +20,7 @@ Tell the state of this installation: versions, where compiled kernels are kept, 
 is tried: a kernel is compiled and run, a matrix inequality solved and its answer checked, a C program compiled and run.
 
 ok is in order; note works with something less, such as a log format whose library is not installed; wrong does not work. Whatever is not
-ok has the line to try. Text for a bug report: frictool doctor -o doctor.txt.
+ok has the line to try, and so has what takes room to no use. Text for a bug report: frictool doctor -o doctor.txt.
 
 --clean removes the compiled kernels of former versions, those that a process uses, or used within the hour, excepted. The kernels of this
 version are kept; an upgrade cleans up after itself, but for the last eight within a fortnight.

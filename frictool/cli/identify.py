@@ -11,6 +11,7 @@ import click
 from frictool.cli.observe_given import pattern
 from frictool.cli.output import (
     FiniteRange,
+    NamedPath,
     command_line,
     existing,
     json_option,
@@ -55,9 +56,10 @@ Many actuators, or many records of one:
 
 Each log, or all logs of each folder (--each folder), give a model of their own, the same as alone, in the folder -o, and a row of its
 parameters.csv (-o FILE.csv, FILE.parquet: the table alone). What the parameters scatter is held against their intervals: whether they are
-of one population, which units differ, what drifts. A log that cannot be used is a row with its reason, and exit code 3 in the end.
+of one population, which units differ, what drifts. A log that cannot be used is a row with its reason.
 
-Exit code 1, and no model, where the logs are in order and give nothing at all.
+Exit code 1, and no model, where the logs are in order and give nothing at all; with --each where this is so of any, else 3 where a log
+cannot be used.
 """
 
 
@@ -88,7 +90,7 @@ Exit code 1, and no model, where the logs are in order and give nothing at all.
 @click.option("--unit", metavar="REGEX", help="--each: where the logs do not say their unit, what it finds in a file's name.")
 @click.option("--date", metavar="REGEX", help="--each: the same of the date: year, month, day, and hour, minute, second.")
 @workers_options
-@click.option("--plot", type=click.Path(path_type=Path), help="Friction over speed and position, measured and found (SVG).")
+@click.option("--plot", type=NamedPath(), help="Friction over speed and position, measured and found (SVG).")
 @output_option(required=False, help="The model (YAML); - is stdout. Without it nothing is written.")
 @json_option
 def command(

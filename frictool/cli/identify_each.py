@@ -57,12 +57,13 @@ class Asked:
 
 
 def identify_each(asked: Asked, logs: Sequence[Path]) -> int:
-    """The exit code: EXIT_INPUT where a log could not be used, else EXIT_NO where one has given nothing."""
+    """The exit code: EXIT_NO where one has given nothing, else EXIT_INPUT where a log could not be used."""
     from frictool.cli.standard_input import STDIN
     from frictool.documents.provenance import Input, digest
     from frictool.documents.writing import to_yaml
     from frictool.identify.each import Identify, groups, identified
     from frictool.identify.each_table import ordered, require_parquet
+    from frictool.logs.origin import useless
 
     if STDIN in logs:
         raise click.UsageError("--each reads files and folders, not standard input.")
@@ -72,6 +73,8 @@ def identify_each(asked: Asked, logs: Sequence[Path]) -> int:
     if asked.table is not None and asked.table != STDOUT:
         require_parquet(asked.table)
     found = _members(asked, logs)
+    for told in useless(asked.patterns, [member.name for member in found]):
+        note(f"warning: {told}")
     shown = {"logs": (), "--bench": asked.bench, **asked.shown}
     jobs = [
         replace(one, words=command_line("identify", {**shown, "logs": [member.path for member in one.members]}))
@@ -87,9 +90,9 @@ def identify_each(asked: Asked, logs: Sequence[Path]) -> int:
             batch[place] = one
             _save_model(asked, one, inputs)  # as it comes: what is done stays, whatever happens to the rest
     _tell(asked, ordered([batch[place] for place in range(len(jobs))]), inputs)
-    if any(one.lost for one in batch.values()):
-        return EXIT_INPUT
-    return EXIT_NO if any(one.found is None for one in batch.values()) else EXIT_DONE
+    if any(one.found is None and not one.lost for one in batch.values()):
+        return EXIT_NO
+    return EXIT_INPUT if any(one.lost for one in batch.values()) else EXIT_DONE
 
 
 def _members(asked: Asked, logs: Sequence[Path]) -> list[Any]:

@@ -22,14 +22,17 @@ def observe_fleet(given: Given, logs: Sequence[Path]) -> int:
     from frictool.cli.standard_input import kept
     from frictool.documents.provenance import record
     from frictool.logs.fleet import members
+    from frictool.logs.origin import useless
     from frictool.observe.fleet import observed
-    from frictool.observe.table import require_parquet, rows
+    from frictool.observe.table import counts, require_parquet, rows
 
     if given.output is not None and given.output != STDOUT:
         require_parquet(given.output)
     reference = commissioning_of(given)
     with kept(logs) as paths:
         fleet = members(paths, [path for path in (given.output, given.plot) if path is not None])
+        for told in useless(given.settings.patterns, [member.name for member in fleet]):
+            note(f"warning: {told}")
         with progress("observe") as tick:
             found = observed(fleet, given.document, given.settings, cores=given.cores, cluster=given.cluster, tick=tick)
         inputs = [*given.inputs, *(member.path for member in fleet if member.path.is_file())]
@@ -37,7 +40,7 @@ def observe_fleet(given: Given, logs: Sequence[Path]) -> int:
     table = rows(found, given.limit, reference)
     _save(given, table, inputs, provenance)
     if given.as_json:
-        print_json({"logs": [row.as_json() for row in table], "wear_limit": given.limit}, given.stdout)
+        print_json({"logs": [row.as_json() for row in table], "wear_limit": given.limit, **counts(table)}, given.stdout)
     else:
         _tell(table, given)
     if any(row.alarm for row in table):

@@ -38,7 +38,8 @@ With a folder or several logs, one row a log: unit, date, wear, interval, verdic
 --plot draws the wear over the date. The ratio is to the unit's earliest log, or to --commissioning. A log that cannot be read is a row
 with its reason. They are shared among the cores, or the workers of a Dask --cluster, which changes no row.
 
-Exit code 1 where the wear limit is exceeded, 3 where a log could not be read or has lost data; what was found is written all the same.
+Exit code 1 where the wear limit is exceeded, whatever else there is; else 3 where a log could not be read or has lost data. What was found
+is written and told all the same, by --json as above_limit, not_read and data_lost.
 """
 
 
@@ -109,11 +110,14 @@ def _single(given: Given, log: Path) -> int:
     from frictool.cli.standard_input import kept
     from frictool.documents.provenance import record
     from frictool.logs.losses import counted
+    from frictool.logs.origin import Name, useless
     from frictool.observe.one_log import OneLog
     from frictool.observe.outcome import judged, lines
     from frictool.observe.picture import Picture
 
     reference = commissioning_of(given)
+    for told in useless(given.settings.patterns, [Name(log.as_posix())]):
+        note(f"warning: {told}")
     with kept([log]) as (path,):
         one = OneLog(path, given.document, given.settings, observer=observer_of(given))
         picture = None if given.plot is None else Picture(given.document.axis)

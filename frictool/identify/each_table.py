@@ -170,6 +170,7 @@ def as_json(batch: Sequence[One], found: dict[str, Population], bench: Bench) ->
                 "model": model_file(one),
                 "unit": one.origin.unit,
                 "date": one.origin.date,
+                "read": not one.lost,
                 "reason": one.reason or None,
                 "identification": None if one.found is None else one.found.view,
             }

@@ -7,7 +7,7 @@ date    record `log`, key `date`; else what the clock of a recording showed; els
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
@@ -59,6 +59,19 @@ def origin_by_name(name: Name, patterns: Patterns) -> Origin:
     """The same by what the file is called alone."""
     unit = _found(patterns.unit, name.file) or name.folder
     return Origin(unit or None, as_date(_found(patterns.date, name.file) or ""))
+
+
+def useless(patterns: Patterns, names: Sequence[Name]) -> list[str]:
+    """Of a pattern that tells nothing of any of the logs, which its option may have been misspelt for: why, for people."""
+    told = []
+    for option, pattern in (("--unit", patterns.unit), ("--date", patterns.date)):
+        found = [(name.file, text) for name in names if pattern and (text := _found(pattern, name.file))]
+        if pattern and not found:
+            told.append(f"{option} {pattern!r} finds nothing in the name of any log, such as {names[0].file}")
+        elif option == "--date" and found and not any(as_date(text) for _, text in found):
+            file, text = found[0]
+            told.append(f"--date {pattern!r} finds {text!r} in {file}, which is no date: year, month, day, and hour, minute, second")
+    return told
 
 
 def _of_clock(clock_ns: int | None, first: float) -> str | None:

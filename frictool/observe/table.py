@@ -111,12 +111,22 @@ def _row(one: Found, limit: float | None, given: Commissioning | None, first: di
     return Row(one.member.name.file, unit, date, out, ratio, verdict, "; ".join(told), start is one)
 
 
+def counts(table: Sequence[Row]) -> dict[str, int]:
+    """How many logs are above the limit, could not be read, or were read with data lost: an exit code tells one of them."""
+    return {
+        "above_limit": sum(bool(row.alarm) for row in table),
+        "not_read": sum(row.outcome is None for row in table),
+        "data_lost": sum(row.outcome is not None and bool(row.outcome.losses) for row in table),
+    }
+
+
 def headline(table: Sequence[Row], limit: float | None) -> str:
     """All of it in one line."""
-    lost = sum(row.outcome is None for row in table)
+    lost, parts = counts(table)["not_read"], counts(table)["data_lost"]
     units = len({row.unit for row in table if row.unit is not None})
     told = f"{len(table)} log{'s' * (len(table) != 1)}" + (f" of {units} unit{'s' * (units != 1)}" if units else "")
     told += f", {lost} could not be read" if lost else ""
+    told += f", {parts} read with data lost" if parts else ""
     if limit is None:
         return told
     above = [row for row in table if row.alarm]

@@ -108,6 +108,20 @@ def test_what_an_earlier_run_wrote_into_the_folder_is_no_log(fleet: SimpleNamesp
     assert "b.csv: warning: gives the same numbers as a.csv" in result.stdout
 
 
+def test_nothing_found_is_told_before_nothing_read_and_a_pattern_that_finds_nothing(fleet: SimpleNamespace, tmp_path: Path) -> None:
+    lines = fleet.first.read_text().splitlines()
+    moved = next(number for number, line in enumerate(lines) if line[0].isdigit())
+    still = [",".join([line.split(",")[0], *["0"] * line.count(",")]) for line in lines[moved:]]
+    (tmp_path / "still.csv").write_text("\n".join([*lines[:moved], *still]) + "\n")
+    result = each("log", tmp_path / "still.csv", fleet.folder / "U3", "--date", "x+", "--json")
+    assert result.code == 1
+    assert {one["file"]: one["read"] for one in json.loads(result.stdout)["models"]} == {
+        (tmp_path / "still.csv").as_posix(): True,
+        "2026-01-05.csv": False,
+    }
+    assert "warning: --date 'x+' finds nothing in the name of any log" in result.stderr
+
+
 def test_the_logs_of_a_folder_give_one_model(fleet: SimpleNamespace, tmp_path: Path) -> None:
     result = each("folder", fleet.folder / "U1", fleet.folder / "U2", "-o", tmp_path / "fleet.csv")
     assert result.code == 0, result.stderr

@@ -124,6 +124,23 @@ def test_what_the_log_says_of_unit_and_date_comes_first(rig: SimpleNamespace, tm
     assert "is no date" in result.stderr
 
 
+@pytest.mark.parametrize(
+    ("option", "told"),
+    [
+        (("--date", "[0-9]{5}"), "--date '[0-9]{5}' finds nothing in the name of any log, such as 2026-01-09.mcap"),
+        (("--date", "[0-9]{4}"), "--date '[0-9]{4}' finds '2026' in 2026-01-09.mcap, which is no date"),
+        (("--unit", "S[0-9]"), "--unit 'S[0-9]' finds nothing in the name of any log"),
+    ],
+)
+def test_a_pattern_that_tells_nothing_is_told(rig: SimpleNamespace, option: tuple[str, str], told: str) -> None:
+    warned = observe(rig.model, rig.folder / "U31", *option)
+    assert f"warning: {told}" in warned.stderr
+    assert warned.code == 3  # as without: its only log is cut off
+    assert "warning: --" not in observe(rig.model, rig.folder / "U31", "--date", DATE, "--unit", "2026").stderr
+    alone = observe(rig.model, rig.folder / "U31" / "2026-01-09.mcap", *option)
+    assert f"warning: {told.partition(',')[0]}".partition(" in ")[0] in alone.stderr
+
+
 def test_a_recording_s_clock_dates_it(rig: SimpleNamespace, tmp_path: Path) -> None:
     log = log_of(Unit(), 60, SECONDS, time={"epoch_ns": "1767427200000000000", "/axis": "log time"})
     save(log, tmp_path / "logs" / "a.mcap")
@@ -173,6 +190,7 @@ def test_the_machine_s_view_has_what_each_run_alone_prints(rig: SimpleNamespace)
     facts = json.loads(result.stdout)
     assert result.code == 1
     assert [row["read"] for row in facts["logs"]] == [True] * 5 + [False]
+    assert (facts["above_limit"], facts["not_read"], facts["data_lost"]) == (1, 1, 0)  # the exit code is that of the alarm
     alone = json.loads(observe(rig.model, rig.folder / "U17" / "2026-03-03.mcap", "--json").stdout)
     assert facts["logs"][2]["wear"] == alone["wear"]
     assert facts["logs"][2]["velocity_rms"] == alone["velocity_rms"]
@@ -187,6 +205,7 @@ def test_a_lost_log_is_told_by_the_exit_code_where_nothing_is_worn(rig: SimpleNa
     assert len(table((tmp_path / "once.csv").read_text())) == 1  # a log that is named twice is one
     salvaged = observe(rig.model, *logs, "--salvage", "-o", tmp_path / "salvaged.csv")
     assert salvaged.code == 3
+    assert "2 logs, 1 read with data lost" in salvaged.stdout
     assert "data lost" in table((tmp_path / "salvaged.csv").read_text())[1]["reason"]
 
 
