@@ -29,7 +29,7 @@ PARTS = {  # the longest first, so that no core waits for the last; what each ma
     "mass_loops": "5.2.4, 5.2.5",
     "synthesis": "5.4.3.1; annex C.5.2",
     "mechanism": "figures 2.12 to 2.14",
-    "inputs": "tables 3.1, 4.1, 4.8, 5.1, 5.2",
+    "inputs": "tables 3.1, 4.1, 4.5, 4.8, 5.1, 5.2",
 }
 
 

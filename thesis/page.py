@@ -29,6 +29,12 @@ def chapter_of(name: str) -> str:
     return "C" if name.startswith(("annex", "C")) else name.removeprefix("table_").removeprefix("section_")[0]
 
 
+def called(name: str) -> str:
+    """Of "table_4_2", "section_5_4" or "annex_c_5_2": table 4.2, thesis 5.4, annex C.5.2."""
+    kind, _, number = name.partition("_")
+    return f"{'Thesis' if kind == 'section' else kind.capitalize()} {number.replace('_', '.').capitalize()}"
+
+
 def page(documents: Documents, part: Part, judged: Judged) -> str:
     """The HTML text; the same values and figures give the same bytes."""
     environment = jinja2.Environment(
@@ -49,6 +55,7 @@ def _chapter(number: str, title: str, documents: Documents, part: Part, judged: 
     tables = [
         {
             "name": name,
+            "called": called(name),
             "table": documents.tables[name],
             "lines": [line for line in lines if "." not in line.key or not documents.tables[name].grid or line.key.endswith(".speed")],
             "grid": _grid(documents.tables[name].grid, lines),
@@ -81,4 +88,4 @@ def _grid(grid: str, lines: list[Line]) -> dict[str, Any] | None:
     rows = [(head.replace("_", " "), [found.get(f"{law}.{head}") for law in laws]) for head in heads]
     rows += [("speed of simulation", [found.get(f"{law}.speed") for law in laws])] if f"{laws[0]}.speed" in found else []
     assert list(printed) == laws
-    return {"laws": [law.replace("_", " ") for law in laws], "rows": rows}
+    return {"laws": [law.replace("_", " ") for law in laws], "rows": rows, "states": grid == "2.1"}

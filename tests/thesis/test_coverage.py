@@ -8,6 +8,7 @@ from typing import NamedTuple
 import pytest
 
 from tests.docs.pages import ROOT, text_of
+from tests.docs.printed import LAST_EQUATION, LAST_FIGURE, LAST_TABLE, numbers
 from thesis.documents import read
 from thesis.page import CHAPTERS, chapter_of
 
@@ -82,3 +83,17 @@ def test_code_and_tests_of_a_system_exist(row: Row) -> None:
 def test_what_is_reproduced_is_what_make_thesis_makes() -> None:
     documents = read()
     assert reproduced() == {*documents.tables, *documents.figures}
+
+
+def test_every_equation_has_its_system() -> None:
+    ranges = re.findall(r"\((\d)\.(\d+)\)(?:-\(\d\.(\d+)\))?", " ".join(row.equations for row in rows()))
+    covered = {f"{whole}.{part}" for whole, first, last in ranges for part in range(int(first), int(last or first) + 1)}
+    assert [number for number in numbers(LAST_EQUATION) if number not in covered] == []
+
+
+def test_every_figure_and_table_is_made_anew_or_has_its_reason() -> None:
+    made = reproduced()
+    left = text_of(PAGE).split("## What is printed and not made anew\n")[1].split("\n## ")[0]
+    reasons = [named for line in left.splitlines() if line.startswith("|") for named in re.findall(r"[2-6C]\.\d+", line.split("|")[1])]
+    assert sorted(reasons) == sorted(set(numbers(LAST_FIGURE)) - made)
+    assert [number for number in numbers(LAST_TABLE) if f"table_{number.replace('.', '_')}" not in made] == []

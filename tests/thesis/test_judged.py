@@ -15,7 +15,7 @@ from thesis import __main__ as thesis
 from thesis.documents import HERE, Documents, Figure, Row, Table, read
 from thesis.found import Found, Part
 from thesis.judged import agrees, judge
-from thesis.page import page
+from thesis.page import called, page
 from thesis.told import as_json, summary
 
 FIGURE = Figure("Title", "shows", "1.1")
@@ -78,10 +78,18 @@ def test_the_page_and_the_summary_say_what_differs_and_why() -> None:
     text = page(given, ours, found)
     assert "because of &lt;it&gt;" in text
     assert SVG in text
+    assert "Table 4.2: " in text
     assert not re.search(r"https?://(?!www\.w3\.org)|<script", text)
     assert "table_4_2 m: 2 kg, published 1 kg: because of <it>" in summary(given, ours, found)
     value = json.loads(as_json(given, ours, found))["tables"]["table_4_2"]["values"]["m"]
     assert (value["ours"], value["published"], value["agrees"], value["why"]) == (2.0, 1.0, False, "because of <it>")
+
+
+@pytest.mark.parametrize(
+    ("name", "said"), [("table_4_2", "Table 4.2"), ("section_5_4_3_1", "Thesis 5.4.3.1"), ("annex_c_5_2", "Annex C.5.2")]
+)
+def test_a_table_is_called_as_it_is_printed(name: str, said: str) -> None:
+    assert called(name) == said
 
 
 def test_every_word_is_of_a_value_and_every_table_has_its_place() -> None:

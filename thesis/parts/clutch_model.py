@@ -34,12 +34,12 @@ from sample_logs.make import PERIOD, SECONDS_EACH, ramp, sines
 from tests.clutch.rebound import CENTRED, OFF, Ramps, ramps, yielding
 from tests.identify.benches import clutch, record
 from tests.identify.curve_logs import nonlinear_clutch
-from thesis.clutch import HERE, RIG, controller
+from thesis.clutch import FILTER, HERE, RIG, controller
 from thesis.drawing import Curve, Row, draw
 from thesis.found import Found, Part
 
 Vector = NDArray[np.float64]
-RATE, SEED, FILTER = 0.95, 1, 1.5e-3  # of the intervals; of the logs; s, 4.4.1
+RATE, SEED = 0.95, 1  # of the intervals; of the logs
 FULL_EFFORT, TOP_SPEED = 1.0, 400.0  # N m, rad/s, table 4.5
 DURATION = 30.0  # s, of the tests that `assess` plans with, its default
 DETAIL, AFTER = 1.0, 20.0  # s of the first step; after which a step is over

@@ -1,4 +1,4 @@
-"""Tables 3.1, 4.1, 4.8, 5.1 and 5.2, which are what everything begins with: the rigs' files against the print."""
+"""Tables 3.1, 4.1, 4.5, 4.8, 5.1 and 5.2, which are what everything begins with: the rigs' files against the print."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.plant.axis_model import axis_of
 from tests.identify.benches import MASS, MASS_NOISE, MASS_PERIOD
+from thesis.clutch import FILTER
 from thesis.found import Part
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -39,17 +40,37 @@ def inputs() -> Part:
     _table_4_8(part)
     _table_5_1(part)
     bench = load(CONFIGS / "clutch/bench.yaml", Bench)
-    ranges = {
-        "J": bench.mechanics.inertia,
-        "K": bench.actuator.constant,
-        "sigma_v": bench.mechanics.viscous,
-        "F_c": bench.mechanics.coulomb,
-    }
-    for name, quantity in ranges.items():
-        assert quantity is not None
+    _table_4_5(part, bench)
+    for name, quantity in _ranges(bench).items():
         low, high = quantity.interval
         part.add("table_5_2", {f"{name}.mean": quantity.value, f"{name}.min": low, f"{name}.max": high})
     return part
+
+
+def _ranges(bench: Bench) -> dict[str, Quantity]:
+    """What table 5.2 has of the clutch."""
+    mechanics = bench.mechanics
+    given = {"J": mechanics.inertia, "K": bench.actuator.constant, "sigma_v": mechanics.viscous, "F_c": mechanics.coulomb}
+    return {name: quantity for name, quantity in given.items() if quantity is not None}
+
+
+def _table_4_5(part: Part, bench: Bench) -> None:
+    known, limit = _ranges(bench), bench.actuator.limit
+    low, high = known["J"].interval
+    part.add(
+        "table_4_5",
+        {
+            "J": known["J"].value,
+            "J_half": (high - low) / 2.0,
+            "C_d": known["F_c"].value,
+            "delta_theta": bench.encoder.resolution,
+            "K": known["K"].value,
+            "T_s": bench.sample_period_s,
+            "omega_max": _value(bench.mechanics.top_speed),
+            "u_max": _value(limit) * known["K"].value,
+            "tau": FILTER,
+        },
+    )
 
 
 def _table_3_1(part: Part) -> None:
