@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.output import FiniteRange, existing, json_option, note, print_json, save_text, say
+from frictool.cli.output import FiniteRange, NamedPath, existing, json_option, note, print_json, save_text, say
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
@@ -57,7 +57,7 @@ class Precision(click.ParamType[Any]):
 @click.option("--noise", type=positive, help="Standard deviation of the measured drive, A | V.  [default: 0.2 % of its limit]")
 @click.option("--effort", type=positive, help="Largest effort for (4.3), N m | N.  [default: of the drive's limit]")
 @click.option("--presliding", type=positive, help="Distance expected, rad | m.  [default: 1e-3 rad, 1e-5 m]")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="The text, as a file too.")
+@click.option("-o", "--output", type=NamedPath(), help="The text, as a file too.")
 @json_option
 def command(
     bench: Path,

@@ -12,6 +12,7 @@ import click
 
 from frictool.cli.output import (
     STDOUT,
+    check_output,
     command_line,
     existing,
     json_option,
@@ -52,7 +53,10 @@ without it, table 3.1. A set that breaks the conditions of the hybrid versions (
 def command(parameters: Path | None, laws: tuple[str, ...], allow: bool, output: Path | None, as_json: bool) -> None:
     inputs = [parameters] if parameters is not None else []
     if output is not None and output != STDOUT:
-        refuse_inputs(output, inputs)
+        if _is_page(output):
+            check_output(output, inputs)
+        else:
+            refuse_inputs(output, inputs)
         if output.is_file() and not _is_page(output):
             raise OutputError(f"{output}: is a file; name a page (.html) or a folder")
     setting = _setting(parameters)

@@ -10,6 +10,7 @@ import click
 from frictool.cli.output import (
     STDOUT,
     FiniteRange,
+    NamedPath,
     command_line,
     existing,
     json_option,
@@ -64,7 +65,7 @@ positive = FiniteRange(0.0, min_open=True)
 @click.option("--harmonics", type=click.IntRange(2, 500), help="multisine: how many.  [default: 10]")
 @click.option("--seed", type=click.IntRange(0), help="sines: of the turning places.  [default: 0]")
 @click.option("--open-loop", is_flag=True, default=None, help="breakaway: every row is played, whatever the axis does.")
-@click.option("--plot", type=click.Path(path_type=Path), help="A picture of it (SVG).")
+@click.option("--plot", type=NamedPath(), help="A picture of it (SVG).")
 @output_option(help="The test (.csv or .mcap); - is CSV on stdout.")
 @json_option
 def command(bench: Path, kind: str, plot: Path | None, output: Path, as_json: bool, **given: Any) -> None:

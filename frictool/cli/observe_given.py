@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from frictool.cli.output import STDOUT, refuse_inputs
+from frictool.cli.output import STDOUT, check_output
 
 if TYPE_CHECKING:
     from frictool.documents.model import Model
@@ -72,7 +72,7 @@ def check_outputs(given: Given, logs: tuple[Path, ...], several: bool) -> None:
         raise click.UsageError("--observer runs along one log.")
     for target in (plot, output):
         if target is not None:
-            refuse_inputs(target, [*given.inputs, *logs])
+            check_output(target, [*given.inputs, *logs])
 
 
 def observer_of(given: Given) -> tuple[Path, Observer] | None:

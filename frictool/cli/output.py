@@ -20,9 +20,22 @@ F = TypeVar("F", bound=Callable[..., Any])
 STDOUT = Path("-")
 
 
+class NamedPath(click.Path):
+    """A path that has a name: of an empty one, as a shell makes it of a variable that is not set, pathlib makes the present folder."""
+
+    def __init__(self, allow_dash: bool = False) -> None:
+        # whether it exists and may be read is found on reading, so that it is exit 3 and not click's 2
+        super().__init__(path_type=Path, readable=False, allow_dash=allow_dash)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if value == "":
+            self.fail("the name is empty.", param, ctx)
+        return super().convert(value, param, ctx)
+
+
 def output_option(required: bool = True, help: str = "Where to write; - is stdout.") -> Callable[[F], F]:
     """`-o/--output PATH`."""
-    return click.option("-o", "--output", type=click.Path(path_type=Path, readable=False, allow_dash=True), required=required, help=help)
+    return click.option("-o", "--output", type=NamedPath(allow_dash=True), required=required, help=help)
 
 
 json_option = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout instead of text.")
@@ -98,6 +111,20 @@ def refuse_inputs(target: Path, inputs: list[Path]) -> None:
             raise OutputError(f"{target}: is an input of this command and would be overwritten; choose another output")
 
 
+def check_output(target: Path, inputs: list[Path]) -> None:
+    """Raises OutputError where `target` is an input, a directory, or cannot be written: asked before work of minutes, and makes nothing."""
+    refuse_inputs(target, inputs)
+    if target == STDOUT or (target.exists() and not target.is_file() and not target.is_dir()):
+        return
+    if target.is_dir():
+        raise OutputError(f"{target}: is a directory; name a file")
+    folder = next(parent for parent in target.resolve().parents if parent.exists())
+    try:
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError as error:
+        raise OutputError(f"{target}: cannot be written: {error.strerror or error}") from None
+
+
 def refuse_unwritable(target: Path) -> None:
     """Raises OutputError where `target` cannot be written: asked before work of hours. Its folder is there afterwards."""
     if target == STDOUT or (target.exists() and not target.is_file()):
@@ -155,5 +182,4 @@ class FiniteRange(click.FloatRange):
         return "" if self.min is None and self.max is None else super()._describe_range()
 
 
-# whether it exists and may be read is found on reading, so that it is exit 3 and not click's 2
-existing = click.Path(path_type=Path, readable=False)
+existing = NamedPath()

@@ -11,6 +11,7 @@ import click
 
 from frictool.cli.output import (
     FiniteRange,
+    NamedPath,
     command_line,
     existing,
     json_option,
@@ -61,10 +62,10 @@ cannot be made at all --reduced writes the mechanism of the steps before it.
 @click.option("--tolerance", type=FiniteRange(0.0, 1.0, min_open=True), default=0.05, show_default=True, help="Error allowed, of the way.")
 @click.option(
     "--reduced",
-    type=click.Path(path_type=Path, readable=False),
+    type=NamedPath(),
     help="Where to write the last mechanism, with the blocks of kept resonances.",
 )
-@click.option("--plot", type=click.Path(path_type=Path), help="The curves that the motor feels, as a picture (SVG).")
+@click.option("--plot", type=NamedPath(), help="The curves that the motor feels, as a picture (SVG).")
 @output_option(required=False)
 @json_option
 def command(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.output import STDOUT, command_line, existing, json_option, note, output_option, print_json, refuse_inputs, save_text, say
+from frictool.cli.output import STDOUT, check_output, command_line, existing, json_option, note, output_option, print_json, save_text, say
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
@@ -86,7 +86,7 @@ def _check_targets(targets: list[Path], inputs: list[Path]) -> None:
     if len({target if target == STDOUT else target.absolute() for target in targets}) < len(targets):
         raise click.UsageError("two outputs have the same name; -o, --junit and --markdown each need their own")
     for target in targets:
-        refuse_inputs(target, inputs)
+        check_output(target, inputs)
 
 
 @dataclass(frozen=True)

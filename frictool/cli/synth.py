@@ -7,7 +7,18 @@ from pathlib import Path
 
 import click
 
-from frictool.cli.output import command_line, existing, json_option, note, output_option, print_json, refuse_inputs, save_text, say
+from frictool.cli.output import (
+    NamedPath,
+    check_output,
+    command_line,
+    existing,
+    json_option,
+    note,
+    output_option,
+    print_json,
+    save_text,
+    say,
+)
 
 HELP = """\b
 Example:
@@ -27,7 +38,7 @@ verify` proves it again. Where one of these fails nothing is written and the exi
 @click.option("--spec", type=existing, required=True, help="What the closed loop has to do (spec.yaml).")
 @click.option("--design", type=existing, required=True, help="Structure, method and weights (design.yaml).")
 @click.option("--vertices-only", is_flag=True, help="Quicker: no bounds over the whole box, and no certificate.")
-@click.option("--plot", type=click.Path(path_type=Path), help="A picture of the trade that relax: auto finds (SVG).")
+@click.option("--plot", type=NamedPath(), help="A picture of the trade that relax: auto finds (SVG).")
 @output_option(required=False)
 @json_option
 def command(model: Path, spec: Path, design: Path, vertices_only: bool, plot: Path | None, output: Path | None, as_json: bool) -> None:
@@ -44,7 +55,7 @@ def command(model: Path, spec: Path, design: Path, vertices_only: bool, plot: Pa
         raise click.UsageError(f"--plot shows the trade of relax: auto, which {design.name} does not ask for")
     for target in (output, plot):
         if target is not None:  # before the minutes that a design may take, and before the controller is written
-            refuse_inputs(target, [model, spec, design])
+            check_output(target, [model, spec, design])
     if plot is not None and output is not None and plot.resolve() == output.resolve():
         raise click.UsageError(f"--plot and --output are the same file, {plot.name}; give the picture a name of its own, such as trade.svg")
     from frictool.synth.disturbance import disturbance

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from frictool.cli.bench_servo import LAW, Gains, servo_options
-from frictool.cli.output import FiniteRange, existing, json_option, note, print_json, refuse_inputs, save_text, say
+from frictool.cli.output import FiniteRange, NamedPath, existing, json_option, note, print_json, refuse_inputs, save_text, say
 
 if TYPE_CHECKING:
     from frictool.documents.model import Model
@@ -39,7 +39,7 @@ positive = FiniteRange(0.0, min_open=True)
 @click.option(
     "--cutoff-hz", type=positive, default=100.0, show_default=True, help="Of velocity and acceleration, both of measured and simulated."
 )
-@click.option("--plot", type=click.Path(path_type=Path, allow_dash=True), help="Measured against simulated (SVG); - is stdout.")
+@click.option("--plot", type=NamedPath(allow_dash=True), help="Measured against simulated (SVG); - is stdout.")
 @json_option
 def command(
     model: Path,

@@ -9,7 +9,7 @@ import click
 import pytest
 
 from frictool.cli.main import COMMANDS
-from frictool.cli.output import FiniteRange
+from frictool.cli.output import FiniteRange, NamedPath
 from tests.cli.run import refused, run
 
 ROOT = Path(__file__).parents[2]
@@ -73,3 +73,34 @@ def test_whether_an_input_may_be_read_is_found_on_reading(tmp_path: Path, monkey
 
 def test_help_shows_no_range_where_there_is_none() -> None:
     assert "None" not in run("info", "--help").stdout
+
+
+@pytest.mark.parametrize("command", [("synth", "model.yaml", "--spec", "", "--design", "d.yaml"), ("export", "controller.yaml", "-o", "")])
+def test_an_empty_name_is_no_folder(command: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As of a shell's variable that is not set: of it pathlib makes the present folder."""
+    monkeypatch.chdir(tmp_path)
+    result = run(*command)
+    assert result.code == 2
+    assert "the name is empty" in result.stderr
+    paths = [
+        (name, option.name)
+        for name, (module, _) in COMMANDS.items()
+        for option in importlib.import_module(module).command.params
+        if isinstance(option.type, click.Path) and not isinstance(option.type, NamedPath)
+    ]
+    assert paths == []
+
+
+def test_an_output_that_cannot_be_written_is_told_before_the_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rig = ROOT / "configs/clutch"
+
+    def never(*_: object, **__: object) -> None:
+        raise AssertionError("it has begun")
+
+    monkeypatch.setattr("frictool.synth.synthesis.synthesise", never)
+    synth = ("synth", rig / "nonlinear.yaml", "--spec", rig / "spec.yaml", "--design", rig / "designs/speed.yaml", "-o")
+    refused(run(*synth, tmp_path), 3, "is a directory; name a file")
+    refused(run(*synth, "/dev/null/controller.yaml"), 3, "/dev/null/controller.yaml: cannot be written")
+    monkeypatch.setattr("frictool.compare.comparison.compare", never)
+    refused(run("compare", "-o", "/dev/null/laws.html"), 3, "/dev/null/laws.html: cannot be written")
+    assert list(tmp_path.iterdir()) == []

@@ -132,14 +132,21 @@ def test_a_controller_that_runs_away_is_no_solution(tmp_path: Path) -> None:
     assert not (tmp_path / "c").exists()
 
 
-def test_a_format_that_cannot_be_scaled_or_does_not_exist_is_no_solution(tmp_path: Path) -> None:
+def test_a_format_that_cannot_be_scaled_is_no_solution(tmp_path: Path) -> None:
     base = truthful(clutch_controller(CUT_LAW))
     endless = msgspec.structs.replace(base.bench, mechanics=msgspec.structs.replace(base.bench.mechanics, travel=None))
     path = tmp_path / "controller.yaml"
     path.write_text(to_yaml(msgspec.structs.replace(base, bench=endless)))
     refused(run("export", path, "--number", "q31", "-o", tmp_path / "c"), 4, "reference has no bounds", "travel", "--number float")
-    refused(run("export", path, "--lang", "cmsis", "--number", "double", "-o", tmp_path / "c"), 4, "no double", "--number float")
     assert run("export", path, "--number", "float", "-o", tmp_path / "c").code == 0
+
+
+def test_a_format_that_the_language_does_not_have_is_a_wrong_command_line(tmp_path: Path) -> None:
+    path = tmp_path / "controller.yaml"
+    path.write_text(to_yaml(truthful(clutch_controller(CUT_LAW))))
+    result = run("export", path, "--lang", "cmsis", "--number", "double", "-o", tmp_path / "c")
+    assert result.code == 2
+    assert "--lang cmsis has no --number double; allowed: float, q31, q15" in result.stderr
 
 
 def test_a_margin_that_the_format_breaks_is_no_solution(tmp_path: Path) -> None:
