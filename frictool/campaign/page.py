@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib.resources import files
+from pathlib import Path
 
-import jinja2
 from markupsafe import Markup
 
 from frictool.campaign.distribution import COVERED
@@ -15,6 +14,7 @@ from frictool.campaign.sensitivity import Influence, Question
 from frictool.campaign.text import asked, fails_where
 from frictool.campaign.words import caveat, chance_told, given, headline, number, quantity, unit_shown
 from frictool.documents.provenance import Provenance
+from frictool.page import filled
 
 TONES = {"MET": "met", "NOT MET": "broken", "CANNOT TELL": "open", "NOT SHOWN": "open"}
 FACTORS, MORE = 12, 40  # columns of the table of shares; rows of a table of factors or of reasons
@@ -31,13 +31,11 @@ class Cell:
 
 def page(found: Findings, provenance: Provenance) -> str:
     """The HTML text; the same inputs give the same bytes. Every text from a file is escaped by the template."""
-    template = files("frictool.campaign").joinpath("page.html.jinja").read_text(encoding="utf-8")
-    environment = jinja2.Environment(
-        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
-    )
     metrics = [picture for one in found.distributions if (picture := metric(found, one)) is not None]
     plane = failing_plane(found)
-    return environment.from_string(template).render(
+    return filled(
+        Path(__file__).parent,
+        provenance,
         headline=headline(found),
         tone="open" if found.answer and found.untold else TONES[found.outcome],
         caveat=caveat(found.rate),
@@ -60,7 +58,6 @@ def page(found: Findings, provenance: Provenance) -> str:
         number=number,
         quantity=quantity,
         unit_shown=unit_shown,
-        provenance=provenance,
     )
 
 

@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
+from pathlib import Path
 
-import jinja2
 from markupsafe import Markup
 
 from frictool.compare import text
 from frictool.compare.comparison import Comparison
 from frictool.compare.pictures import pictures
 from frictool.documents.provenance import Provenance
+from frictool.page import filled
 
 
 def page(found: Comparison, provenance: Provenance) -> str:
     """The HTML text; the same inputs give the same bytes. Every text from a file is escaped by the template."""
-    template = files("frictool.compare").joinpath("page.html.jinja").read_text(encoding="utf-8")
-    environment = jinja2.Environment(
-        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
-    )
-    return environment.from_string(template).render(
+    return filled(
+        Path(__file__).parent,
+        provenance,
         setting=found.setting,
         scaling=text.scaling(found),
         tables=[
@@ -30,5 +28,4 @@ def page(found: Comparison, provenance: Provenance) -> str:
         differences=found.differences,
         rows=text.ROWS,
         pictures=[(picture.number, picture.title, Markup(picture.svg)) for picture in pictures(found)],
-        provenance=provenance,
     )

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
-import jinja2
 from markupsafe import Markup
 
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.observe.outcome import Outcome, facts, heading
 from frictool.observe.table import Row, headline, shown
+from frictool.page import filled
 
-TONES = {True: "bad", False: "good", None: "open"}
+TONES = {True: "broken", False: "met", None: "open"}
 
 
 def page_of_log(outcome: Outcome, model: Model, picture: str, provenance: Provenance) -> str:
@@ -41,7 +41,7 @@ def page_of_fleet(table: Sequence[Row], limit: float | None, picture: str, prove
     return _page(
         title="Wear of a fleet",
         banner=headline(table, limit),
-        tone="bad" if alarm else "open" if limit is None or any(row.alarm is None for row in table) else "good",
+        tone="broken" if alarm else "open" if limit is None or any(row.alarm is None for row in table) else "met",
         picture=picture,
         caption="Each log with its interval. The limit is dashed.",
         facts=[],
@@ -52,9 +52,5 @@ def page_of_fleet(table: Sequence[Row], limit: float | None, picture: str, prove
     )
 
 
-def _page(picture: str, **texts: Any) -> str:
-    template = files("frictool.observe").joinpath("page.html.jinja").read_text(encoding="utf-8")
-    environment = jinja2.Environment(
-        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
-    )
-    return environment.from_string(template).render(picture=Markup(picture), **texts)
+def _page(picture: str, provenance: Provenance, **texts: Any) -> str:
+    return filled(Path(__file__).parent, provenance, picture=Markup(picture), **texts)

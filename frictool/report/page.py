@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
+from pathlib import Path
 
-import jinja2
 from markupsafe import Markup
 
 from frictool.documents.controller import Controller
@@ -12,6 +11,7 @@ from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
 from frictool.logs.log import Log
+from frictool.page import filled
 from frictool.report.controller_blocks import blocks
 from frictool.report.curves import Picture, log_colours, overview
 from frictool.report.evidence import labels
@@ -38,16 +38,14 @@ def page(
 
     transfers: those of the controller, or why there are none.
     """
-    template = files("frictool.report").joinpath("page.html.jinja").read_text(encoding="utf-8")
-    environment = jinja2.Environment(
-        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
-    )
     streams = shown(verdict)
     evidence = [item for item, _ in streams]
     bars = margins(spec, controller) if controller is not None else None
     views = transfer_views(controller, transfers) if controller is not None and isinstance(transfers, Sensitivities) else []
     told = {name for _, holds in verdict.evidence for measured in holds for name in (*measured.values, *measured.bounds)}
-    return environment.from_string(template).render(
+    return filled(
+        Path(__file__).parent,
+        provenance,
         verdict=verdict,
         shown=streams,
         number=number,
@@ -69,7 +67,6 @@ def page(
         bars=None if bars is None else _embedded(bars),
         transfers=[_embedded(picture) for picture in views],
         without_transfers=transfers if isinstance(transfers, str) else "",
-        provenance=provenance,
         logs=list(zip(labels(logs), logs, strict=True)),
     )
 
