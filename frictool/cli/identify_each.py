@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.output import STDOUT, command_line, note, print_json, refuse_inputs, replacing, save_text, say
+from frictool.cli.output import STDOUT, check_output, command_line, note, print_json, refuse_inputs, replacing, save_text, say
 from frictool.cli.progress import progress
 from frictool.errors import EXIT_DONE, EXIT_INPUT, EXIT_NO, OutputError
 
@@ -96,10 +96,10 @@ def identify_each(asked: Asked, logs: Sequence[Path]) -> int:
 
 
 def _members(asked: Asked, logs: Sequence[Path]) -> list[Any]:
-    """The logs; what an earlier run wrote is none."""
+    """The logs; what an earlier run wrote into a folder of its own is none."""
     from frictool.logs.fleet import members
 
-    found = members(logs, [asked.table] if asked.table is not None else [])
+    found = members(logs)
     if asked.folder is None or any(asked.folder.resolve() == log.resolve() for log in logs):
         return found
     return [one for one in found if asked.folder.resolve() not in one.path.resolve().parents]
@@ -108,6 +108,8 @@ def _members(asked: Asked, logs: Sequence[Path]) -> list[Any]:
 def _check_outputs(asked: Asked, jobs: Sequence[Group], inputs: list[Path]) -> None:
     """Raises OutputError before the first log is read."""
     if asked.folder is None:
+        if asked.table is not None:
+            check_output(asked.table, inputs)
         return
     if asked.folder.exists() and not asked.folder.is_dir():
         raise OutputError(f"{asked.folder}: is a file; name a folder for the models, or a table that ends in {', '.join(TABLES)}")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from frictool.cli.observe_given import Given, commissioning_of
-from frictool.cli.output import STDOUT, note, print_json, replacing, save_text, say
+from frictool.cli.output import STDOUT, check_output, note, print_json, replacing, save_text, say
 from frictool.cli.progress import progress
 from frictool.errors import EXIT_DONE, EXIT_INPUT, EXIT_NO
 
@@ -30,12 +30,15 @@ def observe_fleet(given: Given, logs: Sequence[Path]) -> int:
         require_parquet(given.output)
     reference = commissioning_of(given)
     with kept(logs) as paths:
-        fleet = members(paths, [path for path in (given.output, given.plot) if path is not None])
+        fleet = members(paths)
+        inputs = [*given.inputs, *(member.path for member in fleet if member.path.is_file())]
+        for target in (given.output, given.plot):
+            if target is not None:
+                check_output(target, inputs)
         for told in useless(given.settings.patterns, [member.name for member in fleet]):
             note(f"warning: {told}")
         with progress("observe") as tick:
             found = observed(fleet, given.document, given.settings, cores=given.cores, cluster=given.cluster, tick=tick)
-        inputs = [*given.inputs, *(member.path for member in fleet if member.path.is_file())]
         provenance = record(given.words, inputs)
     table = rows(found, given.limit, reference)
     _save(given, table, inputs, provenance)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 from frictool.errors import LogError
 from frictool.logs.origin import Name
@@ -12,6 +14,9 @@ from frictool.logs.recordings.parts import METADATA
 
 # what in a folder is taken for a log; a file that is named by itself is read whatever it is called
 SUFFIXES = (".mcap", ".bag", ".db3", ".csv", ".tsv", ".txt", ".mat", ".mf4", ".mdf", ".dat", ".parquet", ".pq", ".npz")
+
+TABLE_HEAD = ("unit", "date", "file")  # what every table about logs opens with
+PARQUET_MAGIC = b"PAR1"
 
 
 @dataclass(frozen=True)
@@ -32,8 +37,9 @@ def _is_bag(folder: Path) -> bool:
     return (folder / METADATA).is_file()
 
 
-def members(logs: Iterable[Path], without: Sequence[Path] = ()) -> list[Member]:
-    """The logs that are named, and those in the folders that are, hidden ones left out; `without`: outputs, which are none.
+def members(logs: Iterable[Path]) -> list[Member]:
+    """The logs that are named, and those in the folders that are. Hidden ones are left out, and tables about logs: an earlier run may have
+    written its own beside them.
 
     What is below one folder is called by where it is in it; below several, with the name of its own.
 
@@ -41,12 +47,13 @@ def members(logs: Iterable[Path], without: Sequence[Path] = ()) -> list[Member]:
     """
     logs = list(logs)
     several = sum(is_fleet([log]) for log in logs) > 1
-    left_out = {path.resolve() for path in without}
     found: dict[Path, Member] = {}
     for log in logs:
         for member in _below(log, several) if is_fleet([log]) else [Member(log, Name(log.as_posix()))]:
-            if member.path.resolve() not in left_out:
+            if not is_table(member.path):
                 found.setdefault(member.path.resolve(), member)
+    if not found:
+        raise LogError(logs[0], "is a table about logs, or holds nothing else; name logs, or the folder that they are in")
     return list(found.values())
 
 
@@ -67,3 +74,38 @@ def _logs(folder: Path) -> Iterator[Path]:
             yield from _logs(path)
         elif path.is_dir() or path.suffix.lower() in SUFFIXES:
             yield path
+
+
+def is_table(path: Path) -> bool:
+    """Whether a file is a table about logs, CSV or Parquet, that frictool has written: told by its columns and not by its name, so that a
+    log is never taken for one. False where it cannot be read.
+    """
+    if not path.is_file():
+        return False
+    try:
+        with path.open("rb") as stream:
+            if path.suffix.lower() == ".csv":
+                return stream.readline(1000).startswith(",".join(TABLE_HEAD).encode() + b",")
+            if path.suffix.lower() in (".parquet", ".pq") and stream.read(4) == PARQUET_MAGIC:
+                return _opens_with(_footer(stream), TABLE_HEAD)
+    except (OSError, ValueError):
+        pass
+    return False
+
+
+def _footer(stream: BinaryIO) -> bytes:
+    """The metadata of a Parquet file. Raises ValueError or OSError where it is cut."""
+    end = stream.seek(-8, io.SEEK_END)
+    size = int.from_bytes(stream.read(4), "little")
+    if not 0 < size <= end:
+        raise ValueError("no footer")
+    stream.seek(end - size)
+    return stream.read(size)
+
+
+def _opens_with(footer: bytes, names: Sequence[str]) -> bool:
+    """Whether the schema's first columns have these names. They stand in the footer in their order, each with its length before it, and
+    what frictool wrote tells its version beside them.
+    """
+    found = [footer.find(bytes([len(name)]) + name.encode()) for name in names]
+    return found[0] >= 0 and found == sorted(found) and b"frictool" in footer

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import importlib.util
 import io
 import json
 import pickle
@@ -14,6 +15,7 @@ import pytest
 
 from frictool.documents.provenance import Input, digest
 from frictool.documents.writing import to_yaml
+from frictool.errors import LogError
 from frictool.identify.each import Identify, groups
 from frictool.identify.each_table import COLUMNS
 from frictool.identify.methods import DEFAULT, Settings
@@ -106,6 +108,27 @@ def test_what_an_earlier_run_wrote_into_the_folder_is_no_log(fleet: SimpleNamesp
     assert result.code == 0
     assert [row["file"] for row in table((tmp_path / "models" / "parameters.csv").read_text())] == ["a.csv", "b.csv"]
     assert "b.csv: warning: gives the same numbers as a.csv" in result.stdout
+
+
+def test_a_log_is_never_taken_for_an_earlier_table_and_overwritten(fleet: SimpleNamespace, tmp_path: Path) -> None:
+    """A table is told from a log by what is in it: -o may be any name in the folder of the logs."""
+    (tmp_path / "a.csv").write_bytes(fleet.first.read_bytes())
+    refused(each("log", tmp_path, "-o", tmp_path / "a.csv"), 3, "a.csv: is an input of this command and would be overwritten")
+    assert (tmp_path / "a.csv").read_bytes() == fleet.first.read_bytes()
+
+
+def test_the_tables_of_earlier_runs_are_no_logs_whatever_they_are_called(
+    fleet: SimpleNamespace, made: SimpleNamespace, tmp_path: Path
+) -> None:
+    (tmp_path / "a.csv").write_bytes(fleet.first.read_bytes())
+    (tmp_path / "fleet.csv").write_bytes(made.folder.joinpath("parameters.csv").read_bytes())
+    if importlib.util.find_spec("pyarrow"):
+        each("log", fleet.first, "-o", tmp_path / "fleet.parquet")
+        run("convert", fleet.first, "--bench", CLUTCH, "-o", tmp_path / "log.parquet")
+    kept = {"a.csv", "log.parquet"} & {path.name for path in tmp_path.iterdir()}
+    assert {member.name.file for member in members([tmp_path])} == kept
+    with pytest.raises(LogError, match=r"is a table about logs, or holds nothing else"):
+        members([tmp_path / "fleet.csv"])
 
 
 def test_nothing_found_is_told_before_nothing_read_and_a_pattern_that_finds_nothing(fleet: SimpleNamespace, tmp_path: Path) -> None:

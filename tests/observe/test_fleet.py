@@ -227,6 +227,8 @@ def test_what_an_earlier_run_wrote_into_the_folder_is_no_log(rig: SimpleNamespac
     for _ in range(2):
         assert observe(rig.model, folder, "-o", folder / "fleet.csv").code == 0
         assert [row["file"] for row in table((folder / "fleet.csv").read_text())] == ["a.mcap"]
+    (folder / "b.csv").write_text("time,encoder,current\n0,1,2\n")
+    refused(observe(rig.model, folder, "-o", folder / "b.csv"), 3, "b.csv: is an input of this command and would be overwritten")
 
 
 def test_refusals_are_one_line(rig: SimpleNamespace, tmp_path: Path) -> None:
