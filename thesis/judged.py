@@ -112,4 +112,6 @@ def _difference(found: Found, row: Row) -> str:
     if row.value == 0.0:
         return f"{found.value:+.3g}"
     ratio = found.value / row.value
+    if abs(ratio - 1.0) < 5e-4:
+        return ""  # a zero, as it would be written
     return f"x {ratio:.3g}" if not 0.5 <= ratio <= 2.0 else f"{100.0 * (ratio - 1.0):+.1f} %"

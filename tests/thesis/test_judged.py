@@ -62,6 +62,11 @@ def test_a_difference_needs_a_word_and_an_agreement_none() -> None:
     assert "agrees, and words say why" in judge(documents({"table_4_2 m": "why"}, m=row), part(m=1.0)).problems[0]
 
 
+def test_a_difference_is_told_where_there_is_one_to_be_seen() -> None:
+    told = {ours: judge(documents(m=Row(1.0, within=0.1)), part(m=ours)).lines[0].difference for ours in (1.0, 1.0004, 0.95, 3.0)}
+    assert told == {1.0: "", 1.0004: "", 0.95: "-5.0 %", 3.0: "x 3"}
+
+
 def test_what_is_missing_or_unknown_is_told() -> None:
     row = Row(1.0)
     assert any("frictool gave none of n" in line for line in judge(documents(m=row, n=row), part(m=1.0)).problems)
