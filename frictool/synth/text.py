@@ -10,6 +10,8 @@ from frictool.synth.design import Designed
 from frictool.synth.disturbance import Disturbance
 from frictool.synth.relax import Trade
 
+COLUMNS = (7, 10, 10, 10, 10)  # characters of a vertex's name, its inertia, viscous and Coulomb friction, the drive's constant
+
 
 def text(result: Designed, disturbance: Disturbance) -> str:
     controller = result.controller
@@ -29,32 +31,37 @@ def text(result: Designed, disturbance: Disturbance) -> str:
 
 def _head(controller: Controller) -> list[str]:
     verified, law = controller.verified, controller.position_law
+    position, samples = si_unit("position", controller.axis), "sample" if controller.delay_samples == 1 else "samples"
     asked = "" if verified.gamma_asked is None else f"gamma asked {verified.gamma_asked:.4g}, "
     lines = [
         f"{controller.name}: {controller.structure.replace('_', ' ')} by {controller.method} in {controller.domain} time, "
         f"order {len(controller.linear.discrete.a)}, {controller.sample_period_s * 1e3:g} ms, "
-        f"{controller.delay_samples} sample(s) of delay; {asked}verified {verified.gamma_verified:.4g}"
+        f"{controller.delay_samples} {samples} of delay; {asked}verified {verified.gamma_verified:.4g}"
     ]
     if law is not None and law.kind == "proportional":
-        lines.append(
-            f"position law: proportional, gain {law.gain:.4g} 1/s, {f'band {law.band:.4g}, ' if law.band else ''}action {law.action}"
-        )
+        band = f"band {law.band:.4g} {position}, " if law.band else ""
+        lines.append(f"position law: proportional, gain {law.gain:.4g} 1/s, {band}action {law.action}")
     elif law is not None:
-        lines.append(f"position law: gain {law.gain:.4g} by {law.formula}, band {law.band:.4g}, action {law.action}")
+        gain = f"{law.gain:.4g} {position}^0.5/s"
+        lines.append(f"position law: gain {gain} by {law.formula}, band {law.band:.4g} {position}, action {law.action}")
     return [*lines, *_blocks(controller)]
 
 
 def _blocks(controller: Controller) -> list[str]:
     """What stands around the linear controller beside its position law."""
     velocity, limiter, compensation = controller.velocity, controller.limiter, controller.friction_compensation
-    position, speed, effort = (si_unit(name, controller.axis) for name in ("position", "velocity", "effort"))
+    position, speed, effort, inertia = (si_unit(name, controller.axis) for name in ("position", "velocity", "effort", "inertia"))
     lines = []
     if velocity.source == "measured":
         lines.append("velocity: measured")
     elif velocity.bandwidth_rad_s:
         lines.append(f"velocity: the encoder's difference, low-pass of order {velocity.order} at {velocity.bandwidth_rad_s:.4g} rad/s")
     if limiter is not None:
-        rule = f"(5.7), inertia {limiter.inertia:.4g}, F_c {limiter.coulomb:.4g} {effort}" if limiter.condition == "energy" else "(5.2.1)"
+        rule = (
+            f"(5.7), inertia {limiter.inertia:.4g} {inertia}, F_c {limiter.coulomb:.4g} {effort}"
+            if limiter.condition == "energy"
+            else "(5.2.1)"
+        )
         brake = (
             f"; F_cv {limiter.virtual_coulomb:.4g} {effort}, v_r {limiter.virtual_speed:.4g} {speed} (5.41)"
             if limiter.virtual_speed
@@ -88,9 +95,16 @@ def _vertices(controller: Controller) -> list[str]:
     verified = controller.verified
     delays = [check.delay_samples for check in verified.vertices[0].checks]
     lines = ["vertex  inertia    viscous    coulomb    constant   norm    sampled " + "  ".join(f"margin (delay {d})" for d in delays)]
+    units = [si_unit(name, controller.axis) for name in ("inertia", "viscous", "effort")]
+    lines.append(
+        " ".join(
+            f"{unit:<{width}}" for unit, width in zip(["", *units, controller.bench.actuator.constant.unit], COLUMNS, strict=True)
+        ).rstrip()
+    )
     for v in verified.vertices:
         margins = "  ".join(f"{check.modulus_margin:16.3f}" for check in v.checks)
-        plant = f"{v.name:<7} {v.inertia:<10.4g} {v.viscous:<10.4g} {v.coulomb:<10.4g} {v.constant:<10.4g}"
+        values = [f"{value:.4g}" for value in (v.inertia, v.viscous, v.coulomb, v.constant)]
+        plant = " ".join(f"{cell:<{width}}" for cell, width in zip([v.name, *values], COLUMNS, strict=True))
         lines.append(f"{plant} {v.norm:<7.4g} {v.sampled_norm:<7.4g} {margins}")
     worst = min(vertex.modulus_margin for vertex in verified.vertices)
     lines.append(

@@ -50,6 +50,8 @@ def test_the_same_inputs_give_the_same_bytes(folder: Path) -> None:
     assert (folder / "first.yaml").read_bytes() == (folder / "second.yaml").read_bytes()
     to_stdout = run(*_arguments(folder), "-o", "-")
     assert to_stdout.out == (folder / "first.yaml").read_bytes()
+    for told in ("1 sample of delay", " rad^0.5/s by sqrt(F/J), band 2 rad,", "\n        kg m^2     N m s/rad  N m        N m/A\nv01 "):
+        assert told in to_stdout.stderr
 
 
 def test_a_design_that_is_not_verified_is_exit_4_and_no_file(folder: Path) -> None:
@@ -71,6 +73,6 @@ def test_a_picture_over_another_file_of_the_command_is_refused_at_once(folder: P
     controller = folder / "controller.yaml"
     same = run(*_arguments(folder), "-o", controller, "--plot", controller)
     assert same.code == 2
-    assert "--plot and --output are the same file" in same.stderr
+    assert "-o and --plot have the same name" in same.stderr
     refused(run(*_arguments(folder), "-o", controller, "--plot", folder / "spec.yaml"), 3, "is an input")
     assert not controller.exists()

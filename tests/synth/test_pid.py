@@ -210,7 +210,7 @@ def test_a_format_that_breaks_the_margin_is_told_or_refused() -> None:
         ("pi_p", ["position law: proportional, gain 10 1/s, action none", "velocity: measured", "no certificate: what is proved"]),
         (
             "pid_limiter",
-            ["limiter: by energy (5.7), inertia 1, F_c 1 N, band 0.02 m", "limiter: it is not linear", "proved for every constant"],
+            ["limiter: by energy (5.7), inertia 1 kg, F_c 1 N, band 0.02 m", "limiter: it is not linear", "proved for every constant"],
         ),
     ],
 )
