@@ -126,6 +126,7 @@ def _influence(trials: Trials, metric: str, influence: Influence) -> dict[str, A
                 "share": s.share,
                 "error": s.error,
                 "share_of_ranks": s.of_ranks,
+                "error_of_ranks": s.error_of_ranks,
                 "chance": s.chance,
                 "direction": s.direction,
                 "rank_correlation": s.rises,

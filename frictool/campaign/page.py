@@ -11,7 +11,7 @@ from frictool.campaign.distribution import COVERED
 from frictool.campaign.findings import Findings, Worst
 from frictool.campaign.pictures import Picture, causes, failing_plane, metric, rates
 from frictool.campaign.sensitivity import Influence, Question
-from frictool.campaign.text import asked, fails_where
+from frictool.campaign.text import asked, fails_where, share_told
 from frictool.campaign.words import caveat, chance_told, given, headline, number, quantity, unit_shown
 from frictool.documents.provenance import Provenance
 from frictool.page import filled
@@ -108,10 +108,11 @@ def _cells(found: Findings, influence: Influence, ranks: bool) -> list[Cell]:
     cells = []
     for i in _columns(found) if influence.shares else []:
         one, named = influence.shares[i], i in influence.named
-        share = max(0.0, one.of_ranks if ranks else one.share)
+        share, error = (one.of_ranks, one.error_of_ranks) if ranks else (one.share, one.error)
+        share = max(0.0, share)
         arrow = {"rises": " ↗", "falls": " ↘"}.get(one.direction, "") if named else ""
-        text = f"{share:.0%}".replace("%", " %") if named else "·"
-        told = "" if ranks else f"{one.share:.3f} ± {one.error:.3f}; "
+        text = share_told(share, error) if named else "·"
+        told = f"{one.of_ranks if ranks else one.share:.3f} ± {error:.3f}; " if error > 0.0 else ""
         told += one.direction + (f"; {chance_told(one.chance)}" if one.chance is not None else "")
         cells.append(Cell(text + arrow, min(1.0, share) if named else 0.0, told))
     return cells

@@ -21,6 +21,7 @@ from frictool.campaign.regional import Region, region
 from frictool.campaign.slices import TENTHS, Draws, few_slices_for, slices_for
 from frictool.campaign.trials import BROKEN, MET, Trials
 from frictool.campaign.variance_shares import Share, chance_of_ranks, rank_correlation, scores_of, variance_share
+from frictool.campaign.whole import within_whole
 
 Mask = NDArray[np.bool_]
 LEVEL = 0.05  # of a table: the probability that it names a factor without influence
@@ -65,12 +66,12 @@ class Influence:
     @property
     def rest(self) -> float | None:
         """Of the variance what no named factor explains by itself: factors that act together, noise, what slices are too coarse for."""
-        return min(1.0, max(0.0, 1.0 - sum(self.shares[i].share for i in self.named))) if self.shares else None
+        return max(0.0, 1.0 - sum(max(0.0, self.shares[i].share) for i in self.named)) if self.shares else None
 
     @property
     def rest_of_ranks(self) -> float | None:
         """The same of the ranks."""
-        return min(1.0, max(0.0, 1.0 - sum(self.shares[i].of_ranks for i in self.named))) if self.shares else None
+        return max(0.0, 1.0 - sum(max(0.0, self.shares[i].of_ranks) for i in self.named)) if self.shares else None
 
     @property
     def by_rank(self) -> bool:
@@ -163,9 +164,19 @@ def _influences(trials: Trials, draws: Draws, drawn: bool) -> tuple[Influence, .
         return tuple(found)
     chances = iter(corrected(np.array([share.chance for share in shares])))
     return tuple(
-        dataclasses.replace(one, shares=tuple(dataclasses.replace(share, chance=float(next(chances))) for share in one.shares))
+        _adding_up(dataclasses.replace(one, shares=tuple(dataclasses.replace(share, chance=float(next(chances))) for share in one.shares)))
         for one in found
     )
+
+
+def _adding_up(one: Influence) -> Influence:
+    """With the shares of the factors that are named as parts of one whole."""
+    named, shares = list(one.named), list(one.shares)
+    values = within_whole(np.array([shares[i].share for i in named]), np.array([shares[i].error for i in named]))
+    ranks = within_whole(np.array([shares[i].of_ranks for i in named]), np.array([shares[i].error_of_ranks for i in named]))
+    for i, share, of_ranks in zip(named, values, ranks, strict=True):
+        shares[i] = dataclasses.replace(shares[i], share=float(share), of_ranks=float(of_ranks))
+    return dataclasses.replace(one, shares=tuple(shares))
 
 
 def _influence(trials: Trials, draws: Draws, metric: int, drawn: bool) -> Influence:
@@ -185,9 +196,9 @@ def _influence(trials: Trials, draws: Draws, metric: int, drawn: bool) -> Influe
         slices = ranked if used == told else draws.sliced(factor, slices_for(used), finite)
         few = draws.sliced(factor, few_slices_for(told), known)
         share, error = variance_share(slices, values[finite], drawn)
-        of_ranks = variance_share(ranked, scores[0], drawn)[0]
+        of_ranks = variance_share(ranked, scores[0], drawn)
         chance = chance_of_ranks(few, scores) if drawn else None
-        shares.append(Share(share, error, of_ranks, chance, rank_correlation(trials.units[known, factor], scores)))
+        shares.append(Share(share, error, *of_ranks, chance, rank_correlation(trials.units[known, factor], scores)))
     return Influence(used, tuple(shares))
 
 

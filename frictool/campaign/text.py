@@ -62,23 +62,29 @@ def influence_told(found: Findings, influence: Influence) -> list[str]:
         return [influence.reason]
     if not influence.named:
         return ["no factor is told apart from chance"]
-    told = [_shares_told(found, influence, [share.share for share in influence.shares], influence.rest)]
+    values = [(share.share, share.error) for share in influence.shares]
+    told = [_shares_told(found, influence, values, influence.rest)]
     if influence.by_rank:
-        told.append(
-            f"of its ranks: {_shares_told(found, influence, [share.of_ranks for share in influence.shares], influence.rest_of_ranks)}"
-        )
+        ranks = [(share.of_ranks, share.error_of_ranks) for share in influence.shares]
+        told.append(f"of its ranks: {_shares_told(found, influence, ranks, influence.rest_of_ranks)}")
     return told
 
 
-def _shares_told(found: Findings, influence: Influence, shares: Sequence[float], rest: float | None) -> str:
-    """The largest first; those that round to nothing together at the end."""
-    order = sorted(influence.named, key=lambda i: -shares[i])
+def _shares_told(found: Findings, influence: Influence, shares: Sequence[tuple[float, float]], rest: float | None) -> str:
+    """The largest first, each with its error; those that round to nothing together at the end."""
+    order = sorted(influence.named, key=lambda i: -shares[i][0])
     factors = found.trials.space.factors
-    alone = [f"{factors[i].label} {_whole(shares[i])} ({influence.shares[i].direction})" for i in order if shares[i] >= 0.005]
-    others = [factors[i].label for i in order if shares[i] < 0.005]
+    alone = [f"{factors[i].label} {share_told(*shares[i])} ({influence.shares[i].direction})" for i in order if shares[i][0] >= 0.005]
+    others = [factors[i].label for i in order if shares[i][0] < 0.005]
     left = len(alone) - MOST
     told = alone[:MOST] + ([f"{left} more"] if left > 0 else []) + ([f"only with others: {', '.join(others[:MOST])}"] if others else [])
     return "; ".join([*told, f"together or unexplained {_whole(rest or 0.0)}"])
+
+
+def share_told(share: float, error: float) -> str:
+    """A share with its standard deviation; without one where nothing is random."""
+    digits = 0 if error >= 0.0095 else 1
+    return _whole(share) if error == 0.0 else f"{100.0 * share:.{digits}f} ± {100.0 * error:.{digits}f} %"
 
 
 def _whole(share: float) -> str:
@@ -169,7 +175,8 @@ def _influences(found: Findings) -> list[str]:
     for name, one in zip(names, found.sensitivity.influences, strict=True):
         rows = influence_told(found, one)
         told += [f"  {heading.ljust(width)}  {row}" for heading, row in zip([name, *[""] * len(rows)], rows, strict=False)]
-    return ["", "where the variance comes from", *told] if told else []
+    drawn = any(share.error > 0.0 for one in found.sensitivity.influences for share in one.shares)
+    return ["", f"where the variance comes from{' (± one standard deviation)' if drawn else ''}", *told] if told else []
 
 
 def _worst(found: Findings) -> list[str]:

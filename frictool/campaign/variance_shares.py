@@ -31,8 +31,8 @@ SLOPE = 0.1  # a rank correlation beyond it says up or down
 
 @dataclass(frozen=True)
 class Share:
-    """share: S_i; error: its standard deviation; of_ranks: S_i of the values' ranks, those beyond any included; chance: that ranks differ
-    as much without an influence, None where nothing is random.
+    """share: S_i; error: its standard deviation; of_ranks, error_of_ranks: the same of the values' ranks, those beyond any included;
+    chance: that ranks differ as much without an influence, None where nothing is random.
 
     rises: the rank correlation of the metric with the factor, -1..1.
     """
@@ -40,6 +40,7 @@ class Share:
     share: float
     error: float
     of_ranks: float
+    error_of_ranks: float
     chance: float | None
     rises: float
 
