@@ -11,6 +11,7 @@ from frictool.cli.output import (
     STDOUT,
     FiniteRange,
     NamedPath,
+    check_targets,
     command_line,
     existing,
     json_option,
@@ -72,6 +73,7 @@ def command(bench: Path, kind: str, plot: Path | None, output: Path, as_json: bo
     if output != STDOUT and output.suffix.lower() not in SUFFIXES:
         raise click.UsageError(f"{output.name!r} does not say its format: end it in {' or '.join(SUFFIXES)}.")
     _check_options(kind, given)
+    check_targets({"-o": output, "--plot": plot}, [bench])
     from frictool.documents.bench import Bench
     from frictool.documents.registry import load
     from frictool.identify.excite.kinds import Settings, excite

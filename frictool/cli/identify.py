@@ -12,13 +12,13 @@ from frictool.cli.observe_given import pattern
 from frictool.cli.output import (
     FiniteRange,
     NamedPath,
+    check_targets,
     command_line,
     existing,
     json_option,
     note,
     output_option,
     print_json,
-    refuse_inputs,
     save_text,
     say,
 )
@@ -124,8 +124,8 @@ def command(
     )
     refuse_both(cores, cluster)
     inputs = [*logs, *ramp, *loops, bench]
-    if plot is not None:
-        refuse_inputs(plot, inputs)
+    if each is None:
+        check_targets({"-o": output, "--plot": plot}, inputs)
     from frictool.documents.bench import Bench
     from frictool.documents.provenance import record
     from frictool.documents.registry import load

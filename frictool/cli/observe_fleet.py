@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from frictool.cli.observe_given import Given, commissioning_of
-from frictool.cli.output import STDOUT, check_output, note, print_json, replacing, save_text, say
+from frictool.cli.output import STDOUT, check_targets, note, print_json, replacing, save_text, say
 from frictool.cli.progress import progress
 from frictool.errors import EXIT_DONE, EXIT_INPUT, EXIT_NO
 
@@ -32,9 +32,7 @@ def observe_fleet(given: Given, logs: Sequence[Path]) -> int:
     with kept(logs) as paths:
         fleet = members(paths)
         inputs = [*given.inputs, *(member.path for member in fleet if member.path.is_file())]
-        for target in (given.output, given.plot):
-            if target is not None:
-                check_output(target, inputs)
+        check_targets({"-o": given.output, "--plot": given.plot}, inputs)
         for told in useless(given.settings.patterns, [member.name for member in fleet]):
             note(f"warning: {told}")
         with progress("observe") as tick:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from frictool.cli.output import STDOUT, check_output
+from frictool.cli.output import STDOUT, check_targets
 
 if TYPE_CHECKING:
     from frictool.documents.model import Model
@@ -64,15 +64,11 @@ def check_outputs(given: Given, logs: tuple[Path, ...], several: bool) -> None:
     plot, output = given.plot, given.output
     if plot is not None and plot != STDOUT and plot.suffix.lower() not in PICTURES:
         raise click.UsageError(f"--plot {plot.name}: end it in {' or '.join(PICTURES)}.")
-    if output is not None and plot is not None and (output == plot or output.absolute() == plot.absolute()):
-        raise click.UsageError("-o and --plot have the same name; each needs its own.")
     if several and output is not None and output != STDOUT and output.suffix.lower() not in TABLES:
         raise click.UsageError(f"-o {output.name}: several logs give a table; end it in {', '.join(TABLES)}.")
     if several and given.observer is not None:
         raise click.UsageError("--observer runs along one log.")
-    for target in (plot, output):
-        if target is not None:
-            check_output(target, [*given.inputs, *logs])
+    check_targets({"-o": output, "--plot": plot}, [*given.inputs, *logs])
 
 
 def observer_of(given: Given) -> tuple[Path, Observer] | None:

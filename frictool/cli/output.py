@@ -7,7 +7,7 @@ import math
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO, TypeVar
@@ -123,6 +123,22 @@ def check_output(target: Path, inputs: list[Path]) -> None:
         tempfile.TemporaryFile(dir=folder).close()
     except OSError as error:
         raise OutputError(f"{target}: cannot be written: {error.strerror or error}") from None
+
+
+def check_targets(targets: Mapping[str, Path | None], inputs: list[Path]) -> None:
+    """Before any work: that each of `targets` (option -> where it is to be written, or None) is a file of its own and can be written.
+
+    Raises click.UsageError where two have one name, or stdout would hold two; OutputError as `check_output`.
+    """
+    places: dict[Path, str] = {}
+    for option, target in targets.items():
+        if target is None:
+            continue
+        place = target if target == STDOUT else target.resolve()
+        if place in places and (target == STDOUT or target.is_file() or not target.exists()):
+            raise click.UsageError(f"{places[place]} and {option} have the same name, {target}; each needs its own.")
+        places[place] = option
+        check_output(target, inputs)
 
 
 def refuse_unwritable(target: Path) -> None:

@@ -12,13 +12,13 @@ import click
 from frictool.cli.output import (
     FiniteRange,
     NamedPath,
+    check_targets,
     command_line,
     existing,
     json_option,
     note,
     output_option,
     print_json,
-    refuse_inputs,
     save_text,
     say,
 )
@@ -91,7 +91,7 @@ def command(
     if travel is not None and travel[0] >= travel[1]:
         raise click.UsageError(f"--travel: found {travel[0]:g} to {travel[1]:g}; allowed: LOW < HIGH.")
     inputs = [path for path in (mechanism, controller, scenario, bench) if path is not None]
-    _refuse_targets([path for path in (reduced, plot, output) if path is not None], inputs)
+    check_targets({"-o": output, "--reduced": reduced, "--plot": plot}, inputs)
     words: dict[str, Any] = {
         "mechanism": mechanism,
         "--bandwidth": bandwidth,
@@ -138,13 +138,6 @@ def _tell_unfinished(stopped: Unfinished, path: Path, reduced: Path | None, inpu
     if reduced is not None:
         save_text(reduced, to_yaml(last.mechanism), inputs)
         note(f"{reduced}: the mechanism after the step '{last.told.step}', not checked by simulation; no model is written")
-
-
-def _refuse_targets(targets: list[Path], inputs: list[Path]) -> None:
-    for target in targets:
-        refuse_inputs(target, inputs)
-    if len({target.resolve() for target in targets}) < len(targets):
-        raise click.UsageError("--output, --reduced and --plot name one file twice; give each its own.")
 
 
 def _reduction(

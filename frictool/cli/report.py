@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.output import STDOUT, check_output, command_line, existing, json_option, note, output_option, print_json, save_text, say
+from frictool.cli.output import STDOUT, check_targets, command_line, existing, json_option, note, output_option, print_json, save_text, say
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
@@ -60,7 +60,7 @@ def command(
 ) -> None:
     inputs = [*logs, spec, *(path for path in (controller, bench) if path is not None)]
     targets = [path for path in (output, junit, markdown) if path is not None]
-    _check_targets(targets, inputs)
+    check_targets({"-o": output, "--junit": junit, "--markdown": markdown}, inputs)
     documents, read = _load(logs, spec, controller, bench)
 
     for log in read:
@@ -80,13 +80,6 @@ def command(
     _tell(verdict, documents.spec, transfers, STDOUT if STDOUT in targets else None, as_json)
     if not verdict.passed:
         ctx.exit(1)
-
-
-def _check_targets(targets: list[Path], inputs: list[Path]) -> None:
-    if len({target if target == STDOUT else target.absolute() for target in targets}) < len(targets):
-        raise click.UsageError("two outputs have the same name; -o, --junit and --markdown each need their own")
-    for target in targets:
-        check_output(target, inputs)
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from frictool import waiting
 from frictool.cli.bench_servo import LAW, Gains, servo_options
 from frictool.cli.output import (
     FiniteRange,
+    check_targets,
     command_line,
     existing,
     json_option,
@@ -121,8 +122,10 @@ def command(
     events: Path | None,
     **servo: Any,
 ) -> None:
-    if events is not None and (events == output or not is_mechanism(model) or excitation is not None):
-        raise click.UsageError("--events is of a mechanism that plays a scenario, and a file of its own.")
+    if events is not None and (not is_mechanism(model) or excitation is not None):
+        raise click.UsageError("--events is of a mechanism that plays a scenario.")
+    inputs = [path for path in (model, controller, scenario, observer, excitation) if path is not None]
+    check_targets({"-o": output, "--events": events}, inputs)
     waiting.compiling = lambda: tell_of_compiling(everywhere=True)  # the engine takes longest of all
     gains = Gains(servo["position_gain"], servo["speed_gain"], servo["integral_gain"])
     if excitation is not None:

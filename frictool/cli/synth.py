@@ -9,7 +9,7 @@ import click
 
 from frictool.cli.output import (
     NamedPath,
-    check_output,
+    check_targets,
     command_line,
     existing,
     json_option,
@@ -53,11 +53,7 @@ def command(model: Path, spec: Path, design: Path, vertices_only: bool, plot: Pa
     same_axis({model: model_document, spec: spec_document, design: design_document})
     if plot is not None and design_document.relax == "no":
         raise click.UsageError(f"--plot shows the trade of relax: auto, which {design.name} does not ask for")
-    for target in (output, plot):
-        if target is not None:  # before the minutes that a design may take, and before the controller is written
-            check_output(target, [model, spec, design])
-    if plot is not None and output is not None and plot.resolve() == output.resolve():
-        raise click.UsageError(f"--plot and --output are the same file, {plot.name}; give the picture a name of its own, such as trade.svg")
+    check_targets({"-o": output, "--plot": plot}, [model, spec, design])
     from frictool.synth.disturbance import disturbance
     from frictool.synth.machine import machine
     from frictool.synth.synthesis import synthesise

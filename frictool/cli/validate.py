@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from frictool.cli.bench_servo import LAW, Gains, servo_options
-from frictool.cli.output import FiniteRange, NamedPath, existing, json_option, note, print_json, refuse_inputs, save_text, say
+from frictool.cli.output import FiniteRange, NamedPath, check_targets, existing, json_option, note, print_json, save_text, say
 
 if TYPE_CHECKING:
     from frictool.documents.model import Model
@@ -55,8 +55,7 @@ def command(
 ) -> None:
     gains = Gains(position_gain, speed_gain, integral_gain)
     closed = gains.given
-    if plot is not None:
-        refuse_inputs(plot, [model, log])
+    check_targets({"--plot": plot}, [model, log])
     from frictool.documents.model import Model
     from frictool.documents.registry import load
     from frictool.identify.validate.against_log import validate

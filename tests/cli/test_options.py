@@ -104,3 +104,35 @@ def test_an_output_that_cannot_be_written_is_told_before_the_work(tmp_path: Path
     monkeypatch.setattr("frictool.compare.comparison.compare", never)
     refused(run("compare", "-o", "/dev/null/laws.html"), 3, "/dev/null/laws.html: cannot be written")
     assert list(tmp_path.iterdir()) == []
+
+
+CLUTCH = ROOT / "configs/clutch"
+TWO_OUTPUTS = {
+    "identify": ["identify", ROOT / "sample_logs/sines.csv", "--bench", CLUTCH / "bench.yaml", "-o", "OUT", "--plot", "OUT"],
+    "excite": ["excite", "--bench", CLUTCH / "bench.yaml", "--kind", "sines", "-o", "OUT", "--plot", "OUT"],
+    "reduce": ["reduce", ROOT / "configs/throttle/mechanism.yaml", "-o", "OUT", "--reduced", "OUT"],
+    "simulate": ["simulate", CLUTCH / "mechanism.yaml", "--scenario", CLUTCH / "spec.yaml", "-o", "OUT", "--events", "OUT"],
+}
+
+
+@pytest.mark.parametrize("command", TWO_OUTPUTS)
+@pytest.mark.parametrize("there", ["", "file", "link"])
+def test_two_outputs_with_one_name_are_refused_before_the_first_replaces_the_second(command: str, there: str, tmp_path: Path) -> None:
+    first = second = tmp_path / "out.csv"
+    if there:
+        first.write_text("kept")
+    if there == "link":
+        second = tmp_path / "link.csv"
+        second.symlink_to(first)
+    names = iter((first, second))
+    result = run(*(next(names) if word == "OUT" else word for word in TWO_OUTPUTS[command]))
+    assert result.code == 2
+    assert "have the same name" in result.stderr
+    assert [path.read_text() for path in (first, second) if path.exists()] == ["kept"] * 2 * bool(there)
+
+
+def test_stdout_holds_one_output() -> None:
+    """The model and the picture one after the other would be neither."""
+    result = run(*("-" if word == "OUT" else word for word in TWO_OUTPUTS["identify"]))
+    assert (result.code, result.stdout) == (2, "")
+    assert "-o and --plot have the same name, -; each needs its own" in result.stderr

@@ -211,7 +211,7 @@ def test_an_input_is_never_overwritten(rig: Rig) -> None:
 def test_two_outputs_of_one_name_are_a_wrong_command_line(rig: Rig) -> None:
     result = run("report", rig.log, "--spec", rig.spec, "-o", rig.folder / "x", "--junit", rig.folder / "x")
     assert result.code == 2
-    assert "two outputs" in result.stderr
+    assert "-o and --junit have the same name" in result.stderr
 
 
 def test_help_opens_with_an_example() -> None:
