@@ -13,9 +13,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib
-import logging
 import pickle
-import re
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -26,10 +24,10 @@ from frictool import waiting
 from frictool.errors import ClusterError, WorkerLost
 from frictool.workers import remote
 from frictool.workers.batch import Task
+from frictool.workers.connection import connected
 from frictool.workers.installation import Installation, differences, installation
 
-ADDRESS = re.compile(r"(tcp|tls)://(\[[0-9a-fA-F:.]+\]|[^\s:/\[\]]+):\d{1,5}")
-CONNECT_S = 10.0  # for a scheduler to answer, and for its first worker
+FIRST_S = 10.0  # for the first worker
 NO_WORKER_S = 60.0  # without any worker, until it is given up: where one was ended, its supervisor starts another
 LOOK_S, POLL_S = 2.0, 0.005  # between two looks at the workers, and at the results
 AHEAD = 3  # tasks a worker that are under way, so that none waits for the next
@@ -53,41 +51,10 @@ def among_workers(
             run.close()
 
 
-@contextlib.contextmanager
-def connected(address: str) -> Iterator[Any]:
-    """A client of the scheduler, which says nothing by itself. Raises ClusterError."""
-    if not ADDRESS.fullmatch(address):
-        raise ClusterError(f"{address!r} is no address of a Dask scheduler; allowed: tcp://HOST:PORT, tls://HOST:PORT")
-    try:
-        distributed = importlib.import_module("distributed")
-    except ModuleNotFoundError:
-        raise ClusterError(f"{address}: needs dask.distributed, which is not installed: pip install 'frictool[cluster]'") from None
-    for name in ("distributed.client", "distributed.core"):
-        logging.getLogger(name).setLevel(logging.CRITICAL)  # one line of ours tells of a lost connection
-    with importlib.import_module("dask").config.set({"distributed.admin.large-graph-warning-threshold": "1 GiB"}):
-        client = _client(distributed, address)
-        try:
-            yield client
-        finally:
-            with contextlib.suppress(Exception):  # a scheduler that is gone is told of nothing
-                client.close(timeout=1.0)
-
-
-def _client(distributed: Any, address: str) -> Any:
-    try:
-        return distributed.Client(address, timeout=CONNECT_S, set_as_default=False, name="frictool")
-    except (OSError, TimeoutError):
-        raise ClusterError(
-            f"{address}: no Dask scheduler answers within {CONNECT_S:g} s; start one with `dask scheduler`, or check the address"
-        ) from None
-    except (TypeError, ValueError) as error:  # certificates that are missing, or no good
-        raise ClusterError(f"{address}: cannot be connected to: {error}; certificates are in Dask's configuration, comm.tls") from None
-
-
 def _check(client: Any, address: str) -> None:
     """Raises ClusterError where there is no worker, or one is not as this machine is; remarks on other processors, and on threads."""
     try:
-        client.wait_for_workers(1, timeout=CONNECT_S)
+        client.wait_for_workers(1, timeout=FIRST_S)
     except TimeoutError:
         raise ClusterError(f"{address}: the scheduler has no worker; start some with `dask worker {address} --nthreads 1`") from None
     here, found = installation(), client.run(remote.installed, on_error="return")

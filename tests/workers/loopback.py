@@ -16,15 +16,16 @@ PATIENCE_S = 60.0
 
 
 class Loopback:
-    """A scheduler that gives a task up after `failures` dead workers, and workers in a folder of their own."""
+    """A scheduler that gives a task up after `failures` dead workers, and workers in a folder of their own; `settings`: for TLS."""
 
-    def __init__(self, folder: Path, workers: int, failures: int = 3) -> None:
+    def __init__(self, folder: Path, workers: int, failures: int = 3, settings: dict[str, str] | None = None) -> None:
         self.folder = folder
         self._file = folder / "scheduler.json"
         quiet = {"OPENBLAS_NUM_THREADS": "1", "DASK_DISTRIBUTED__LOGGING__DISTRIBUTED": "error"}
         self._environment = {**os.environ, **quiet, "PYTHONPATH": str(ROOT)}
         self._environment["DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES"] = str(failures)
-        own = ("--port", "0", "--scheduler-file", str(self._file))
+        self._environment |= {f"DASK_{key.upper().replace('.', '__').replace('-', '_')}": value for key, value in (settings or {}).items()}
+        own = ("--port", "0", "--scheduler-file", str(self._file), "--protocol", "tls" if settings else "tcp")
         self.scheduler = self._start("dask_scheduler", own)
         until = time.monotonic() + PATIENCE_S
         while not self._file.exists() and time.monotonic() < until:
