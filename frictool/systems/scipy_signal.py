@@ -9,11 +9,14 @@ from scipy import signal
 from frictool.documents.controller import Controller
 from frictool.documents.model import Model
 from frictool.plant.lti import Lti
-from frictool.systems.views import controller_system, plant_system
+from frictool.systems.views import view
 
 
 def to_scipy(system: Lti | Model | Controller) -> Any:
-    """A `scipy.signal.StateSpace`, with `dt` where it is sampled: of a controller what runs, of a model its axis, as in `to_control`."""
-    found = system if isinstance(system, Lti) else plant_system(system) if isinstance(system, Model) else controller_system(system)
+    """A `scipy.signal.StateSpace`, with `dt` where it is sampled: of a controller what runs, of a model its axis, as in `to_control`.
+
+    Raises FrictoolError where it is none of these.
+    """
+    found = view(system)
     matrices = (found.a, found.b, found.c, found.d)
     return signal.StateSpace(*matrices, dt=found.period) if found.period else signal.StateSpace(*matrices)

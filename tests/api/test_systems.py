@@ -156,6 +156,14 @@ def test_vertices_are_those_of_the_controller(controller: Controller) -> None:
         plant_system(MODEL, "v01")
 
 
+@pytest.mark.parametrize("function", [to_control, to_scipy, controller_system, plant_system, lambda it: loop_system(it, "v01")])
+def test_what_is_no_model_and_no_controller_is_told(function: Any) -> None:
+    with pytest.raises(FrictoolError, match=r"found int; allowed: (Model, )?Controller"):
+        function(42)
+    with pytest.raises(FrictoolError, match=r"found Mechanism; allowed: .*; reduce it to a model first"):
+        function(load(ROOT / "configs/clutch/mechanism.yaml"))
+
+
 def test_python_control_is_asked_for_where_it_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "control", None)
     with pytest.raises(ImportError, match="pip install control"):
