@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 from frictool.friction.dwell import dwell_factor
 from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.parameter import Axis
-from frictool.friction.position_polynomial import least, position_factor
+from frictool.friction.polynomial_least import least
+from frictool.friction.position_polynomial import position_factor
 from frictool.friction.speed_knee import regimes_from
 from frictool.kernels import kernel
 

@@ -9,10 +9,12 @@ its end: a cubic fitted on 0..63 rad says nothing beyond. coefficients: lowest p
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.friction.polynomial_least import least
 from frictool.kernels import kernel
 
 Vector = NDArray[np.float64]
@@ -45,6 +47,12 @@ def normalised(coefficients: Vector, low: float, high: float) -> tuple[Vector, f
     return b / mean, mean
 
 
+@lru_cache(maxsize=64)
+def factors(coefficients: tuple[float, ...], low: float, high: float) -> tuple[float, ...]:
+    """The first of `normalised`, found once: every plant that is drawn from a model has its map. Raises ValueError as that."""
+    return tuple(map(float, normalised(np.array(coefficients), low, high)[0]))
+
+
 def mean_over(coefficients: Sequence[float] | Vector, low: float, high: float, first: float, last: float) -> float:
     """The mean over [first, last] of a polynomial that outside [low, high] is what it is at the end; first < last."""
     curve = np.polynomial.Polynomial(coefficients)
@@ -54,11 +62,7 @@ def mean_over(coefficients: Sequence[float] | Vector, low: float, high: float, f
     return float(below * curve(low) + whole(end) - whole(start) + above * curve(high)) / (last - first)
 
 
-def least(coefficients: Sequence[float] | Vector, low: float, high: float) -> tuple[float, float]:
-    """Where in [low, high] a polynomial is least, at an end or where its derivative is zero, and its value there."""
-    curve = np.polynomial.Polynomial(coefficients)
-    turning = np.real(curve.deriv().roots())  # the real part of a complex root is a place too many: it does no harm
-    places = np.clip([low, high, *turning], low, high)
-    values = curve(places)
-    index = int(np.argmin(values))
-    return float(places[index]), float(values[index])
+@lru_cache(maxsize=64)
+def least_factor(coefficients: tuple[float, ...], low: float, high: float) -> tuple[float, float]:
+    """Where in [low, high] `factors` are least, and their value there; found once."""
+    return least(factors(coefficients, low, high), low, high)

@@ -17,7 +17,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.friction.position_polynomial import least, normalised
+from frictool.friction.polynomial_least import least
+from frictool.friction.position_polynomial import factors, least_factor
 from frictool.friction.stribeck import straight_from
 
 Vector = NDArray[np.float64]
@@ -139,17 +140,18 @@ def _lifted(side: Levels) -> Levels:
 
 def _maps(shape: Shape, sides: tuple[Levels, Levels]) -> Vector:
     """Coefficients of F_c backward, forward, F_s backward, forward, MAX_TERMS each. ValueError where 0 <= F_c <= F_s does not hold."""
-    out = np.zeros((4, MAX_TERMS))
+    out, over = np.zeros((4, MAX_TERMS)), (shape.low, shape.high)
     for index, level in enumerate(sides):
-        for row, terms, value in ((index, shape.coulomb, level.coulomb), (2 + index, shape.breakaway, level.breakaway)):
-            chosen = terms[1 - index]
-            if len(chosen) > MAX_TERMS:
-                raise ValueError(f"a polynomial of position has {len(chosen)} coefficients; allowed: at most {MAX_TERMS}")
-            out[row, : len(chosen)] = value * normalised(np.array(chosen), shape.low, shape.high)[0]
-        direction, room = ("backward", "forward")[index], ROUNDING * (level.breakaway + level.coulomb)
-        for name, difference in (("Coulomb friction", out[index]), ("breakaway less Coulomb friction", out[2 + index] - out[index])):
-            place, smallest = least(difference, shape.low, shape.high)
+        slip, rest = shape.coulomb[1 - index], shape.breakaway[1 - index]
+        for row, terms, value in ((index, slip, level.coulomb), (2 + index, rest, level.breakaway)):
+            if len(terms) > MAX_TERMS:
+                raise ValueError(f"a polynomial of position has {len(terms)} coefficients; allowed: at most {MAX_TERMS}")
+            out[row, : len(terms)] = [value * one for one in factors(terms, *over)]
+        place, part = least_factor(slip, *over)
+        excess = (place, (level.breakaway - level.coulomb) * part) if rest == slip else least(out[2 + index] - out[index], *over)
+        room = ROUNDING * (level.breakaway + level.coulomb)
+        for name, (where, smallest) in (("Coulomb friction", (place, level.coulomb * part)), ("breakaway less Coulomb friction", excess)):
             if smallest < -room:
-                found = f"{name} {direction} is {smallest:.3g} at {place:.4g}"
+                found = f"{name} {('backward', 'forward')[index]} is {smallest:.3g} at {where:.4g}"
                 raise ValueError(f"position: {found}; allowed: >= 0 over the polynomials' range")
     return out.ravel()

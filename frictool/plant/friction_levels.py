@@ -10,12 +10,12 @@ So the map keeps its shape, and a vertex with the model's own numbers is the mod
 
 from __future__ import annotations
 
-import numpy as np
+from functools import lru_cache
 
 from frictool.documents.laws import Polynomial
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
-from frictool.friction.position_polynomial import mean_over, normalised
+from frictool.friction.position_polynomial import factors, mean_over
 
 Ends = tuple[float, float]
 
@@ -75,6 +75,12 @@ def _mean_factors(model: Model) -> Ends:
 
     def mean(side: Polynomial, backward: bool) -> float:
         powers = (side.backward or side.forward) if backward else side.forward
-        return mean_over(normalised(np.array(powers), *ends)[0], *ends, travel.low, travel.high)
+        return _mean_factor(powers, *ends, travel.low, travel.high)
 
     return mean(curve, False), mean(curve, True)
+
+
+@lru_cache(maxsize=64)
+def _mean_factor(powers: tuple[float, ...], low: float, high: float, first: float, last: float) -> float:
+    """Kept, as it is the same for every plant that is drawn from a model."""
+    return mean_over(factors(powers, low, high), low, high, first, last)

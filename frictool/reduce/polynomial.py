@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.documents.laws import MOST_COEFFICIENTS
-from frictool.friction.position_polynomial import least
+from frictool.friction.polynomial_least import least
 
 Vector = NDArray[np.float64]
 
