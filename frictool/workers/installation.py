@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-LIBRARIES = ("numpy", "scipy", "numba", "llvmlite", "cvxpy", "clarabel")
+LIBRARIES = ("numpy", "scipy", "numba", "llvmlite", "clarabel")
 
 
 @dataclass(frozen=True)

@@ -179,7 +179,7 @@ def test_an_mcap_of_something_else(tmp_path: Path):
     refused(result, 3, "ros2_talker.mcap")
 
 
-def test_help_imports_neither_numba_nor_cvxpy_nor_numpy():
+def test_help_imports_neither_numba_nor_numpy():
     script = (
         "import json, sys; sys.argv = ['frictool', '--help']\nfrom frictool.cli.main import main\ntry: main()\nexcept SystemExit: pass\n"
     )
