@@ -118,6 +118,7 @@ def failing_plane(found: Findings) -> Picture | None:
     with drawing("plane"):
         figure, (axes,) = new_figure(height=3.9)
         told = plane(axes, found.trials, pair.first, pair.second)
+        axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
         axes.set(
             xlabel=axis_label(first.label, unit_shown(first.unit), pair.first),
             ylabel=axis_label(second.label, unit_shown(second.unit), pair.second),

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib import dates
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 
 from frictool.observe.estimate import Range
 from frictool.observe.picture import LIMIT, MARGINS, WIDTH, drawing
@@ -33,7 +34,7 @@ def trend(table: Sequence[Row], limit: float | None) -> str:
     units = list(dict.fromkeys(row.unit or UNNAMED for row, _ in told))
     with drawing("trend"):
         figure, (axes,) = panels((WIDTH, HEIGHT), MARGINS)
-        where = {row.file: _day(row.date or "") if dated else float(place) for place, (row, _) in enumerate(told)}
+        where = {row.file: _day(row.date or "") if dated else float(place) for place, (row, _) in enumerate(told, start=1)}
         for number, unit in enumerate(units):
             own = [(where[row.file], found) for row, found in told if (row.unit or UNNAMED) == unit]
             own.sort(key=lambda one: one[0])
@@ -43,13 +44,14 @@ def trend(table: Sequence[Row], limit: float | None) -> str:
         axes.set_ylabel("wear over that at commissioning [1]" if ratios else "wear [1]")
         _abscissa(axes, dated)
         if 1 < len(units) <= MOST_NAMED:
-            axes.legend(loc="upper left", fontsize="small", framealpha=0.9)
+            axes.legend(loc="best", fontsize="small", framealpha=0.9)
         return render(figure, "wear of each unit over the date")
 
 
 def _abscissa(axes: Axes, dated: bool) -> None:
     if not dated:
         axes.set_xlabel("log, in the table's order")
+        axes.xaxis.set_major_locator(MaxNLocator(10, integer=True, min_n_ticks=1))
         return
     locator: Any = dates.AutoDateLocator(minticks=3, maxticks=7)  # type: ignore[no-untyped-call]
     axes.xaxis.set_major_locator(locator)

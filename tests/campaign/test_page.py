@@ -121,6 +121,8 @@ def test_a_browser_shows_it_on_a_phone_and_on_a_desk(full: str, tmp_path: Path) 
             assert not seen.dialogs
             assert [address for address in seen.requests if not address.startswith(("file:", "data:"))] == []
             assert chromium.evaluate("document.documentElement.scrollWidth") <= width
+            rows = chromium.evaluate("[...document.querySelectorAll('tbody tr')].map(r => r.getBoundingClientRect().height)")
+            assert max(rows) < 100  # px: no column is so narrow that its words stand one under the other
             sizes = chromium.evaluate("[...document.querySelectorAll('figure svg')].map(s => s.getBoundingClientRect().width)")
             assert len(sizes) >= 5
             assert min(sizes) > 0.4 * min(width, 1160)

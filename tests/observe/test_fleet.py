@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import os
+import re
 import signal
 from collections.abc import Iterator
 from pathlib import Path
@@ -218,7 +219,9 @@ def test_the_trend_is_drawn_over_the_date_with_the_limit(rig: SimpleNamespace, t
         for text in ("U17", "U23", "wear over that at commissioning [1]"):
             assert f">{text}<" in again.decode()
     observe(rig.model, rig.folder / "U17" / "2026-01-03.mcap", "-o", tmp_path / "one.csv", "--plot", tmp_path / "one.svg")
-    assert "wear [1]" in (tmp_path / "one.svg").read_text()
+    alone = re.findall(r">([^<>]*)</text>", (tmp_path / "one.svg").read_text())
+    assert "wear [1]" in alone
+    assert alone[: alone.index("log, in the table's order")] == ["1"]  # places are whole numbers
 
 
 def test_what_an_earlier_run_wrote_into_the_folder_is_no_log(rig: SimpleNamespace, tmp_path: Path) -> None:
@@ -236,7 +239,7 @@ def test_refusals_are_one_line(rig: SimpleNamespace, tmp_path: Path) -> None:
     refused(observe(rig.model, tmp_path / "empty"), 3, "holds no log")
     for arguments, word in (
         (("-o", tmp_path / "fleet.mcap"), "several logs give a table"),
-        (("-o", tmp_path / "a.csv", "--plot", tmp_path / "a.csv"), "end it in .svg or .html"),
+        (("-o", tmp_path / "a.csv", "--plot", tmp_path / "a.csv"), "end it in .svg, .html or .htm"),
         (("--observer", rig.model), "runs along one log"),
         (("--cores", "2", "--cluster", "tcp://127.0.0.1:1"), "--cores is of this machine"),
     ):
