@@ -9,6 +9,7 @@ import msgspec
 from frictool.documents.bench import Bench, Name, PositiveNumber, SamplePeriod
 from frictool.documents.certificate import Certificate, CertifiedWeights
 from frictool.documents.design import Domain, Method, Scheduled, Structure
+from frictool.documents.design_blocks import refuse_endless
 from frictool.documents.observer import Observer
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Axis
@@ -162,6 +163,9 @@ class Prefilter(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     natural_frequency_rad_s: PositiveNumber
     damping: PositiveNumber
+
+    def __post_init__(self) -> None:
+        refuse_endless(self.natural_frequency_rad_s, self.damping)
 
 
 class DelayCheck(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import Annotated, Literal
 
 import msgspec
@@ -131,3 +132,12 @@ class Prefilter(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     natural_frequency_rad_s: PositiveNumber
     damping: PositiveNumber
+
+    def __post_init__(self) -> None:
+        refuse_endless(self.natural_frequency_rad_s, self.damping)
+
+
+def refuse_endless(natural_frequency: float, damping: float) -> None:
+    """Raises ValueError where the difference equation of a prefilter is beyond the range of numbers."""
+    if not isfinite(natural_frequency * (2.0 * damping + natural_frequency)):
+        raise ValueError(f"natural_frequency_rad_s, damping: found {natural_frequency:g}, {damping:g}; too large to be sampled")

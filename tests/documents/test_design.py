@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from frictool.documents import controller, design_blocks
 from frictool.documents.design import READ_BY, Design
 from frictool.documents.registry import load
 from frictool.errors import DocumentError
@@ -160,3 +161,11 @@ def test_what_reads_a_speed_is_known(tmp_path: Path) -> None:
 def test_sections_have_no_integrator_that_a_limiter_could_hold(tmp_path: Path) -> None:
     with pytest.raises(DocumentError, match="form sos is without limiter"):
         _design(tmp_path, "method: lpv", "limiter: {condition: error}", "form: sos")
+
+
+def test_a_prefilter_beyond_the_range_of_numbers_is_refused_in_design_and_controller() -> None:
+    for kind in (design_blocks.Prefilter, controller.Prefilter):
+        kind(30.0, 0.8)
+        for frequency, damping in ((30.0, 1e308), (1e200, 0.8)):
+            with pytest.raises(ValueError, match="too large to be sampled"):
+                kind(frequency, damping)
