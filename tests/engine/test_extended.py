@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from frictool.engine.body import BOUNCES, BREAKS_AWAY, PASSES_KNEE, SLIPS_BACK, Body, moving
 from frictool.engine.drive import Drive, held, pid, ramped, spring
 from frictool.engine.laws import body_of, run_law
-from frictool.engine.status import OK
-from frictool.engine.trajectory import Trajectory, simulate
+from frictool.engine.trajectory import simulate
 from frictool.friction.extension import Extension
 from frictool.friction.table import LAWS
+from tests.engine.drives import drives, ok
 from tests.engine.extended_reference import MASS, Slow
 from tests.friction.sets import STRIBECK
 
@@ -40,12 +40,6 @@ def body(extension: Extension, **changes: object) -> Body:
     return replace(body_of(LAW, P, MASS, extension), **changes)  # type: ignore[arg-type]  # of any field
 
 
-def ok(run: Trajectory) -> Trajectory:
-    assert run.status == OK
-    assert not np.any(np.isnan(run.samples))
-    return run
-
-
 @pytest.mark.parametrize(("drive", "end"), [(SPRING, 16.0), (PID, 12.0)], ids=["spring", "pid"])
 @pytest.mark.parametrize("name", EXTENSIONS)
 def test_agrees_with_an_integrator(name: str, drive: Drive, end: float) -> None:
@@ -57,19 +51,6 @@ def test_agrees_with_an_integrator(name: str, drive: Drive, end: float) -> None:
     np.testing.assert_allclose(run.state[[0, 1, 2]], last[:3], rtol=1e-6, atol=1e-6)
 
 
-efforts = st.builds(
-    Drive,
-    offset=st.floats(-2.0, 2.0),
-    slope=st.floats(-1.0, 1.0),
-    amplitude=st.floats(0.0, 3.0),
-    frequency=st.floats(0.1, 20.0),
-    phase=st.floats(0.0, 6.0),
-    proportional=st.floats(0.0, 20.0),
-    derivative=st.floats(0.0, 3.0),
-    integral=st.floats(0.0, 4.0),
-    target=st.floats(-1.0, 1.0),
-    target_speed=st.floats(-0.2, 0.2),
-)
 extensions = st.builds(
     Extension,
     backward_values=st.builds(lambda c, more: {"coulomb": c, "breakaway": c * more}, st.floats(0.2, 2.0), st.floats(1.4, 2.0)),
@@ -84,7 +65,7 @@ extensions = st.builds(
 )
 
 
-@given(extension=extensions, first=efforts, second=efforts, start=st.floats(-1.0, 1.0), restitution=st.sampled_from([0.0, 0.7]))
+@given(extension=extensions, first=drives, second=drives, start=st.floats(-1.0, 1.0), restitution=st.sampled_from([0.0, 0.7]))
 @settings(max_examples=50)
 def test_energy_is_never_created(extension: Extension, first: Drive, second: Drive, start: float, restitution: float) -> None:
     """Friction only takes (3.42), through every switch; at rest nothing moves and the threshold is not passed."""
@@ -102,7 +83,7 @@ def test_energy_is_never_created(extension: Extension, first: Drive, second: Dri
     assert np.all(kinetic <= kinetic[0] + work + trapezoid)
 
 
-@given(drive=efforts, start=st.floats(-1.0, 1.0))
+@given(drive=drives, start=st.floats(-1.0, 1.0))
 @settings(max_examples=40)
 def test_an_extension_that_changes_next_to_nothing_gives_the_plain_run(drive: Drive, start: float) -> None:
     """Adaptive steps everywhere against closed forms above the layer: two ways to the same motion."""
@@ -112,7 +93,7 @@ def test_an_extension_that_changes_next_to_nothing_gives_the_plain_run(drive: Dr
     np.testing.assert_allclose(extended.state[:3], plain.state[:3], rtol=1e-5, atol=1e-6)
 
 
-@given(extension=extensions, drive=efforts, start=st.floats(-1.0, 1.0))
+@given(extension=extensions, drive=drives, start=st.floats(-1.0, 1.0))
 @settings(max_examples=40)
 def test_a_run_is_one_and_cut_anywhere_goes_on(extension: Extension, drive: Drive, start: float) -> None:
     """(3.5): from one state goes one motion. Twice the same bytes; in parts, the whole; mirrored, if the directions change places."""

@@ -9,18 +9,13 @@ from hypothesis import strategies as st
 
 from frictool.engine.body import BOUNCES, BREAKS_AWAY, PASSES_KNEE, RESTS_AT_STOP, SLIPS_BACK, STOPS, moving
 from frictool.engine.drive import Drive, held, pid, ramped, spring
-from frictool.engine.status import EVENTS_FULL, NOT_FINITE, OK
-from frictool.engine.trajectory import Trajectory, simulate
+from frictool.engine.status import EVENTS_FULL, NOT_FINITE
+from frictool.engine.trajectory import simulate
+from tests.engine.drives import drives, ok
 from tests.engine.table31 import BREAKAWAY, COULOMB, STRIBECK_SPEED, VISCOUS, reference_breakaways, table31
 
 SPRING = spring(stiffness=2.0, speed=0.1)
 PID = pid(proportional=3.0, derivative=6.0, integral=4.0, target=1.0)
-
-
-def ok(run: Trajectory) -> Trajectory:
-    assert run.status == OK
-    assert not np.any(np.isnan(run.samples))
-    return run
 
 
 def test_stick_slip_of_table_3_1() -> None:
@@ -80,21 +75,6 @@ def test_the_drift_test_of_3_7_5_does_not_drift() -> None:
     assert run.times_of(BREAKS_AWAY).tolist() == pytest.approx([BREAKAWAY / 1.6])
     assert np.ptp(run.position) == 0.0
     assert run.position[0] > 0.0
-
-
-drives = st.builds(
-    Drive,
-    offset=st.floats(-2.0, 2.0),
-    slope=st.floats(-1.0, 1.0),
-    amplitude=st.floats(0.0, 3.0),
-    frequency=st.floats(0.1, 20.0),
-    phase=st.floats(0.0, 6.0),
-    proportional=st.floats(0.0, 20.0),
-    derivative=st.floats(0.0, 3.0),
-    integral=st.floats(0.0, 4.0),
-    target=st.floats(-1.0, 1.0),
-    target_speed=st.floats(-0.2, 0.2),
-)
 
 
 @example(  # breaks away at 3.39 s, where one rounding of the time is more of the effort than one rounding of the effort

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -36,9 +37,10 @@ sensors:
 """
 
 
-def belt(a: float, b: float, k: float, c: float, radius_a: float = 1.0, radius_b: float = 1.0):
-    """The belt as a mechanism, put together."""
-    return assemble(mechanism(TEXT.format(a=a, b=b, k=k, c=c, radius_a=radius_a, radius_b=radius_b)))
+def belt(a: float, b: float, k: float = math.inf, c: float = 0.0, radius_a: float = 1.0, radius_b: float = 1.0):
+    """The belt as a mechanism, put together; without compliance for k = inf."""
+    text = TEXT if math.isfinite(k) else re.sub(r" *compliance:.*\n", "", TEXT)
+    return assemble(mechanism(text.format(a=a, b=b, k=k, c=c, radius_a=radius_a, radius_b=radius_b)))
 
 
 def response(assembled, s: Complex) -> Complex:

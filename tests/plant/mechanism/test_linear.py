@@ -6,28 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from frictool.plant.mechanism.linear import linearise
+from tests.mechanism.test_belt import belt
 from tests.plant.mechanism.described import TRAIN, assembled
 
-BELT = """\
-format: mechanism/1
-name: belt
-blocks:
-  a: {{inertia: {{value: {inertia_a!r}, unit: kg m^2}}}}
-  b: {{inertia: {{value: {inertia_b!r}, unit: kg m^2}}}}
-links:
-  belt:
-    kind: belt
-    between: [a, b]
-    radius_a: {{value: {radius_a!r}, unit: m}}
-    radius_b: {{value: {radius_b!r}, unit: m}}
-    compliance: {{stiffness: {{value: {stiffness!r}, unit: N/m}}, damping: {{value: {damping!r}, unit: N s/m}}}}
-sources: {{motor: {{on: a, drive: effort}}}}
-sensors: {{pulley: {{on: b}}, wheel: {{on: a, measures: velocity}}}}
-"""
 GEAR = """\
 format: mechanism/1
 name: gear
@@ -38,47 +21,16 @@ sources: {{motor: {{on: a, drive: effort}}}}
 sensors: {{wheel: {{on: b, measures: velocity}}}}
 """
 SOFT = ", compliance: {stiffness: {value: 50, unit: N m/rad}, damping: {value: 0.7, unit: N m s/rad}}"
-positive = st.floats(0.05, 20.0)
 
 
-@settings(max_examples=40, deadline=None)
-@given(*(positive,) * 6)
-def test_the_belts_transfer_is_that_of_its_free_bodies(
-    tmp_path_factory: pytest.TempPathFactory, ja: float, jb: float, ra: float, rb: float, kr: float, kv: float
-) -> None:
-    """(2.7) with K_r + K_v s along the belt, from J_A s^2 a = u + r_A f, J_B s^2 b = -r_B f, f = (K_r + K_v s)(r_B b - r_A a)."""
-    text = BELT.format(inertia_a=ja, inertia_b=jb, radius_a=ra, radius_b=rb, stiffness=kr, damping=kv)
-    belt = linearise(assembled(text, tmp_path_factory.mktemp("belt"))).transfer("motor", "pulley")
-    frequency = np.geomspace(1e-2, 1e3, 12)
-    s = 1j * frequency
-    link = kr + kv * s
-    by_hand = ra * rb * link / (s**2 * (ja * jb * s**2 + (ja * rb**2 + jb * ra**2) * link))
-    assert np.allclose(belt.response(frequency)[:, 0, 0], by_hand, rtol=1e-9, atol=0.0)
-
-
-def test_the_belts_limits(tmp_path: Path) -> None:
-    """(2.8), K_v -> 0: poles at 0, 0 and +-j sqrt(K_r (J_A + J_B)/(J_A J_B)); (2.9), K_r -> inf: the inertia J_A + J_B."""
+def test_the_belts_mode_and_its_rigid_limit() -> None:
+    """(2.8), K_v -> 0: poles at 0, 0 and +-j sqrt(K_r (J_A + J_B)/(J_A J_B)); (2.9), no compliance: the inertia J_A + J_B."""
     ja, jb = 2e-3, 5e-3
-    free = linearise(assembled(BELT.format(inertia_a=ja, inertia_b=jb, radius_a=1.0, radius_b=1.0, stiffness=40.0, damping=0.0), tmp_path))
-    (mode,) = free.modes()
+    (mode,) = linearise(belt(ja, jb, 40.0, 0.0)).modes()
     assert mode.frequency == pytest.approx(np.sqrt(40.0 * (ja + jb) / (ja * jb)), rel=1e-12)
     assert mode.damping == pytest.approx(0.0, abs=1e-12)
     assert mode.blocks["a"] == pytest.approx(jb / (ja + jb), rel=1e-9)  # equal momenta: energies as 1/J
-    w = np.array([3.0, 30.0, 900.0])
-    by_hand = 1.0 / (ja * jb / 40.0 * w**4 - (ja + jb) * w**2)
-    assert np.allclose(free.transfer("motor", "pulley").response(w)[:, 0, 0], by_hand, rtol=1e-11)
-    errors = []
-    for stiffness in (1e3, 1e5, 1e7):
-        text = BELT.format(inertia_a=ja, inertia_b=jb, radius_a=1.0, radius_b=1.0, stiffness=stiffness, damping=1.0)
-        response = linearise(assembled(text, tmp_path)).transfer("motor", "pulley").response(10.0)[0, 0, 0]
-        errors.append(abs(response * -(ja + jb) * 100.0 - 1.0))
-    # exactly 1/(1 + J_A J_B s^2/((J_A + J_B) (K_r + K_v s))): falls as 1/K_r
-    assert errors[1] == pytest.approx(errors[0] / 100, rel=0.05)
-    assert errors[2] == pytest.approx(errors[1] / 100, rel=0.05)
-    rigid = BELT.replace(
-        "    compliance: {{stiffness: {{value: {stiffness!r}, unit: N/m}}, damping: {{value: {damping!r}, unit: N s/m}}}}\n", ""
-    )
-    lumped = linearise(assembled(rigid.format(inertia_a=ja, inertia_b=jb, radius_a=1.0, radius_b=1.0), tmp_path))
+    lumped = linearise(belt(ja, jb))
     assert lumped.mass == pytest.approx(np.array([[ja + jb]]))
     assert lumped.modes() == ()
 
