@@ -6,12 +6,14 @@ from frictool.exports import lazily
 
 if TYPE_CHECKING:
     from frictool.verify.again import verify as verify
+    from frictool.verify.observed_controller import with_observer as with_observer
 else:
     __getattr__, __dir__ = lazily(
         __name__,
         {
             "verify": "frictool.verify.again",
+            "with_observer": "frictool.verify.observed_controller",
         },
     )
 
-__all__ = ["verify"]
+__all__ = ["verify", "with_observer"]

@@ -14,6 +14,7 @@ PACKAGES = [
     "identify",
     "identify.assess",
     "identify.excite",
+    "identify.info",
     "identify.validate",
     "synth",
     "verify",

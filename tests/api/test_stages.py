@@ -23,6 +23,8 @@ from frictool.export import export
 from frictool.identify import NothingIdentified, identify
 from frictool.identify.assess import assess
 from frictool.identify.excite import Settings, excite
+from frictool.identify.info import info
+from frictool.identify.info.text import table
 from frictool.identify.validate import validate
 from frictool.logs import log_of, read_log, write_log
 from frictool.observe import design_observer, observe
@@ -130,6 +132,16 @@ def test_a_log_that_tells_nothing_says_so() -> None:
 def test_what_a_bench_can_tell_is_asked_before_it_runs() -> None:
     rows = {row.parameter: row.verdict for row in assess(BENCH, {"inertia": 0.05}, 30.0).rows}
     assert rows["coulomb"].identifiable
+
+
+def test_what_a_log_holds_is_told_of_one_in_memory_and_of_a_file(tmp_path: Path) -> None:
+    path = ROOT / "sample_logs/sines.csv"
+    of_file = info(path, BENCH)
+    assert table(of_file) + "\n" == run("info", path, "--bench", CLUTCH / "bench.yaml").stdout
+    assert of_file.facts == json.loads(run("info", path, "--bench", CLUTCH / "bench.yaml", "--json").stdout)
+    in_memory = info(read_log(path, BENCH), BENCH)
+    assert in_memory.facts["test"] == of_file.facts["test"] == {"kind": "sines", "given": False}
+    assert in_memory.facts["encoder_step"] == of_file.facts["encoder_step"]
 
 
 def test_a_model_needs_a_controller_and_a_mechanism_its_sources() -> None:

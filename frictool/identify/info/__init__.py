@@ -1,0 +1,19 @@
+"""What a log holds, its quality, and which methods it can feed."""
+
+from typing import TYPE_CHECKING
+
+from frictool.exports import lazily
+
+if TYPE_CHECKING:
+    from frictool.identify.info.information import Information as Information
+    from frictool.identify.info.information import info as info
+else:
+    __getattr__, __dir__ = lazily(
+        __name__,
+        {
+            "Information": "frictool.identify.info.information",
+            "info": "frictool.identify.info.information",
+        },
+    )
+
+__all__ = ["Information", "info"]
