@@ -5,6 +5,7 @@ Commands are imported when they are used: `frictool --help` costs little more th
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 
@@ -96,7 +97,8 @@ def main() -> None:
 def _prepare() -> None:
     """One thread for linear algebra, since sums in another order give other bytes; somewhere to write where a stream was closed.
 
-    A wait for the compiler is told, whichever command meets it.
+    A sign that the terminal's encoding has not, or that is none (of a file's name), is escaped and not an error. A wait for the compiler is
+    told, whichever command meets it.
     """
     waiting.compiling = _tell_of_compiling
     waiting.remark = _remark
@@ -104,6 +106,9 @@ def _prepare() -> None:
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115  # open as long as the process
+        stream = getattr(sys, name)
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def _tell_of_compiling() -> None:

@@ -41,4 +41,9 @@ def called(function: str, **documents: msgspec.Struct | None) -> Provenance:
 
 def record(command: str, inputs: list[Path]) -> Provenance:
     """The provenance of an artefact made by `command` from `inputs`."""
-    return Provenance(command, __version__, tuple(Input(path.name, digest(path)) for path in inputs))
+    return Provenance(readable(command), __version__, tuple(Input(readable(path.name), digest(path)) for path in inputs))
+
+
+def readable(text: str) -> str:
+    """The same where it is text. Names of files are bytes, and what Python could not decode in one no format can hold: it is escaped."""
+    return text.encode(errors="backslashreplace").decode()

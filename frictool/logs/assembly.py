@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
 from frictool.documents.bench import Bench
+from frictool.documents.provenance import readable
 from frictool.errors import LogError
 from frictool.logs.canonical.chunks import chunked, joined
 from frictool.logs.canonical.mcap_layout import COLUMNS, EPOCH_KEY, KIND, NS, TIME, Head, message_path
@@ -146,7 +147,7 @@ def _describe(made: Assembly, path: Path, tables: Sequence[Table]) -> None:
     """Keeps how a file was found to be laid out."""
     for table in tables:
         if isinstance(table, Told):
-            made.notes.setdefault(LAYOUT, {})[path.name] = table.told
+            made.notes.setdefault(LAYOUT, {})[readable(path.name)] = table.told
 
 
 def _set_ahead(made: Assembly, flows: Sequence[Flow], ahead_ns: int, how: str) -> None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
+from frictool.documents.provenance import readable
 from frictool.errors import LogError
 from frictool.logs.origin import Name
 from frictool.logs.recordings.parts import METADATA
@@ -49,7 +50,7 @@ def members(logs: Iterable[Path]) -> list[Member]:
     several = sum(is_fleet([log]) for log in logs) > 1
     found: dict[Path, Member] = {}
     for log in logs:
-        for member in _below(log, several) if is_fleet([log]) else [Member(log, Name(log.as_posix()))]:
+        for member in _below(log, several) if is_fleet([log]) else [Member(log, Name(readable(log.as_posix())))]:
             if not is_table(member.path):
                 found.setdefault(member.path.resolve(), member)
     if not found:
@@ -60,7 +61,7 @@ def members(logs: Iterable[Path]) -> list[Member]:
 def _below(folder: Path, named: bool) -> list[Member]:
     top = Path(folder.resolve().name if named else "")
     below = [(path, top / path.relative_to(folder)) for path in _logs(folder)]
-    logs = [Member(path, Name(name.as_posix(), name.parent.name)) for path, name in below]
+    logs = [Member(path, Name(readable(name.as_posix()), readable(name.parent.name))) for path, name in below]
     if not logs:
         raise LogError(folder, f"holds no log; what counts as one ends in {', '.join(SUFFIXES)}, or is a ROS 2 bag")
     return logs

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib
+import os
+import sys
 from pathlib import Path
 
 import click
@@ -10,6 +12,7 @@ import pytest
 
 from frictool.cli.main import COMMANDS
 from frictool.cli.output import FiniteRange, NamedPath
+from frictool.logs.fleet import members
 from tests.cli.run import refused, run
 
 ROOT = Path(__file__).parents[2]
@@ -109,7 +112,6 @@ def test_an_output_that_cannot_be_written_is_told_before_the_work(tmp_path: Path
 CLUTCH = ROOT / "configs/clutch"
 TWO_OUTPUTS = {
     "identify": ["identify", ROOT / "sample_logs/sines.csv", "--bench", CLUTCH / "bench.yaml", "-o", "OUT", "--plot", "OUT"],
-    "excite": ["excite", "--bench", CLUTCH / "bench.yaml", "--kind", "sines", "-o", "OUT", "--plot", "OUT"],
     "reduce": ["reduce", ROOT / "configs/throttle/mechanism.yaml", "-o", "OUT", "--reduced", "OUT"],
     "simulate": ["simulate", CLUTCH / "mechanism.yaml", "--scenario", CLUTCH / "spec.yaml", "-o", "OUT", "--events", "OUT"],
 }
@@ -118,11 +120,11 @@ TWO_OUTPUTS = {
 @pytest.mark.parametrize("command", TWO_OUTPUTS)
 @pytest.mark.parametrize("there", ["", "file", "link"])
 def test_two_outputs_with_one_name_are_refused_before_the_first_replaces_the_second(command: str, there: str, tmp_path: Path) -> None:
-    first = second = tmp_path / "out.csv"
+    first = second = tmp_path / "out"
     if there:
         first.write_text("kept")
     if there == "link":
-        second = tmp_path / "link.csv"
+        second = tmp_path / "link"
         second.symlink_to(first)
     names = iter((first, second))
     result = run(*(next(names) if word == "OUT" else word for word in TWO_OUTPUTS[command]))
@@ -136,3 +138,18 @@ def test_stdout_holds_one_output() -> None:
     result = run(*("-" if word == "OUT" else word for word in TWO_OUTPUTS["identify"]))
     assert (result.code, result.stdout) == (2, "")
     assert "-o and --plot have the same name, -; each needs its own" in result.stderr
+
+
+@pytest.mark.skipif(sys.platform == "darwin", reason="names of files are text there")
+def test_a_name_that_is_no_text_is_read_and_written_all_the_same(tmp_path: Path) -> None:
+    """A name from a machine with another encoding, whose bytes are not UTF-8: what no format can hold of it is escaped."""
+    name = os.fsdecode(b"gr\xf6sse")
+    log = tmp_path / f"{name}.csv"
+    log.write_text("time;encoder;current\n" + "".join(f"{k / 1000:.3f};{k};{k % 7}\n" for k in range(100)))
+    bench = ["--bench", CLUTCH / "bench.yaml"]
+    for target in (".mcap", ".mat", ".npz", ".txt"):
+        words = ["ingest" if target == ".mcap" else "info" if target == ".txt" else "convert", log]
+        result = run(*words, *bench, "-o", tmp_path / f"{name}{target}")
+        assert result.code == 0, result.stderr
+    assert "gr\\udcf6sse.csv: UTF-8, semicolon between cells" in run("info", tmp_path / f"{name}.mcap").stdout
+    assert members([tmp_path])[0].name.file == "gr\\udcf6sse.csv"

@@ -10,6 +10,7 @@ import struct
 from collections.abc import Iterator, Mapping, Sequence
 from typing import BinaryIO
 
+from frictool.documents.provenance import readable
 from frictool.errors import OutputError
 from frictool.logs.arrays.mat_elements import CLASSES, HEAD_BYTES, MATRIX
 from frictool.logs.canonical.mcap_writer import Notes
@@ -50,7 +51,7 @@ def _matrix(name: str, value: Value) -> bytes:
         )
         return _array(name, "struct", (1, 1), content)
     if isinstance(value, str):
-        text = value.encode("utf-16-le")
+        text = readable(value).encode("utf-16-le")
         return _array(name, "char", (1, len(text) // 2), _element(UINT16, text))
     shape = (value.shape[0], value.shape[1]) if value.ndim == 2 else (value.size, 1)
     return _array(name, "double", shape, _element(DOUBLE, value.astype("<f8").tobytes(order="F")))

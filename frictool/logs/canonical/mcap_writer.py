@@ -23,6 +23,7 @@ from mcap.records import (
     SummaryOffset,
 )
 
+from frictool.documents.provenance import readable
 from frictool.logs.canonical.chunks import merged
 from frictool.logs.canonical.mcap_layout import (
     MAGIC,
@@ -154,7 +155,7 @@ class CanonicalWriter:
     def describe(self, name: str, entries: dict[str, str]) -> None:
         """Writes a metadata record."""
         self._drain()
-        record = _bytes(Metadata(name, entries))
+        record = _bytes(Metadata(name, {key: readable(text) for key, text in entries.items()}))
         self._metadata.append(MetadataIndex(self._offset, len(record), name))
         self._put(record)
 
