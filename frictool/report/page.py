@@ -63,6 +63,7 @@ def page(
         comparison=side_by_side(spec, verdict),
         definitions=[metric for name, metric in HOLD_METRICS.items() if name in told],
         controller=controller,
+        plant_units=[] if controller is None else _plant_units(controller),
         blocks=[] if controller is None else blocks(controller),
         bars=None if bars is None else _embedded(bars),
         transfers=[_embedded(picture) for picture in views],
@@ -78,3 +79,10 @@ def _embedded(picture: Picture) -> dict[str, str]:
 
 def _variants(streams: Judged, name: str) -> int:
     return sum(item.source == name and not item.nominal for item, _ in streams)
+
+
+def _plant_units(controller: Controller) -> list[tuple[str, str]]:
+    """What a vertex's plant is told by, and its SI unit."""
+    told = (("inertia", "inertia"), ("viscous", "viscous"), ("Coulomb", "effort"))
+    units = [(name, si_unit(dimension, controller.axis)) for name, dimension in told]
+    return [*units, ("constant", controller.bench.actuator.constant.unit)]

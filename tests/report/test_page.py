@@ -104,6 +104,9 @@ def test_the_vertices_and_the_provenance_are_listed(full: str) -> None:
     text = Page(full).text
     for part in ("v00", "v01", "v02", "0.45", "ab" * 32, MADE.command, "frictool simulate model.yaml"):
         assert part in text
+    headings = re.search(r"<th[^>]*>no\.</th>.*?</tr>", full)
+    assert headings is not None
+    assert re.findall(r"\[[^]]*\]", headings[0]) == ["[kg m²]", "[N m s/rad]", "[N m]", "[N m/A]"]
 
 
 def test_text_from_logs_is_escaped() -> None:
