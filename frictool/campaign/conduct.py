@@ -81,7 +81,7 @@ def campaign(
     Raises DocumentError where the documents do not fit together or nothing varies, NoSolutionError where the nominal plant decides nothing,
     ClusterError where the cluster cannot be used, FrictoolError where an argument is none that is allowed.
     """
-    _check(method, trials, at_least, confidence, evaluations)
+    _check(method, trials, seed, at_least, confidence, evaluations, cores)
     setting, count = Setting(plant, controller, scenario, spec, recorded, Names(), number), trials
     check_asks(spec, "spec")
     try:
@@ -136,14 +136,18 @@ def sharing(cores: int | None, cluster: str | None) -> Callable[[float], Share]:
     return of
 
 
-def _check(method: str, trials: int | None, at_least: float | None, confidence: float, evaluations: int) -> None:
+def _check(
+    method: str, trials: int | None, seed: int | None, at_least: float | None, confidence: float, evaluations: int, cores: int | None
+) -> None:
     """Raises FrictoolError with the first that is not allowed."""
     for name, found, fits, allowed in (
         ("method", method, method in ("random", "latin", "vertices"), "random, latin, vertices"),
         ("trials", trials, trials is None or trials >= 1, "1 or more"),
+        ("seed", seed, seed is None or seed >= 0, "0 or more"),
         ("at_least", at_least, at_least is None or 0.0 < at_least <= 1.0, "above 0, at most 1"),
         ("confidence", confidence, 0.0 < confidence < 1.0, "between 0 and 1"),
         ("evaluations", evaluations, evaluations >= 0, "0 or more"),
+        ("cores", cores, cores is None or cores >= 1, "1 or more"),
     ):
         if not fits:
             raise FrictoolError(f"{name}: found {found!r}; allowed: {allowed}")

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from typing import Generic
+from typing import Generic, get_args
 
 import numpy as np
 from msgspec.structs import replace
@@ -25,10 +25,10 @@ from frictool.documents.controller import Controller, Number
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.scenario import Scenario
-from frictool.errors import NoSolutionError
+from frictool.errors import FrictoolError, NoSolutionError
 from frictool.logs.log import Log
 from frictool.logs.provenance import with_provenance
-from frictool.simulate.agreement import Names, check_agreement
+from frictool.simulate.agreement import Names, check_agreement, refuse
 from frictool.simulate.limits import check_instants, check_length, check_path, check_steps
 from frictool.simulate.one_axis import OneAxis
 from frictool.simulate.plant import Loop, Plant, V
@@ -79,6 +79,8 @@ class StepTest(Generic[V]):
     ) -> None:
         self.plant, self.controller, self.names, self.target = plant, controller, names, target
         self._number: Number = number if target is None else target.number
+        if self._number not in get_args(Number):
+            raise FrictoolError(f"number: found {number!r}; allowed: {', '.join(get_args(Number))}")
 
     def log(
         self,
@@ -162,7 +164,7 @@ def _reference(plant: Plant[V], controller: Controller, scenario: Scenario, name
     period = rig.sample_period_s
     if scenario.reference is not None:
         if recorded is None:
-            raise ValueError("a scenario that replays a log needs it: `recorded`")
+            refuse(names.scenario, "reference.log", "is a log to replay, and none is given; give it as `recorded`")
         reference = replayed(scenario.reference, recorded, rig.axis, period)
         check_length(reference.size, runs, "reference", names.scenario, plant.width)
         places = {"reference": reference}

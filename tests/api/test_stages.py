@@ -152,6 +152,13 @@ def test_a_model_needs_a_controller_and_a_mechanism_its_sources() -> None:
         simulate(load(CLUTCH / "mechanism.yaml", Mechanism), None, scenario)
 
 
+def test_a_scenario_that_replays_a_log_asks_for_it() -> None:
+    replay = load(CLUTCH / "scenarios/replay.yaml", Scenario)
+    for stage in (simulate, lambda *documents: campaign(*documents, clutch_spec())):
+        with pytest.raises(DocumentError, match=r"scenario: reference\.log: is a log to replay, and none is given"):
+            stage(MODEL, truthful(controller()), replay)
+
+
 def test_a_mechanism_is_reduced_to_its_model() -> None:
     found = reduce(load(ROOT / "configs/screw/reversible.yaml", Mechanism))
     assert found.model.provenance.command == "frictool.reduce.reduce() in Python"
@@ -204,7 +211,16 @@ def test_a_campaign_that_cannot_be_is_told_by_its_documents() -> None:
     source = load(CLUTCH / "mechanism.yaml", Mechanism)
     with pytest.raises(DocumentError, match=r"model: control\.source: found"):
         campaign(msgspec.structs.replace(source, sources={}), *documents[1:])
-    for wrong in ({"method": "sobol"}, {"trials": 0}, {"at_least": 1.5}, {"confidence": 1.0}, {"evaluations": -1}):
+    for wrong in (
+        {"method": "sobol"},
+        {"trials": 0},
+        {"at_least": 1.5},
+        {"confidence": 1.0},
+        {"evaluations": -1},
+        {"seed": -1},
+        {"cores": 0},
+        {"number": "int8"},
+    ):
         (name,) = wrong
         with pytest.raises(FrictoolError, match=f"{name}: found .*; allowed: "):
             campaign(*documents, **wrong)
