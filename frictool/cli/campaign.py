@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from frictool.cli.campaign_setting import Paths
+from frictool.cli.endings import is_page
 from frictool.cli.output import (
     STDOUT,
     FiniteRange,
+    NamedPath,
     command_line,
     existing,
     json_option,
@@ -59,7 +61,7 @@ With --worst, for each requirement a search looks for the worst plant in the sam
 DIR/worst_REQUIREMENT.yaml: a scenario that `frictool simulate` plays again to the same value.
 Trials are kept in OUTPUT.trials, or in --keep, as they are done. After a kill or Ctrl-C the same command goes on from there.
 
--o writes .html, a page, or else YAML; --table all trials as CSV.
+-o writes a page (.html) or YAML (.yaml); --table all trials as CSV.
 Exit code 1 where a trial fails, or, with --at-least, where the lower confidence bound of the pass rate is below it.
 """
 
@@ -117,9 +119,9 @@ class Options:
     "--number", type=click.Choice(["double", "float", "q31", "q15"]), help="Number format the controller runs in. [default: double]"
 )
 @click.option("--keep", type=existing, help="Where trials are kept, and stay. [default: OUTPUT.trials, until all are done]")
-@click.option("--table", type=existing, help="All trials, a row each (CSV).")
+@click.option("--table", type=NamedPath(writes=("CSV",)), help="All trials, a row each (CSV).")
 @workers_options
-@output_option(required=False, help="The page (.html) or what it says (YAML); - is stdout.")
+@output_option(required=False, help="The page (.html) or what it says (.yaml); - is YAML on stdout.", writes=("HTML", "YAML"), chooses=True)
 @json_option
 @click.pass_context
 def command(
@@ -240,7 +242,7 @@ def _save(found: Findings, worst: list[WorstCase], provenance: Provenance, paths
         from frictool.campaign.table import as_csv
 
         contents[options.table] = as_csv(found.trials)
-    if options.output is not None and options.output.suffix.lower() in (".html", ".htm"):
+    if options.output is not None and is_page(options.output):
         from frictool.campaign.page import page
 
         contents[options.output] = page(found, provenance)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from frictool.cli.endings import check_folder, is_page
 from frictool.cli.output import (
     STDOUT,
     check_output,
@@ -56,6 +57,7 @@ def command(parameters: Path | None, laws: tuple[str, ...], allow: bool, output:
         if _is_page(output):
             check_output(output, inputs)
         else:
+            check_folder(output, ", or a page (.html)")
             refuse_inputs(output, inputs)
         if output.is_file() and not _is_page(output):
             raise OutputError(f"{output}: is a file; name a page (.html) or a folder")
@@ -74,7 +76,7 @@ def command(parameters: Path | None, laws: tuple[str, ...], allow: bool, output:
 
 
 def _is_page(output: Path) -> bool:
-    return output == STDOUT or output.suffix.lower() in (".html", ".htm")
+    return output == STDOUT or is_page(output)
 
 
 def _setting(path: Path | None) -> Setting:

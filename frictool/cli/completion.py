@@ -35,7 +35,7 @@ Without SHELL it is the one of the variable SHELL. bash has to be 4.4 or later, 
 
 @click.command("completion", help=HELP)
 @click.argument("shell", type=click.Choice(list(INSTALL)), required=False)
-@output_option(required=False)
+@output_option(required=False, writes=("text", "Markdown"))
 @json_option
 def command(shell: str | None, output: Path | None, as_json: bool) -> None:
     shell = shell or Path(os.environ.get("SHELL", "")).name

@@ -31,7 +31,7 @@ Exit code 1 where something is wrong.
 
 @click.command("doctor", help=HELP)
 @click.option("--clean", is_flag=True, help="Remove the compiled kernels of former versions.")
-@output_option(required=False, help="The text, as a file too; - is stdout.")
+@output_option(required=False, help="The text, as a file too; - is stdout.", writes=("text", "Markdown"))
 @json_option
 @click.pass_context
 def command(ctx: click.Context, clean: bool, output: Path | None, as_json: bool) -> None:

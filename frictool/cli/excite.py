@@ -34,7 +34,6 @@ KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "steps": ("validation: moves over the travel with rests", ("amplitude", "repetitions")),
     "multisine": ("inertia, viscous: low crest factor of the speed", ("amplitude", "frequency", "harmonics", "repetitions")),
 }
-SUFFIXES = (".csv", ".mcap")
 HELP = f"""\b
 Example:
   frictool excite --bench bench.yaml --kind sines -o sines.csv --plot sines.svg
@@ -66,12 +65,10 @@ positive = FiniteRange(0.0, min_open=True)
 @click.option("--harmonics", type=click.IntRange(2, 500), help="multisine: how many.  [default: 10]")
 @click.option("--seed", type=click.IntRange(0), help="sines: of the turning places.  [default: 0]")
 @click.option("--open-loop", is_flag=True, default=None, help="breakaway: every row is played, whatever the axis does.")
-@click.option("--plot", type=NamedPath(), help="A picture of it (SVG).")
-@output_option(help="The test (.csv or .mcap); - is CSV on stdout.")
+@click.option("--plot", type=NamedPath(writes=("SVG",)), help="A picture of it (SVG).")
+@output_option(help="The test (.csv or .mcap); - is CSV on stdout.", writes=("CSV", "MCAP"), chooses=True)
 @json_option
 def command(bench: Path, kind: str, plot: Path | None, output: Path, as_json: bool, **given: Any) -> None:
-    if output != STDOUT and output.suffix.lower() not in SUFFIXES:
-        raise click.UsageError(f"{output.name!r} does not say its format: end it in {' or '.join(SUFFIXES)}.")
     _check_options(kind, given)
     check_targets({"-o": output, "--plot": plot}, [bench])
     from frictool.documents.bench import Bench

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from frictool.cli.endings import check_folder
 from frictool.cli.output import STDOUT, command_line, existing, json_option, note, output_option, print_json, say
 
 if TYPE_CHECKING:
@@ -46,6 +47,7 @@ margin. Files of the same names in the folder are replaced, others are left alon
 @output_option(help="The folder to write into; - is a tar archive on stdout.")
 @json_option
 def command(controller: Path, lang: Language, number: Number | None, output: Path, as_json: bool) -> None:
+    check_folder(output)
     from frictool.cli.folder import save_folder
     from frictool.documents.controller import Controller
     from frictool.documents.provenance import digest

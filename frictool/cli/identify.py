@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from frictool.cli.endings import check_ending
 from frictool.cli.observe_given import pattern
 from frictool.cli.output import (
     FiniteRange,
@@ -74,13 +75,13 @@ cannot be used.
 @click.option("--method", type=click.Choice(list(METHODS)), default=DEFAULT, show_default=True, help="For the sliding parameters.")
 @click.option("--confidence", type=FiniteRange(0.5, 0.9999), default=0.95, show_default=True, help="Of every interval.")
 @click.option("--window", type=click.IntRange(5, 100_001), help="Samples of the smoothing window, odd. [default: chosen]")
-@click.option("--time-constant", type=FiniteRange(0.0), help="power-balance, ordinary, threshold: s, of the filter on differences.")
+@click.option("--time-constant", type=FiniteRange(0.0, 1e6), help="power-balance, ordinary, threshold: s, of the filter on differences.")
 @click.option("--threshold", type=FiniteRange(0.0), help="threshold: rad/s | m/s. [default: a tenth of the top speed]")
 @click.option(
     "--forgetting", type=FiniteRange(0.0, 1.0, min_open=True), help="recursive: weight of a square a stroke back. [default: 0.99]"
 )
 @click.option(
-    "--cutoff-hz", type=FiniteRange(0.0, min_open=True), help="inverse-dynamic, friction-force: of the Butterworth filter. [default: 100]"
+    "--cutoff-hz", type=FiniteRange(1e-3), help="inverse-dynamic, friction-force: of the Butterworth filter. [default: 100]"
 )
 @click.option("--filter-order", type=click.IntRange(1, 12), help="inverse-dynamic, friction-force: of the Butterworth filter. [default: 4]")
 @click.option("--padding", type=click.IntRange(0), help="inverse-dynamic: samples that pad either end. [default: 12]")
@@ -90,7 +91,7 @@ cannot be used.
 @click.option("--unit", metavar="REGEX", help="--each: where the logs do not say their unit, what it finds in a file's name.")
 @click.option("--date", metavar="REGEX", help="--each: the same of the date: year, month, day, and hour, minute, second.")
 @workers_options
-@click.option("--plot", type=NamedPath(), help="Friction over speed and position, measured and found (SVG).")
+@click.option("--plot", type=NamedPath(writes=("SVG",)), help="Friction over speed and position, measured and found (SVG).")
 @output_option(required=False, help="The model (YAML); - is stdout. Without it nothing is written.")
 @json_option
 def command(
@@ -125,6 +126,8 @@ def command(
     refuse_both(cores, cluster)
     inputs = [*logs, *ramp, *loops, bench]
     if each is None:
+        if output is not None:
+            check_ending(output, ("YAML",), chooses=False)
         check_targets({"-o": output, "--plot": plot}, inputs)
     from frictool.documents.bench import Bench
     from frictool.documents.provenance import record

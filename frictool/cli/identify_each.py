@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from frictool.cli.endings import says_file
 from frictool.cli.output import STDOUT, check_output, command_line, note, print_json, refuse_inputs, replacing, save_text, say
 from frictool.cli.progress import progress
 from frictool.errors import EXIT_DONE, EXIT_INPUT, EXIT_NO, OutputError
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from frictool.logs.origin import Patterns
 
 TABLES = (".csv", ".parquet", ".pq")
-NO_FOLDERS = (".yaml", ".yml", ".json", ".html", ".htm", ".mcap", ".svg")  # what is meant as a file
 TABLE = "parameters.csv"  # beside the models
 
 
@@ -67,7 +67,7 @@ def identify_each(asked: Asked, logs: Sequence[Path]) -> int:
 
     if STDIN in logs:
         raise click.UsageError("--each reads files and folders, not standard input.")
-    if asked.folder is not None and asked.folder.suffix.lower() in NO_FOLDERS and not asked.folder.is_dir():
+    if asked.folder is not None and says_file(asked.folder):
         message = f"-o {asked.folder.name}: with --each the models go into a folder, and the table alone into a file that ends in"
         raise click.UsageError(f"{message} {', '.join(TABLES)}.")
     if asked.table is not None and asked.table != STDOUT:

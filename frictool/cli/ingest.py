@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
+from frictool.cli.endings import check_ending
 from frictool.cli.output import (
     STDOUT,
     FiniteRange,
@@ -80,6 +81,7 @@ def command(
     from frictool.documents.provenance import record
     from frictool.documents.registry import load
 
+    check_ending(output, ("YAML",) if guess else ("MCAP",), chooses=False)
     if guess:
         _propose(raw, axis, output, as_json)
         return

@@ -88,7 +88,7 @@ def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[fl
     "--bandwidth", type=FiniteRange(0.0, min_open=True), help="Of its error, rad/s; tracking.  [default: by the model's intervals]"
 )
 @click.option("--drive-noise", help="Standard deviation of the measured drive, such as 0.5A; tracking.  [default: 0]")
-@output_option(required=False)
+@output_option(required=False, writes=("YAML",))
 @json_option
 def command(model: Path, kind: Kind, output: Path | None, as_json: bool, **options: Any) -> None:
     from frictool.documents.model import Model

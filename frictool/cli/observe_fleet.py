@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from frictool.cli.endings import is_page
 from frictool.cli.observe_given import Given, commissioning_of
 from frictool.cli.output import STDOUT, check_targets, note, print_json, replacing, save_text, say
 from frictool.cli.progress import progress
@@ -78,5 +79,4 @@ def _save(given: Given, table: list[Row], inputs: list[Path], provenance: Proven
         save_text(given.output or STDOUT, as_csv(table), inputs)
     if given.plot is not None:
         drawn = trend(table, given.limit)
-        is_page = given.plot.suffix.lower() == ".html"
-        save_text(given.plot, page_of_fleet(table, given.limit, drawn, provenance) if is_page else drawn + "\n", inputs)
+        save_text(given.plot, page_of_fleet(table, given.limit, drawn, provenance) if is_page(given.plot) else drawn + "\n", inputs)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from frictool.cli.endings import check_ending
 from frictool.cli.output import STDOUT, check_targets
 
 if TYPE_CHECKING:
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from frictool.observe.one_log import Settings
 
 TABLES = (".csv", ".parquet", ".pq")
-PICTURES = (".svg", ".html")
 
 
 @dataclass(frozen=True)
@@ -62,10 +62,8 @@ def pattern(option: str, text: str | None) -> str | None:
 def check_outputs(given: Given, logs: tuple[Path, ...], several: bool) -> None:
     """Raises UsageError or OutputError before the first log is read."""
     plot, output = given.plot, given.output
-    if plot is not None and plot != STDOUT and plot.suffix.lower() not in PICTURES:
-        raise click.UsageError(f"--plot {plot.name}: end it in {' or '.join(PICTURES)}.")
-    if several and output is not None and output != STDOUT and output.suffix.lower() not in TABLES:
-        raise click.UsageError(f"-o {output.name}: several logs give a table; end it in {', '.join(TABLES)}.")
+    if output is not None:
+        check_ending(output, ("CSV", "Parquet") if several else ("MCAP",), several, ", and several logs give a table" if several else "")
     if several and given.observer is not None:
         raise click.UsageError("--observer runs along one log.")
     check_targets({"-o": output, "--plot": plot}, [*given.inputs, *logs])

@@ -9,8 +9,21 @@ from typing import TYPE_CHECKING
 import click
 
 from frictool import waiting
+from frictool.cli.endings import is_page
 from frictool.cli.observe_given import TABLES, Given, check_outputs, commissioning_of, observer_of, pattern
-from frictool.cli.output import FiniteRange, command_line, existing, json_option, note, output_option, print_json, replacing, save_text, say
+from frictool.cli.output import (
+    FiniteRange,
+    NamedPath,
+    command_line,
+    existing,
+    json_option,
+    note,
+    output_option,
+    print_json,
+    replacing,
+    save_text,
+    say,
+)
 from frictool.cli.progress import tell_of_compiling
 from frictool.cli.window import window_of, window_options
 from frictool.cli.workers_options import refuse_both, workers_options
@@ -49,7 +62,11 @@ is written and told all the same, by --json as above_limit, not_read and data_lo
 @click.option("--wear-limit", type=FiniteRange(0.0, min_open=True), help="Exit code 1 where the wear, or its ratio, is above it.")
 @click.option("--commissioning", type=existing, help="The unit's first log, or the --json of its run: the limit is one of the ratio.")
 @click.option("--observer", type=existing, help="Another observer beside, its estimates as /axis/observer (observer.yaml).")
-@click.option("--plot", type=existing, help="A picture of the estimates (.svg), or a page (.html); of several logs the trend.")
+@click.option(
+    "--plot",
+    type=NamedPath(True, ("SVG", "HTML"), True),
+    help="A picture of the estimates (.svg), or a page (.html); of several logs the trend.",
+)
 @click.option("--confidence", type=FiniteRange(0.5, 0.9999), default=0.95, show_default=True, help="Of the intervals.")
 @window_options
 @click.option("--stream", "topic", metavar="TOPIC", help="Which stream of the log. [default: /axis]")
@@ -167,6 +184,6 @@ def _drawn(given: Given, outcome: Outcome, picture: Picture, provenance: Provena
     from frictool.observe.page import page_of_log
 
     drawn = picture.drawn(Path(outcome.source).name, given.limit)
-    if given.plot is not None and given.plot.suffix.lower() == ".html":
+    if given.plot is not None and is_page(given.plot):
         return page_of_log(outcome, given.document, drawn, provenance)
     return drawn + "\n"

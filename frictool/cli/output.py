@@ -7,13 +7,14 @@ import math
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO, TypeVar
 
 import click
 
+from frictool.cli.endings import check_ending
 from frictool.errors import OutputError
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -23,19 +24,26 @@ STDOUT = Path("-")
 class NamedPath(click.Path):
     """A path that has a name: of an empty one, as a shell makes it of a variable that is not set, pathlib makes the present folder."""
 
-    def __init__(self, allow_dash: bool = False) -> None:
+    def __init__(self, allow_dash: bool = False, writes: Sequence[str] = (), chooses: bool = False) -> None:
+        """writes, chooses: of an output, as cli/endings.py `check_ending`; without formats any name is one."""
+        self._writes, self._chooses = writes, chooses
         # whether it exists and may be read is found on reading, so that it is exit 3 and not click's 2
         super().__init__(path_type=Path, readable=False, allow_dash=allow_dash)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if value == "":
             self.fail("the name is empty.", param, ctx)
-        return super().convert(value, param, ctx)
+        path = super().convert(value, param, ctx)
+        if self._writes:
+            check_ending(Path(str(path)), self._writes, self._chooses)
+        return path
 
 
-def output_option(required: bool = True, help: str = "Where to write; - is stdout.") -> Callable[[F], F]:
-    """`-o/--output PATH`."""
-    return click.option("-o", "--output", type=NamedPath(allow_dash=True), required=required, help=help)
+def output_option(
+    required: bool = True, help: str = "Where to write; - is stdout.", writes: Sequence[str] = (), chooses: bool = False
+) -> Callable[[F], F]:
+    """`-o/--output PATH`; writes, chooses: as of NamedPath."""
+    return click.option("-o", "--output", type=NamedPath(True, writes, chooses), required=required, help=help)
 
 
 json_option = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout instead of text.")
@@ -156,7 +164,7 @@ def refuse_unwritable(target: Path) -> None:
 def save_text(target: Path, text: str, inputs: list[Path]) -> None:
     """Writes `text` as UTF-8 to `target`, whole or not at all."""
     with replacing(target, inputs) as stream:
-        stream.write(text.encode())
+        stream.write(text.encode(errors="backslashreplace"))  # a file's name need not be text
 
 
 def say(text: str, output: Path | None = None) -> None:

@@ -62,11 +62,11 @@ cannot be made at all --reduced writes the mechanism of the steps before it.
 @click.option("--tolerance", type=FiniteRange(0.0, 1.0, min_open=True), default=0.05, show_default=True, help="Error allowed, of the way.")
 @click.option(
     "--reduced",
-    type=NamedPath(),
+    type=NamedPath(writes=("YAML",)),
     help="Where to write the last mechanism, with the blocks of kept resonances.",
 )
-@click.option("--plot", type=NamedPath(), help="The curves that the motor feels, as a picture (SVG).")
-@output_option(required=False)
+@click.option("--plot", type=NamedPath(writes=("SVG",)), help="The curves that the motor feels, as a picture (SVG).")
+@output_option(required=False, writes=("YAML",))
 @json_option
 def command(
     mechanism: Path,

@@ -10,7 +10,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.output import STDOUT, check_targets, command_line, existing, json_option, note, output_option, print_json, save_text, say
+from frictool.cli.output import (
+    STDOUT,
+    NamedPath,
+    check_targets,
+    command_line,
+    existing,
+    json_option,
+    note,
+    output_option,
+    print_json,
+    save_text,
+    say,
+)
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
@@ -42,9 +54,9 @@ Exit code 1 where a requirement is not met, or none can be decided; the outputs 
 @click.option("--spec", type=existing, required=True, help="What the closed loop has to do (spec.yaml).")
 @click.option("--controller", type=existing, help="Whose loop it is: modulus margin, transfers (controller.yaml).")
 @click.option("--bench", type=existing, help="Columns of raw logs, drive limit, backlash (bench.yaml).")
-@output_option(required=False, help="The page (HTML); - is stdout.")
-@click.option("--junit", type=existing, help="JUnit XML, one test case per requirement.")
-@click.option("--markdown", type=existing, help="Markdown table.")
+@output_option(required=False, help="The page (HTML); - is stdout.", writes=("HTML",))
+@click.option("--junit", type=NamedPath(writes=("XML",)), help="JUnit XML, one test case per requirement.")
+@click.option("--markdown", type=NamedPath(writes=("Markdown", "text")), help="Markdown table.")
 @json_option
 @click.pass_context
 def command(

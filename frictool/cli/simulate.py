@@ -12,6 +12,7 @@ from frictool import waiting
 from frictool.cli.bench_servo import LAW, Gains, servo_options
 from frictool.cli.output import (
     FiniteRange,
+    NamedPath,
     check_targets,
     command_line,
     existing,
@@ -104,8 +105,8 @@ the bench's own position loop,  {LAW},  on the encoder's counts. The log holds w
 @servo_options
 @click.option("--drive-noise", type=FiniteRange(0.0), help="--excitation: standard deviation of the measured drive, A | V. [default: 0]")
 @click.option("--seed", type=click.IntRange(0), help="--excitation: of the noise, and of the encoder's zero within a count. [default: 0]")
-@click.option("--events", type=existing, help="Of a mechanism: where to write what happens when, as CSV.")
-@output_option()
+@click.option("--events", type=NamedPath(writes=("CSV",)), help="Of a mechanism: where to write what happens when, as CSV.")
+@output_option(writes=("MCAP",))
 @json_option
 def command(
     model: Path,

@@ -38,8 +38,8 @@ verify` proves it again. Where one of these fails nothing is written and the exi
 @click.option("--spec", type=existing, required=True, help="What the closed loop has to do (spec.yaml).")
 @click.option("--design", type=existing, required=True, help="Structure, method and weights (design.yaml).")
 @click.option("--vertices-only", is_flag=True, help="Quicker: no bounds over the whole box, and no certificate.")
-@click.option("--plot", type=NamedPath(), help="A picture of the trade that relax: auto finds (SVG).")
-@output_option(required=False)
+@click.option("--plot", type=NamedPath(writes=("SVG",)), help="A picture of the trade that relax: auto finds (SVG).")
+@output_option(required=False, writes=("YAML",))
 @json_option
 def command(model: Path, spec: Path, design: Path, vertices_only: bool, plot: Path | None, output: Path | None, as_json: bool) -> None:
     from frictool.documents.design import Design

@@ -39,7 +39,7 @@ positive = FiniteRange(0.0, min_open=True)
 @click.option(
     "--cutoff-hz", type=positive, default=100.0, show_default=True, help="Of velocity and acceleration, both of measured and simulated."
 )
-@click.option("--plot", type=NamedPath(allow_dash=True), help="Measured against simulated (SVG); - is stdout.")
+@click.option("--plot", type=NamedPath(True, writes=("SVG",)), help="Measured against simulated (SVG); - is stdout.")
 @json_option
 def command(
     model: Path,

@@ -56,3 +56,10 @@ def refused(result: Result, code: int, *words: str) -> None:
     assert result.stdout == ""
     for word in words:
         assert word in result.stderr, result.stderr
+
+
+def also_called(path: Path, ending: str) -> Path:
+    """A link to a file, so that a name with the ending of an output is that of an input."""
+    link = path.with_name(f"link_to_{path.stem}{ending}")
+    link.symlink_to(path.resolve())
+    return link

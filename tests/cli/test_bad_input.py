@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.run import refused, run
+from tests.cli.run import also_called, refused, run
 
 ROOT = Path(__file__).parents[2]
 RIG = ROOT / "configs/clutch"
@@ -126,7 +126,7 @@ def test_an_input_is_never_overwritten(command: str, chain: Path, tmp_path: Path
             shutil.copy(chain / name, tmp_path / name)
     target = tmp_path / words[1]
     before = target.read_bytes()
-    result = run(*(tmp_path / name if "." in name else name for name in words[:-1]), target)
+    result = run(*(tmp_path / name if "." in name else name for name in words[:-1]), also_called(target, Path(words[-1]).suffix))
     refused(result, 3, "input")
     assert target.read_bytes() == before
 

@@ -11,7 +11,7 @@ import pytest
 from frictool.documents.controller import Controller
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
-from tests.cli.run import refused, run
+from tests.cli.run import also_called, refused, run
 from tests.synth.example import ROOT, clutch_model
 
 RIG = ROOT / "configs/clutch"
@@ -71,8 +71,8 @@ def test_a_picture_over_another_file_of_the_command_is_refused_at_once(folder: P
     design = (folder / "design.yaml").read_text()
     (folder / "design.yaml").write_text(f"{design}\nrelax: auto\n")
     controller = folder / "controller.yaml"
-    same = run(*_arguments(folder), "-o", controller, "--plot", controller)
+    same = run(*_arguments(folder), "-o", folder / "same", "--plot", folder / "same")
     assert same.code == 2
     assert "-o and --plot have the same name" in same.stderr
-    refused(run(*_arguments(folder), "-o", controller, "--plot", folder / "spec.yaml"), 3, "is an input")
+    refused(run(*_arguments(folder), "-o", controller, "--plot", also_called(folder / "spec.yaml", ".svg")), 3, "is an input")
     assert not controller.exists()

@@ -11,7 +11,7 @@ import pytest
 from frictool.engine.replay import FREE, replay, replayed
 from frictool.engine.servo import Servo, serve
 from frictool.plant.axis import AxisParameters, rest
-from tests.cli.run import run
+from tests.cli.run import also_called, run
 from tests.identify.benches import EMPS, data
 
 AXIS = AxisParameters(inertia=2.0, viscous=10.0, coulomb=4.0, breakaway=5.0, offset=0.5)
@@ -138,7 +138,7 @@ def test_what_cannot_be_done_is_one_line(tmp_path: Path, columns: str, options: 
 def test_the_log_is_not_overwritten(tmp_path: Path) -> None:
     measured = log(tmp_path)
     before = measured.read_bytes()
-    result = run("validate", model(tmp_path), measured, "--plot", measured)
+    result = run("validate", model(tmp_path), measured, "--plot", also_called(measured, ".svg"))
     assert result.code == 3
     assert "input" in result.stderr
     assert measured.read_bytes() == before

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.run import refused, run
+from tests.cli.run import also_called, refused, run
 
 MASS = Path(__file__).parents[2] / "configs/mass"
 FAST = ("--law", "stribeck", "--law", "lugre")
@@ -93,7 +93,7 @@ def test_a_misspelt_key_and_an_output_that_is_the_input(tmp_path: Path) -> None:
     path.write_text((MASS / "friction.yaml").read_text().replace("breakaway:", "breakawy:"))
     refused(run("compare", path), 3, "did you mean 'breakaway'?")
     path.write_text((MASS / "friction.yaml").read_text())
-    refused(run("compare", path, "--law", "svc", "-o", path), 3, "is an input")
+    refused(run("compare", path, "--law", "svc", "-o", also_called(path, ".html")), 3, "is an input")
 
 
 @pytest.mark.parametrize(

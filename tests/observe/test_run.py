@@ -18,7 +18,7 @@ from frictool.logs.log import Log, Stream
 from frictool.observe.estimate import Range
 from frictool.observe.run import FIELDS
 from frictool.observe.wear.estimator import prior
-from tests.cli.run import Result, refused, run
+from tests.cli.run import Result, also_called, refused, run
 from tests.observe.files import cut, log_of, model_file, repeated, save
 from tests.observe.fleet import Unit, believed
 from tests.observe.observers import drawn_observer
@@ -207,14 +207,14 @@ def test_a_damaged_log_is_refused_and_salvaged_where_asked(rig: SimpleNamespace,
 def test_refusals_are_one_line_and_touch_nothing(rig: SimpleNamespace, tmp_path: Path) -> None:
     data = rig.worn.read_bytes()
     refused(observe(rig.model, rig.worn, "-o", rig.worn), 3, "is an input")
-    refused(observe(rig.model, rig.worn, "--plot", rig.model.with_suffix(".svg"), "-o", rig.model), 3, "is an input")
+    refused(observe(rig.model, rig.worn, "--plot", rig.model.with_suffix(".svg"), "-o", also_called(rig.model, ".mcap")), 3, "is an input")
     refused(observe(rig.model, tmp_path / "none.mcap"), 3, "none.mcap", "no such file")
     refused(observe(tmp_path / "none.yaml", rig.worn), 3, "none.yaml")
     refused(observe(rig.model, rig.worn, "--stream", "/axis/other"), 3, "/axis/other")
     refused(observe(rig.model, rig.worn, "--from", "100"), 3, "has no samples from 100 s")
     assert rig.worn.read_bytes() == data
     for arguments, word in (
-        (("--plot", "wear.png"), "end it in .svg or .html"),
+        (("--plot", "wear.png"), "end it in .svg, .html or .htm"),
         (("--confidence", "1.5"), "confidence"),
         (("--wear-limit", "nan"), "not a finite number"),
         (("--unit", "(U"), "no regular expression"),

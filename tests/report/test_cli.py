@@ -17,7 +17,7 @@ from frictool.documents.spec import Spec
 from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import write_mcap
 from frictool.logs.log import Log
-from tests.cli.run import refused, run
+from tests.cli.run import also_called, refused, run
 from tests.report.example import ENCODER_STEP, ROOT, clutch_log, clutch_spec, controller, smooth_log, stream
 from tests.verify.truthful import truthful
 
@@ -203,7 +203,9 @@ def test_documents_of_two_kinds_of_axis_are_refused(rig: Rig) -> None:
 
 def test_an_input_is_never_overwritten(rig: Rig) -> None:
     before = rig.log.read_bytes()
-    refused(run("report", rig.log, "--spec", rig.spec, "--markdown", rig.folder / "x.md", "-o", rig.log), 3, "is an input")
+    refused(
+        run("report", rig.log, "--spec", rig.spec, "--markdown", rig.folder / "x.md", "-o", also_called(rig.log, ".html")), 3, "is an input"
+    )
     assert rig.log.read_bytes() == before
     assert not (rig.folder / "x.md").exists()
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from frictool.logs.canonical.mcap_format import read_mcap
-from tests.cli.run import Result, refused, run
+from tests.cli.run import Result, also_called, refused, run
 from tests.simulate.example import write_rig
 
 
@@ -75,7 +75,7 @@ def test_documents_that_do_not_agree_name_the_file(rig: dict[str, Path], tmp_pat
 
 def test_an_input_is_not_overwritten(rig: dict[str, Path]) -> None:
     before = rig["model"].read_bytes()
-    refused(simulate(rig, rig["model"]), 3, "is an input")
+    refused(simulate(rig, also_called(rig["model"], ".mcap")), 3, "is an input")
     assert rig["model"].read_bytes() == before
 
 

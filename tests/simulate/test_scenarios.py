@@ -15,7 +15,7 @@ from frictool.documents.spread import Spread
 from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import read_mcap
 from frictool.logs.log import Log
-from tests.cli.run import Result, refused, run
+from tests.cli.run import Result, also_called, refused, run
 from tests.control.example import BRAKE_LAW, ROOT, clutch_controller
 from tests.simulate.example import write_rig
 
@@ -270,8 +270,17 @@ def test_the_log_that_is_replayed_is_an_input(tmp_path: Path) -> None:
     rig = write_rig(tmp_path)
     shutil.copy(ROOT / "sample_logs/steps.csv", tmp_path)
     rig["scenario"].write_text("format: scenario/1\nname: s\naxis: rotary\nreference: {log: steps.csv, channel: position}\n")
-    result = run("simulate", rig["model"], "--controller", rig["controller"], "--scenario", rig["scenario"], "-o", tmp_path / "steps.csv")
-    refused(result, 3, "steps.csv", "is an input")
+    result = run(
+        "simulate",
+        rig["model"],
+        "--controller",
+        rig["controller"],
+        "--scenario",
+        rig["scenario"],
+        "-o",
+        also_called(tmp_path / "steps.csv", ".mcap"),
+    )
+    refused(result, 3, "link_to_steps.mcap", "is an input")
 
 
 def test_every_key_of_a_scenario_is_in_the_help() -> None:
