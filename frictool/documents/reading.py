@@ -123,9 +123,9 @@ class Reader:
             return self._tagged(node, members, key)
         scalar_members = [member for member in members if member in (str, int, float, bool)]
         found = self._plain(node, key) if isinstance(node, yaml.ScalarNode) else None
-        if type(found) in scalar_members:
-            return found
-        self.fail(node, key, f"found {_shown(node)}; allowed: {' or '.join(_type_name(m) for m in members)}")
+        if type(found) not in scalar_members:
+            self.fail(node, key, f"found {_shown(node)}; allowed: {' or '.join(_type_name(m) for m in members)}")
+        return found
 
     def _tagged(self, node: yaml.Node, members: list[type[msgspec.Struct]], key: str) -> Any:
         """One of several structs: which, its tag field tells."""
