@@ -193,12 +193,19 @@ def _finite(value: Any) -> Any:
 
 
 class FiniteRange(click.FloatRange):
-    """A number of an option: every comparison with nan is false, so that click's own range lets it pass."""
+    """A number of an option: every comparison with nan is false, so that click's own range lets it pass.
+
+    What is larger or smaller than anything on a bench is a slip of the keyboard, whose square a double may not hold.
+    """
+
+    LEAST, LARGEST = 1e-15, 1e12
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         number = super().convert(value, param, ctx)
         if not math.isfinite(number):
             self.fail(f"{number} is not a finite number.", param, ctx)
+        if number and not self.LEAST <= abs(number) <= self.LARGEST:
+            self.fail(f"{number:g} is none of a bench; allowed: 0, or {self.LEAST:g} to {self.LARGEST:g} in size.", param, ctx)
         return number
 
     def _describe_range(self) -> str:

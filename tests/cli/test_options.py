@@ -40,6 +40,27 @@ def test_a_number_that_is_not_finite_is_a_wrong_command_line(option: str, value:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("assess", "--bench", ROOT / "configs/clutch/bench.yaml", "--duration", "1e308"),
+        ("assess", "--bench", ROOT / "configs/clutch/bench.yaml", "--noise", "1e300"),
+        (*IDENTIFY[:-1], "power-balance", "--time-constant", "1e308"),
+    ],
+    ids=lambda words: " ".join(words[-2:]),
+)
+def test_a_number_that_no_bench_has_is_a_wrong_command_line(words: tuple[str | Path, ...]) -> None:
+    result = run(*words)
+    assert (result.code, result.stdout) == (2, "")
+    assert f"Invalid value for '{words[-2]}': {float(words[-1]):g} is none of a bench; allowed: 0, or 1e-15 to 1e+12" in result.stderr
+
+
+def test_a_filter_slower_than_any_log_is_a_wrong_command_line() -> None:
+    result = run(*IDENTIFY[:-1], "friction-force", "--cutoff-hz", "1e-10")
+    assert (result.code, result.stdout) == (2, "")
+    assert "1e-10 is not in the range x>=0.001" in result.stderr
+
+
 def test_a_finite_number_passes_as_it_is() -> None:
     assert FiniteRange(0.0, min_open=True).convert("1e9", None, None) == 1e9
     with pytest.raises(click.BadParameter, match="nan is not a finite number"):

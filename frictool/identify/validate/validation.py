@@ -63,6 +63,8 @@ def validate(model: Model, record: Record, skip: int, cutoff_hz: float, servo: S
         raise LogError(record.name, f"has no unbroken piece longer than the {skip} samples that are skipped; skip fewer")
     if float(np.ptp(record.position)) <= 2.0 * record.resolution:
         raise LogError(record.name, "the position does not change; a model is validated on motion")
+    if cutoff_hz * float(record.time[-1] - record.time[0]) < 1.0:
+        raise LogError(record.name, f"is shorter than the period of a cut-off at {cutoff_hz:g} Hz; raise --cutoff-hz")
     if servo is not None and record.reference is None:
         raise LogError(record.name, "has no channel reference, which a closed loop follows; leave the gains out for the open loop")
     cutoff = min(cutoff_hz, HIGHEST_CUTOFF / record.period)
