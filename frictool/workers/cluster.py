@@ -14,6 +14,7 @@ from __future__ import annotations
 import contextlib
 import importlib
 import pickle
+import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -28,8 +29,10 @@ from frictool.workers.connection import connected
 from frictool.workers.installation import Installation, differences, installation
 
 FIRST_S = 10.0  # for the first worker
+SLOW_S = 10.0  # for all workers to say what they run; then it is told that one is waited for
 NO_WORKER_S = 60.0  # without any worker, until it is given up: where one was ended, its supervisor starts another
 LOOK_S, POLL_S = 2.0, 0.005  # between two looks at the workers, and at the results
+MODULE = "'frictool"  # as an import that fails names this package, or a module of it
 AHEAD = 3  # tasks a worker that are under way, so that none waits for the next
 Instead = Callable[[Any, str], Any] | None
 
@@ -57,7 +60,7 @@ def _check(client: Any, address: str) -> None:
         client.wait_for_workers(1, timeout=FIRST_S)
     except TimeoutError:
         raise ClusterError(f"{address}: the scheduler has no worker; start some with `dask worker {address} --nthreads 1`") from None
-    here, found = installation(), client.run(remote.installed, on_error="return")
+    here, found = installation(), _answers(client, address)
     unlike = {name: _unlike(here, there) for name, there in found.items()}
     unlike = {name: text for name, text in unlike.items() if text}
     if unlike:
@@ -69,10 +72,25 @@ def _check(client: Any, address: str) -> None:
         waiting.remark("workers have several threads, of which one is used; start more of them with --nthreads 1 --nworkers N")
 
 
+def _answers(client: Any, address: str) -> Any:
+    """The installation of each worker, or what it has raised. One that hangs is waited for until the scheduler gives it up."""
+    text = f"{address}: a worker does not answer; it is waited for, until the scheduler gives it up (its worker-ttl, 5 min unless set)"
+    slow = threading.Timer(SLOW_S, waiting.remark, (text,))
+    slow.daemon = True
+    slow.start()
+    try:
+        found = client.run(remote.installed, on_error="return")
+    except OSError:
+        raise ClusterError(f"{address}: the scheduler is gone") from None
+    finally:
+        slow.cancel()
+    return {name: there for name, there in found.items() if not isinstance(there, OSError)}  # which are no more
+
+
 def _unlike(here: Installation, there: Any) -> str:
     """What is other in a worker's answer; empty where nothing is."""
     if isinstance(there, Exception):
-        missing = isinstance(there, ImportError | AttributeError)
+        missing = isinstance(there, ImportError | AttributeError) or MODULE in str(there)  # of some, Dask brings no more than the text
         return "no frictool, or another version" if missing else f"{type(there).__name__}: {there}"
     return differences(here, there)
 
@@ -193,6 +211,8 @@ class Run:
                 raise self._gone() from None
             except Exception as error:  # the task's own, or of a connection that was cut
                 if future.status == "error":
+                    if MODULE in str(error):
+                        raise ClusterError(f"{self._address}: a worker has no frictool, or another version") from None
                     raise ClusterError(f"{self._address}: a worker cannot do its task: {type(error).__name__}: {error}") from None
                 time.sleep(POLL_S)
 

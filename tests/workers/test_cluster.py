@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import socket
 import sys
 from collections.abc import Iterator
@@ -73,6 +74,21 @@ def test_workers_that_are_not_alike_are_refused_by_name(loopback: Loopback, monk
         list(share(negative, range(3), cluster=loopback.address))
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="processes are stopped by a signal")
+def test_a_worker_that_hangs_at_the_start_is_waited_for_and_told(loopback: Loopback, monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[str] = []
+
+    def wake(text: str) -> None:
+        told.append(text)
+        loopback.workers[-1].send_signal(signal.SIGCONT)
+
+    monkeypatch.setattr(waiting, "remark", wake)
+    monkeypatch.setattr(cluster, "SLOW_S", 0.2)
+    loopback.workers[-1].send_signal(signal.SIGSTOP)
+    assert dict(share(negative, range(5), cluster=loopback.address)) == {number: -number for number in range(5)}
+    assert "a worker does not answer; it is waited for" in told[0]
+
+
 def test_a_machine_that_compiles_is_told_once(loopback: Loopback, monkeypatch: pytest.MonkeyPatch) -> None:
     remarks: list[str] = []
     monkeypatch.setattr(waiting, "remark", remarks.append)
@@ -117,4 +133,7 @@ def test_differences_name_both_sides() -> None:
     here, there = Installation((("numpy", "2.4"), ("scipy", "1.1")), ""), Installation((("numpy", "2.3"), ("scipy", "1.1")), "")
     assert differences(here, there) == "numpy 2.3, here 2.4"
     assert differences(here, here) == ""
+    foreign = Exception("ModuleNotFoundError(\"No module named 'frictool.workers'\")")  # as Dask brings it
+    assert cluster._unlike(here, foreign) == "no frictool, or another version"
+    assert cluster._unlike(here, RuntimeError("disk")) == "RuntimeError: disk"
     assert {"frictool", "numpy", "numba", "python"} <= dict(installation().versions).keys()
