@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from frictool.documents.model import Model
     from frictool.identify.estimators.inverse_dynamic import Pipeline
     from frictool.identify.identification import Identification
-    from frictool.identify.record import Record
+    from frictool.identify.methods import Settings
 
 HELP = f"""\b
 Example:
@@ -80,9 +80,7 @@ cannot be used.
 @click.option(
     "--forgetting", type=FiniteRange(0.0, 1.0, min_open=True), help="recursive: weight of a square a stroke back. [default: 0.99]"
 )
-@click.option(
-    "--cutoff-hz", type=FiniteRange(1e-3), help="inverse-dynamic, friction-force: of the Butterworth filter. [default: 100]"
-)
+@click.option("--cutoff-hz", type=FiniteRange(1e-3), help="inverse-dynamic, friction-force: of the Butterworth filter. [default: 100]")
 @click.option("--filter-order", type=click.IntRange(1, 12), help="inverse-dynamic, friction-force: of the Butterworth filter. [default: 4]")
 @click.option("--padding", type=click.IntRange(0), help="inverse-dynamic: samples that pad either end. [default: 12]")
 @click.option("--skip", type=click.IntRange(0), help="inverse-dynamic: samples left out at the start. [default: 49]")
@@ -130,70 +128,78 @@ def command(
             check_ending(output, ("YAML",), chooses=False)
         check_targets({"-o": output, "--plot": plot}, inputs)
     from frictool.documents.bench import Bench
-    from frictool.documents.provenance import record
     from frictool.documents.registry import load
-    from frictool.documents.writing import to_yaml
-
-    document = load(bench, Bench)
-    from frictool.identify.from_logs import identify
-    from frictool.identify.identification import NothingIdentified
     from frictool.identify.methods import Settings
-    from frictool.logs.reading import read_log
 
-    settings = Settings(confidence, pipeline=_pipeline(filters), **own)
+    document, settings = load(bench, Bench), Settings(confidence, pipeline=_pipeline(filters), **own)
     given = {f"--{name.replace('_', '-')}": value for name, value in {**own, **filters}.items()}
     found_by: dict[str, Any] = {"--measurement": measurement, "--method": method, "--confidence": confidence, **given}
-    if each is not None:
-        from frictool.cli.identify_each import Asked, identify_each
-        from frictool.logs.origin import Patterns
+    if each is None:
+        _alone(Alone(logs, ramp, loops, bench, document, method, settings, measurement, found_by, plot, output, as_json))
+        return
+    from frictool.cli.identify_each import Asked, identify_each
+    from frictool.logs.origin import Patterns
 
-        patterns = Patterns(pattern("--unit", unit), pattern("--date", date))
-        asked = Asked(each, bench, document, method, settings, measurement, patterns, found_by, output, as_json, cores, cluster)
-        click.get_current_context().exit(identify_each(asked, logs))
-    shown = {"logs": logs, "--bench": bench, "--ramp": ramp, "--loops": loops, **found_by}
-    read, ramps, slow = ([read_log(path, document) for path in paths] for paths in (logs, ramp, loops))
+    patterns = Patterns(pattern("--unit", unit), pattern("--date", date))
+    asked = Asked(each, bench, document, method, settings, measurement, patterns, found_by, output, as_json, cores, cluster)
+    click.get_current_context().exit(identify_each(asked, logs))
+
+
+@dataclass(frozen=True)
+class Alone:
+    """The command line of one model, its bench read. shown: option -> value, of what makes the model."""
+
+    logs: tuple[Path, ...]
+    ramp: tuple[Path, ...]
+    loops: tuple[Path, ...]
+    bench: Path
+    document: Bench
+    method: str
+    settings: Settings
+    measurement: bool
+    shown: dict[str, Any]
+    plot: Path | None
+    output: Path | None
+    as_json: bool
+
+
+def _alone(asked: Alone) -> None:
+    """The model of all logs together: found, saved, told."""
+    from frictool.documents.provenance import record
+    from frictool.documents.writing import to_yaml
+    from frictool.identify.from_logs import identify
+    from frictool.identify.identification import NothingIdentified
+    from frictool.logs.reading import read_log
+
+    inputs, document, output = [*asked.logs, *asked.ramp, *asked.loops, asked.bench], asked.document, asked.output
+    shown = {"logs": asked.logs, "--bench": asked.bench, "--ramp": asked.ramp, "--loops": asked.loops, **asked.shown}
+    read, ramps, slow = ([read_log(path, document) for path in paths] for paths in (asked.logs, asked.ramp, asked.loops))
     try:
         found = identify(
             read,
             document,
             ramps=ramps,
             loops=slow,
-            measurement=measurement,
-            method=method,
-            settings=settings,
+            measurement=asked.measurement,
+            method=asked.method,
+            settings=asked.settings,
             provenance=record(command_line("identify", shown), inputs),
             tell=lambda warning: note(f"warning: {warning}"),
         )
     except NothingIdentified as error:
-        _tell(error.result, document, as_json, output)
+        _tell(error.result, document, asked.as_json, output)
         raise
-    model, result = found.model, found.result
     if output is not None:
-        save_text(output, to_yaml(model), inputs)
-    if plot is not None:
-        save_text(plot, _picture(model, result, list(found.records), document) + "\n", inputs)
-    _tell(result, document, as_json, output, model)
-    if not as_json:
+        save_text(output, to_yaml(found.model), inputs)
+    if asked.plot is not None:
+        from frictool.identify.picture import picture_of
+
+        save_text(asked.plot, picture_of(found.model, found.result, found.records, document) + "\n", inputs)
+    _tell(found.result, document, asked.as_json, output, found.model)
+    if not asked.as_json:
         from frictool.identify.text import table
 
-        say(table(result, model), output)
-
-
-def _picture(model: Model, result: Identification, records: list[Record], bench: Bench) -> str:
-    """The strokes that can be averaged and the breakaways, with the laws that were found."""
-    from frictool.identify.estimators.sines import stroke_rows
-    from frictool.identify.identification import without_load
-    from frictool.identify.outcome import NothingUsable
-    from frictool.identify.picture import picture
-
-    sliding = [record for record in records if result.kinds[record.name] != "ramp"]
-    if result.laws is not None:
-        sliding = [without_load(record, result.laws) for record in sliding]
-    try:
-        rows = stroke_rows(sliding, bench)
-    except NothingUsable:
-        rows = None  # no stroke is long enough: the law alone is drawn
-    return picture(model, rows, result.ramp)
+        say(table(found.result, found.model), output)
 
 
 def _tell(result: Identification, bench: Bench, as_json: bool, output: Path | None, model: Model | None = None) -> None:

@@ -9,17 +9,22 @@ over both        friction in slip (figure 4.13); where friction depends on posit
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from frictool.documents.bench import Bench
 from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
 from frictool.friction.speed_knee import knee_force, regimes_from
 from frictool.identify.breakaway.breakaway import Breakaway
 from frictool.identify.breakaway.friction_map import shape_along
-from frictool.identify.estimators.sines import Rows
-from frictool.identify.record import Vector
+from frictool.identify.estimators.sines import Rows, stroke_rows
+from frictool.identify.identification import Identification, without_load
+from frictool.identify.outcome import NothingUsable
+from frictool.identify.record import Record, Vector
 from frictool.svg import drawing, render
 
 FORWARD, BACKWARD = "#1f5fa8", "#c0392b"
@@ -27,6 +32,18 @@ SIDES = ((1.0, FORWARD, "forward"), (-1.0, BACKWARD, "backward"))
 WIDTH, HEIGHT = 7.0, 3.2  # inches; of each axes
 POINTS, LEVELS = 201, 15  # of a curve, of colours
 REACH = 1.1  # of the speeds drawn over the fastest stroke's
+
+
+def picture_of(model: Model, result: Identification, records: Sequence[Record], bench: Bench) -> str:
+    """The strokes of the logs that can be averaged and the breakaways, with the laws that were found."""
+    sliding = [record for record in records if result.kinds[record.name] != "ramp"]
+    if result.laws is not None:
+        sliding = [without_load(record, result.laws) for record in sliding]
+    try:
+        rows = stroke_rows(sliding, bench)
+    except NothingUsable:
+        rows = None  # no stroke is long enough: the law alone is drawn
+    return picture(model, rows, result.ramp)
 
 
 def picture(model: Model, rows: Rows | None, ramp: Breakaway | None) -> str:
