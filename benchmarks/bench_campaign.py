@@ -19,12 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.timing import pair
-from frictool.campaign.findings import find
-from frictool.campaign.playing import CampaignTrial, metrics_of
-from frictool.campaign.running import run_trials
-from frictool.campaign.sampling import draws_of
-from frictool.campaign.store import Store
-from frictool.campaign.trials import Trials
+from frictool.campaign.drawing.sampling import draws_of
+from frictool.campaign.playing.playing import CampaignTrial, metrics_of
+from frictool.campaign.playing.running import run_trials
+from frictool.campaign.playing.store import Store
+from frictool.campaign.playing.trials import Trials
+from frictool.campaign.statistics.findings import find
 from frictool.control.composition import controller_program
 from frictool.control.machine import control_step, machine, start_at
 from frictool.documents.quantity import Quantity

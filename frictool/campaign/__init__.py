@@ -7,15 +7,15 @@ from frictool.exports import lazily
 if TYPE_CHECKING:
     from frictool.campaign.conduct import Campaigned as Campaigned
     from frictool.campaign.conduct import campaign as campaign
-    from frictool.campaign.findings import Findings as Findings
-    from frictool.campaign.worst_case import WorstCase as WorstCase
+    from frictool.campaign.playing.worst_case import WorstCase as WorstCase
+    from frictool.campaign.statistics.findings import Findings as Findings
 else:
     __getattr__, __dir__ = lazily(
         __name__,
         {
             "Campaigned": "frictool.campaign.conduct",
-            "Findings": "frictool.campaign.findings",
-            "WorstCase": "frictool.campaign.worst_case",
+            "Findings": "frictool.campaign.statistics.findings",
+            "WorstCase": "frictool.campaign.playing.worst_case",
             "campaign": "frictool.campaign.conduct",
         },
     )

@@ -12,16 +12,16 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from frictool.campaign.binomial import CONFIDENCE
-from frictool.campaign.findings import Findings, find
-from frictool.campaign.playing import CampaignTrial, Setting, metrics_of, simulated
-from frictool.campaign.running import Share, Tell, run_trials
-from frictool.campaign.sampling import Draws, Method, draws_of
-from frictool.campaign.searching import Progress, worst_cases
-from frictool.campaign.store import Store
-from frictool.campaign.trials import Trials
-from frictool.campaign.varied import check_asks, space_of_setting
-from frictool.campaign.worst_case import Commands, WorstCase, commands_of
+from frictool.campaign.drawing.sampling import Draws, Method, draws_of
+from frictool.campaign.playing.playing import CampaignTrial, Setting, metrics_of, simulated
+from frictool.campaign.playing.running import Share, Tell, run_trials
+from frictool.campaign.playing.searching import Progress, worst_cases
+from frictool.campaign.playing.store import Store
+from frictool.campaign.playing.trials import Trials
+from frictool.campaign.playing.varied import check_asks, space_of_setting
+from frictool.campaign.playing.worst_case import Commands, WorstCase, commands_of
+from frictool.campaign.statistics.binomial import CONFIDENCE
+from frictool.campaign.statistics.findings import Findings, find
 from frictool.documents.controller import Controller, Number
 from frictool.documents.lines import complaint
 from frictool.documents.mechanism import Mechanism

@@ -31,12 +31,12 @@ from frictool.cli.workers_options import refuse_both, workers_options
 from frictool.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, OutputError
 
 if TYPE_CHECKING:
-    from frictool.campaign.findings import Findings
-    from frictool.campaign.playing import CampaignTrial
-    from frictool.campaign.sampling import Draws, Method
-    from frictool.campaign.store import Store
-    from frictool.campaign.trials import Trials
-    from frictool.campaign.worst_case import WorstCase
+    from frictool.campaign.drawing.sampling import Draws, Method
+    from frictool.campaign.playing.playing import CampaignTrial
+    from frictool.campaign.playing.store import Store
+    from frictool.campaign.playing.trials import Trials
+    from frictool.campaign.playing.worst_case import WorstCase
+    from frictool.campaign.statistics.findings import Findings
     from frictool.documents.controller import Number
     from frictool.documents.provenance import Provenance
 
@@ -148,11 +148,11 @@ def command(
 
 def _campaign(paths: Paths, options: Options) -> int:
     """The exit code."""
-    from frictool.campaign.findings import find
-    from frictool.campaign.playing import CampaignTrial
-    from frictool.campaign.sampling import draws_of
-    from frictool.campaign.store import Store
-    from frictool.campaign.varied import space_of_setting
+    from frictool.campaign.drawing.sampling import draws_of
+    from frictool.campaign.playing.playing import CampaignTrial
+    from frictool.campaign.playing.store import Store
+    from frictool.campaign.playing.varied import space_of_setting
+    from frictool.campaign.statistics.findings import find
     from frictool.cli.campaign_setting import header_of, setting_of, told_by_line
 
     setting, paths = setting_of(paths, options.number)
@@ -235,19 +235,19 @@ def _save(found: Findings, worst: list[WorstCase], provenance: Provenance, paths
     """All that is asked for; everything is made before the first byte is written."""
     inputs, contents = list(paths.inputs.values()), dict[Path, str]()
     if options.worst is not None:
-        from frictool.campaign.worst_case import text_of
+        from frictool.campaign.playing.worst_case import text_of
 
         contents |= {options.worst / case.scenario: text_of(case, options.worst, paths.scenario) for case in worst}
     if options.table is not None:
-        from frictool.campaign.table import as_csv
+        from frictool.campaign.telling.table import as_csv
 
         contents[options.table] = as_csv(found.trials)
     if options.output is not None and is_page(options.output):
-        from frictool.campaign.page import page
+        from frictool.campaign.telling.page import page
 
         contents[options.output] = page(found, provenance)
     elif options.output is not None:
-        from frictool.campaign.document import as_document
+        from frictool.campaign.telling.document import as_document
 
         contents[options.output] = as_document(found, provenance)
     for target, text in contents.items():
@@ -255,8 +255,8 @@ def _save(found: Findings, worst: list[WorstCase], provenance: Provenance, paths
 
 
 def _tell(found: Findings, options: Options) -> None:
-    from frictool.campaign.machine import as_json
-    from frictool.campaign.text import lines
+    from frictool.campaign.telling.machine import as_json
+    from frictool.campaign.telling.text import lines
 
     if options.as_json:
         print_json(as_json(found), options.output)

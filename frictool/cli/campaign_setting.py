@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 from frictool.cli.output import note
 
 if TYPE_CHECKING:
-    from frictool.campaign.playing import CampaignTrial, Setting
-    from frictool.campaign.worst_case import Commands
+    from frictool.campaign.playing.playing import CampaignTrial, Setting
+    from frictool.campaign.playing.worst_case import Commands
     from frictool.documents.controller import Number
     from frictool.documents.mechanism import Mechanism
     from frictool.documents.model import Model
@@ -38,8 +38,8 @@ class Paths:
 
 def setting_of(paths: Paths, number: Number) -> tuple[Setting, Paths]:
     """The documents, and the paths with the log that is replayed. Raises InputFileError where they do not fit together."""
-    from frictool.campaign.playing import Setting
-    from frictool.campaign.varied import check_asks
+    from frictool.campaign.playing.playing import Setting
+    from frictool.campaign.playing.varied import check_asks
     from frictool.cli.simulate import observed_controller, recorded_log
     from frictool.documents.controller import Controller
     from frictool.documents.model import Model
@@ -71,7 +71,7 @@ def setting_of(paths: Paths, number: Number) -> tuple[Setting, Paths]:
 
 def commands_of(paths: Paths, folder: Path, number: Number) -> Commands:
     """What plays a scenario of `folder` again: by base names, and as it is typed."""
-    from frictool.campaign.worst_case import replay_command
+    from frictool.campaign.playing.worst_case import replay_command
 
     def shown(name: str, show: Callable[[Path], str]) -> str:
         scenario = folder / name
@@ -117,7 +117,7 @@ def told_by_line(path: Path) -> Iterator[None]:
 
 def _with_ends(document: Mechanism) -> Mechanism:
     """The mechanism, of which a controller can see and drive something. Raises WrongElement where it cannot."""
-    from frictool.campaign.playing import plant_of
+    from frictool.campaign.playing.playing import plant_of
 
     plant_of(document)
     return document

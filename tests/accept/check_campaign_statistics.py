@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from frictool.campaign.binomial import interval, lower
-from frictool.campaign.distribution import COVERED, distribution
-from frictool.campaign.sampling import Method, draws_of
-from frictool.campaign.sensitivity import LEVEL, sensitivity
-from frictool.campaign.space import Space
-from frictool.campaign.trials import BROKEN, MET, Metric, Trials
+from frictool.campaign.drawing.sampling import Method, draws_of
+from frictool.campaign.drawing.space import Space
+from frictool.campaign.playing.trials import BROKEN, MET, Metric, Trials
+from frictool.campaign.statistics.binomial import interval, lower
+from frictool.campaign.statistics.distribution import COVERED, distribution
+from frictool.campaign.statistics.sensitivity import LEVEL, sensitivity
 from tests.campaign.example import factors
 from tests.campaign.test_variance_shares import FUNCTIONS
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from frictool.campaign import campaign, conduct
-from frictool.campaign.machine import as_json
+from frictool.campaign.telling.machine import as_json
 from frictool.cli.campaign import TRIALS
 from frictool.documents import Bench, Mechanism, Model, Scenario, Spec, load, save, to_yaml
 from frictool.documents.provenance import called, digest

@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.campaign.space import Factor, Space
-from frictool.campaign.trials import BROKEN, MET, Metric, Trial, Trials, gathered
+from frictool.campaign.drawing.space import Factor, Space
+from frictool.campaign.playing.trials import BROKEN, MET, Metric, Trial, Trials, gathered
 
 Vector = NDArray[np.float64]
 Function = Callable[[Vector], Vector]  # values (n, d) -> a metric (n,)

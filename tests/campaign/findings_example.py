@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from frictool.campaign.findings import Findings, find
-from frictool.campaign.sampling import Method
-from frictool.campaign.space import Factor, Space
-from frictool.campaign.trials import BROKEN, MET, UNDECIDED, Metric, Trials
+from frictool.campaign.drawing.sampling import Method
+from frictool.campaign.drawing.space import Factor, Space
+from frictool.campaign.playing.trials import BROKEN, MET, UNDECIDED, Metric, Trials
+from frictool.campaign.statistics.findings import Findings, find
 
 HOSTILE = "</script><b>\"& '\x1b[31mé鑄\n"
 METRICS = (

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import msgspec
 
-from frictool.campaign.playing import CampaignTrial, Setting, plant_of
-from frictool.campaign.space import plant_factors, space_of
-from frictool.campaign.spreading import spread_factors
+from frictool.campaign.drawing.space import plant_factors, space_of
+from frictool.campaign.drawing.spreading import spread_factors
+from frictool.campaign.playing.playing import CampaignTrial, Setting, plant_of
 from frictool.documents.conditions import DriftPoint, Drifts
 from frictool.documents.quantity import Span
 from frictool.documents.scenario import Scenario

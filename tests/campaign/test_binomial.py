@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from frictool.campaign.binomial import draws_to_show, interval, lower, upper
-from frictool.campaign.sampling import Method
+from frictool.campaign.drawing.sampling import Method
+from frictool.campaign.statistics.binomial import draws_to_show, interval, lower, upper
 
 COUNTS = st.integers(1, 400).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n)))
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy import stats
 
-from frictool.campaign.distribution import COVERED, distribution, fewest, rank
-from frictool.campaign.trials import BROKEN, UNDECIDED, Metric, Trials
+from frictool.campaign.playing.trials import BROKEN, UNDECIDED, Metric, Trials
+from frictool.campaign.statistics.distribution import COVERED, distribution, fewest, rank
 from tests.campaign.example import factors, trials_of
 
 

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.campaign.drawn import nominal_of, scenario_of
-from frictool.campaign.space import Space, space_of
-from frictool.campaign.spreading import spread_factors
+from frictool.campaign.drawing.drawn import nominal_of, scenario_of
+from frictool.campaign.drawing.space import Space, space_of
+from frictool.campaign.drawing.spreading import spread_factors
 from frictool.documents.conditions import DriftPoint
 from frictool.documents.quantity import Quantity, Span
 from frictool.documents.registry import load

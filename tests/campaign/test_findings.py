@@ -9,12 +9,12 @@ import re
 import numpy as np
 import pytest
 
-from frictool.campaign.binomial import lower
-from frictool.campaign.findings import find
-from frictool.campaign.machine import as_json
-from frictool.campaign.text import lines
-from frictool.campaign.trials import BROKEN, MET, UNDECIDED
-from frictool.campaign.words import headline, percent
+from frictool.campaign.playing.trials import BROKEN, MET, UNDECIDED
+from frictool.campaign.statistics.binomial import lower
+from frictool.campaign.statistics.findings import find
+from frictool.campaign.telling.machine import as_json
+from frictool.campaign.telling.text import lines
+from frictool.campaign.telling.words import headline, percent
 from tests.campaign.findings_example import CORNERS, HOSTILE, findings, stopped, trials
 
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictool.campaign.findings import find
-from frictool.campaign.page import page
-from frictool.campaign.pictures import failing_plane, metric
+from frictool.campaign.statistics.findings import find
+from frictool.campaign.telling.page import page
+from frictool.campaign.telling.pictures import failing_plane, metric
 from frictool.documents.provenance import Input, Provenance
 from tests.campaign.example import factors, trials_of
 from tests.campaign.findings_example import CORNERS, HOSTILE, findings, stopped, trials

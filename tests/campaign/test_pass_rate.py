@@ -7,9 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from frictool.campaign.binomial import interval, lower
-from frictool.campaign.pass_rate import pass_rate
-from frictool.campaign.trials import UNDECIDED
+from frictool.campaign.playing.trials import UNDECIDED
+from frictool.campaign.statistics.binomial import interval, lower
+from frictool.campaign.statistics.pass_rate import pass_rate
 from tests.campaign.example import factors, trials_of
 
 

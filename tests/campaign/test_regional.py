@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from frictool.campaign.holm import corrected
-from frictool.campaign.regional import Region, region
-from frictool.campaign.slices import Slices
+from frictool.campaign.statistics.holm import corrected
+from frictool.campaign.statistics.regional import Region, region
+from frictool.campaign.statistics.slices import Slices
 
 Array = np.ndarray
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from frictool.campaign.sampling import MOST_VERTICES, Method, draws_of, noise_seed
+from frictool.campaign.drawing.sampling import MOST_VERTICES, Method, draws_of, noise_seed
 
 
 def test_a_random_draw_is_the_same_however_many_there_are() -> None:

@@ -7,9 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from frictool.campaign.sensitivity import masks, sensitivity
-from frictool.campaign.space import Factor, Space
-from frictool.campaign.trials import BROKEN, MET, UNDECIDED, Trials
+from frictool.campaign.drawing.space import Factor, Space
+from frictool.campaign.playing.trials import BROKEN, MET, UNDECIDED, Trials
+from frictool.campaign.statistics.sensitivity import masks, sensitivity
 from tests.campaign.example import factors, trials_of
 from tests.campaign.test_variance_shares import vertices
 

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictool.campaign.store import Store
-from frictool.campaign.trials import BROKEN, MET, UNDECIDED, Trial
-from frictool.campaign.worst import Worst
+from frictool.campaign.playing.store import Store
+from frictool.campaign.playing.trials import BROKEN, MET, UNDECIDED, Trial
+from frictool.campaign.playing.worst import Worst
 from frictool.errors import InputFileError, OutputError
 
 HEADER = {"frictool": "1", "method": "random", "seed": 4, "model": "a" * 64}

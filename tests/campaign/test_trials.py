@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from frictool.campaign.space import Factor, Space, plant_factors, space_of
-from frictool.campaign.trials import BROKEN, MET, UNDECIDED, Metric, Trial, gathered
+from frictool.campaign.drawing.space import Factor, Space, plant_factors, space_of
+from frictool.campaign.playing.trials import BROKEN, MET, UNDECIDED, Metric, Trial, gathered
 from frictool.documents.quantity import Quantity
 from frictool.simulate.plant import Range
 from tests.campaign.example import factors, trials_of

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from frictool.campaign.sensitivity import Influence, sensitivity
-from frictool.campaign.slices import Draws, few_slices_for
-from frictool.campaign.space import Space
-from frictool.campaign.trials import Trials
-from frictool.campaign.variance_shares import chance_of_ranks, scores_of
+from frictool.campaign.drawing.space import Space
+from frictool.campaign.playing.trials import Trials
+from frictool.campaign.statistics.sensitivity import Influence, sensitivity
+from frictool.campaign.statistics.slices import Draws, few_slices_for
+from frictool.campaign.statistics.variance_shares import chance_of_ranks, scores_of
 from tests.campaign.example import Function, factors, trials_of
 
 Array = np.ndarray

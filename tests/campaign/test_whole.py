@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from frictool.campaign.sensitivity import sensitivity
-from frictool.campaign.whole import within_whole
+from frictool.campaign.statistics.sensitivity import sensitivity
+from frictool.campaign.statistics.whole import within_whole
 from tests.campaign.example import factors, trials_of
 
 SHARES = st.lists(st.tuples(st.floats(0.0, 1.2), st.floats(0.01, 0.3), st.floats(0.0, 1.0)), min_size=1, max_size=6)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from frictool.campaign.worst import search
+from frictool.campaign.playing.worst import search
 
 Vector = NDArray[np.float64]
 PEAK = np.array([0.31, 0.87, 0.52])

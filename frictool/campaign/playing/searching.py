@@ -9,14 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictool.campaign.drawn import scenario_of
-from frictool.campaign.playing import CampaignTrial
-from frictool.campaign.running import Share, Tell, run_searches, starts_of
-from frictool.campaign.space import Vector
-from frictool.campaign.store import Store
-from frictool.campaign.trials import BROKEN, MET, Trials
-from frictool.campaign.worst import Worst, search
-from frictool.campaign.worst_case import Commands, WorstCase, file_name
+from frictool.campaign.drawing.drawn import scenario_of
+from frictool.campaign.drawing.space import Vector
+from frictool.campaign.playing.playing import CampaignTrial
+from frictool.campaign.playing.running import Share, Tell, run_searches, starts_of
+from frictool.campaign.playing.store import Store
+from frictool.campaign.playing.trials import BROKEN, MET, Trials
+from frictool.campaign.playing.worst import Worst, search
+from frictool.campaign.playing.worst_case import Commands, WorstCase, file_name
 
 STARTS = 5  # worst draws that a search begins with
 OF_THE_CONTROLLER = "modulus_margin"  # the same for every plant

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.campaign.slices import Slices, crossed
-from frictool.campaign.variance_shares import variance_share
+from frictool.campaign.statistics.slices import Slices, crossed
+from frictool.campaign.statistics.variance_shares import variance_share
 
 Vector = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 
 import msgspec
 
-from frictool.campaign.sampling import noise_seed
-from frictool.campaign.space import Space, Vector
-from frictool.campaign.spreading import START, TEMPERATURE, WEAR, WITHIN_COUNT, disturbance_key, fault_key
+from frictool.campaign.drawing.sampling import noise_seed
+from frictool.campaign.drawing.space import Space, Vector
+from frictool.campaign.drawing.spreading import START, TEMPERATURE, WEAR, WITHIN_COUNT, disturbance_key, fault_key
 from frictool.documents.conditions import Disturbance, DriftPoint, Drifts, SensorFault
 from frictool.documents.quantity import Quantity
 from frictool.documents.scenario import Scenario

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frictool.campaign.binomial import CONFIDENCE, interval, lower
-from frictool.campaign.sampling import Method
-from frictool.campaign.trials import BROKEN, MET, UNDECIDED, Trials
+from frictool.campaign.drawing.sampling import Method
+from frictool.campaign.playing.trials import BROKEN, MET, UNDECIDED, Trials
+from frictool.campaign.statistics.binomial import CONFIDENCE, interval, lower
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """What a campaign varies: a box of factors, each between two ends; a draw is a point of the unit cube, in which all are independent.
 
-u in [0, 1]^d ──Space.values──▶ value of each factor ──campaign/drawn.py──▶ a scenario that plays just this plant
+u in [0, 1]^d ──Space.values──▶ value of each factor ──campaign/drawing/drawn.py──▶ a scenario that plays just this plant
 """
 
 from __future__ import annotations

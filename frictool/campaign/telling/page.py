@@ -7,12 +7,12 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from frictool.campaign.distribution import COVERED
-from frictool.campaign.findings import Findings, Worst
-from frictool.campaign.pictures import Picture, causes, failing_plane, metric, rates
-from frictool.campaign.sensitivity import Influence, Question
-from frictool.campaign.text import asked, fails_where, share_told
-from frictool.campaign.words import caveat, chance_told, given, headline, number, quantity, unit_shown
+from frictool.campaign.statistics.distribution import COVERED
+from frictool.campaign.statistics.findings import Findings, Worst
+from frictool.campaign.statistics.sensitivity import Influence, Question
+from frictool.campaign.telling.pictures import Picture, causes, failing_plane, metric, rates
+from frictool.campaign.telling.text import asked, fails_where, share_told
+from frictool.campaign.telling.words import caveat, chance_told, given, headline, number, quantity, unit_shown
 from frictool.documents.provenance import Provenance
 from frictool.page import filled
 

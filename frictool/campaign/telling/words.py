@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from frictool.campaign.findings import Findings
-from frictool.campaign.pass_rate import Rate
+from frictool.campaign.statistics.findings import Findings
+from frictool.campaign.statistics.pass_rate import Rate
 
 
 def number(value: float | None) -> str:

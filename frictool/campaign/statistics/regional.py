@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import ks_2samp, kstwo
 
-from frictool.campaign.slices import Slices
+from frictool.campaign.statistics.slices import Slices
 
 Vector = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 
-from frictool.campaign.trials import BROKEN, MET, Trials
+from frictool.campaign.playing.trials import BROKEN, MET, Trials
 
 MARKS = {MET: "met", BROKEN: "broken"}
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from frictool.campaign.distribution import COVERED, Distribution
-from frictool.campaign.findings import Findings, Worst
-from frictool.campaign.regional import Region
-from frictool.campaign.sensitivity import Influence, Question
-from frictool.campaign.trials import Trials
-from frictool.campaign.words import caveat, headline
+from frictool.campaign.playing.trials import Trials
+from frictool.campaign.statistics.distribution import COVERED, Distribution
+from frictool.campaign.statistics.findings import Findings, Worst
+from frictool.campaign.statistics.regional import Region
+from frictool.campaign.statistics.sensitivity import Influence, Question
+from frictool.campaign.telling.words import caveat, headline
 
 
 def as_json(found: Findings) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.campaign.space import Space
+from frictool.campaign.drawing.space import Space
 
 Vector = NDArray[np.float64]
 Marks = NDArray[np.int8]

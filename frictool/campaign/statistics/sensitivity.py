@@ -15,13 +15,13 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.campaign.holm import corrected
-from frictool.campaign.interaction import joint_share
-from frictool.campaign.regional import Region, region
-from frictool.campaign.slices import TENTHS, Draws, few_slices_for, slices_for
-from frictool.campaign.trials import BROKEN, MET, Trials
-from frictool.campaign.variance_shares import Share, chance_of_ranks, rank_correlation, scores_of, variance_share
-from frictool.campaign.whole import within_whole
+from frictool.campaign.playing.trials import BROKEN, MET, Trials
+from frictool.campaign.statistics.holm import corrected
+from frictool.campaign.statistics.interaction import joint_share
+from frictool.campaign.statistics.regional import Region, region
+from frictool.campaign.statistics.slices import TENTHS, Draws, few_slices_for, slices_for
+from frictool.campaign.statistics.variance_shares import Share, chance_of_ranks, rank_correlation, scores_of, variance_share
+from frictool.campaign.statistics.whole import within_whole
 
 Mask = NDArray[np.bool_]
 LEVEL = 0.05  # of a table: the probability that it names a factor without influence

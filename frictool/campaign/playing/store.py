@@ -14,8 +14,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, TextIO
 
-from frictool.campaign.trials import BROKEN, Trial
-from frictool.campaign.worst import Worst
+from frictool.campaign.playing.trials import BROKEN, Trial
+from frictool.campaign.playing.worst import Worst
 from frictool.errors import FrictoolError, InputFileError, OutputError
 
 FORMAT = "campaign-trials/1"

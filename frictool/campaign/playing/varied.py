@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from msgspec.structs import replace
 
-from frictool.campaign.drawn import nominal_of
-from frictool.campaign.playing import Setting, plant_of
-from frictool.campaign.space import Space, plant_factors, space_of
-from frictool.campaign.spreading import spread_factors
+from frictool.campaign.drawing.drawn import nominal_of
+from frictool.campaign.drawing.space import Space, plant_factors, space_of
+from frictool.campaign.drawing.spreading import spread_factors
+from frictool.campaign.playing.playing import Setting, plant_of
 from frictool.documents.spec import Spec
 from frictool.documents.spread import Spread
 from frictool.errors import DocumentError

@@ -10,8 +10,8 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 from numpy.typing import NDArray
 
-from frictool.campaign.figures import BAD, OPEN
-from frictool.campaign.trials import BROKEN, MET, UNDECIDED, Trials
+from frictool.campaign.playing.trials import BROKEN, MET, UNDECIDED, Trials
+from frictool.campaign.telling.figures import BAD, OPEN
 from frictool.svg import MUTED
 
 if TYPE_CHECKING:

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from frictool.campaign.binomial import interval
-from frictool.campaign.distribution import COVERED, Distribution
-from frictool.campaign.figures import BAD, BAND, GOOD, OPEN, axis_label, drawing, new_figure
-from frictool.campaign.findings import Findings
-from frictool.campaign.plane import plane
-from frictool.campaign.sensitivity import Question
-from frictool.campaign.words import chance_told, given, percent, quantity, unit_shown
+from frictool.campaign.statistics.binomial import interval
+from frictool.campaign.statistics.distribution import COVERED, Distribution
+from frictool.campaign.statistics.findings import Findings
+from frictool.campaign.statistics.sensitivity import Question
+from frictool.campaign.telling.figures import BAD, BAND, GOOD, OPEN, axis_label, drawing, new_figure
+from frictool.campaign.telling.plane import plane
+from frictool.campaign.telling.words import chance_told, given, percent, quantity, unit_shown
 from frictool.svg import INK, MUTED, picture_of
 
 if TYPE_CHECKING:

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import click
 
-from frictool.campaign.distribution import COVERED, Distribution
-from frictool.campaign.findings import Findings
-from frictool.campaign.regional import Region
-from frictool.campaign.sensitivity import Influence, Question
-from frictool.campaign.words import caveat, chance_told, given, headline, number, quantity, unit_shown
+from frictool.campaign.statistics.distribution import COVERED, Distribution
+from frictool.campaign.statistics.findings import Findings
+from frictool.campaign.statistics.regional import Region
+from frictool.campaign.statistics.sensitivity import Influence, Question
+from frictool.campaign.telling.words import caveat, chance_told, given, headline, number, quantity, unit_shown
 
 COLOURS = {"MET": "green", "NOT MET": "red", "CANNOT TELL": "yellow", "NOT SHOWN": "yellow"}
 REASONS = 5  # told why trials could not be simulated

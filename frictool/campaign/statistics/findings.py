@@ -9,12 +9,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from frictool.campaign.binomial import CONFIDENCE, draws_to_show
-from frictool.campaign.distribution import Distribution, distribution
-from frictool.campaign.pass_rate import Rate, pass_rate
-from frictool.campaign.sampling import Method
-from frictool.campaign.sensitivity import Sensitivity, sensitivity
-from frictool.campaign.trials import Trials
+from frictool.campaign.drawing.sampling import Method
+from frictool.campaign.playing.trials import Trials
+from frictool.campaign.statistics.binomial import CONFIDENCE, draws_to_show
+from frictool.campaign.statistics.distribution import Distribution, distribution
+from frictool.campaign.statistics.pass_rate import Rate, pass_rate
+from frictool.campaign.statistics.sensitivity import Sensitivity, sensitivity
 
 
 class Worst(Protocol):

@@ -11,10 +11,10 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.campaign.space import Space
-from frictool.campaign.store import Asked, Store
-from frictool.campaign.trials import BROKEN, UNDECIDED, Metric, Trial, Trials, gathered
-from frictool.campaign.worst import Worst
+from frictool.campaign.drawing.space import Space
+from frictool.campaign.playing.store import Asked, Store
+from frictool.campaign.playing.trials import BROKEN, UNDECIDED, Metric, Trial, Trials, gathered
+from frictool.campaign.playing.worst import Worst
 
 Vector = NDArray[np.float64]
 Job = tuple[int, tuple[float, ...]]  # number of the draw, and where it is in the cube

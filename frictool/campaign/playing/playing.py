@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictool.campaign.drawn import nominal_of, scenario_of
-from frictool.campaign.space import Space, Vector
-from frictool.campaign.trials import BROKEN, MET, UNDECIDED, Metric, Trial
+from frictool.campaign.drawing.drawn import nominal_of, scenario_of
+from frictool.campaign.drawing.space import Space, Vector
+from frictool.campaign.playing.trials import BROKEN, MET, UNDECIDED, Metric, Trial
 from frictool.documents.controller import Controller, Number
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model

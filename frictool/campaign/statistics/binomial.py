@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from scipy.special import betaincinv
 
-from frictool.campaign.sampling import Method
+from frictool.campaign.drawing.sampling import Method
 
 CONFIDENCE = 0.95
 STEP = 0.5  # of a count, see above

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.campaign.trials import Trials
+from frictool.campaign.playing.trials import Trials
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]

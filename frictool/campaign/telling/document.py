@@ -7,8 +7,8 @@ from typing import Any
 
 import msgspec
 
-from frictool.campaign.findings import Findings
-from frictool.campaign.machine import as_json
+from frictool.campaign.statistics.findings import Findings
+from frictool.campaign.telling.machine import as_json
 from frictool.documents.provenance import Provenance
 from frictool.documents.writing import tree_to_yaml
 

@@ -15,9 +15,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.campaign.binomial import CONFIDENCE, lower
-from frictool.campaign.sampling import Method
-from frictool.campaign.trials import BROKEN, MET, UNDECIDED, Metric, Trials
+from frictool.campaign.drawing.sampling import Method
+from frictool.campaign.playing.trials import BROKEN, MET, UNDECIDED, Metric, Trials
+from frictool.campaign.statistics.binomial import CONFIDENCE, lower
 
 Vector = NDArray[np.float64]
 Counts = NDArray[np.int64]

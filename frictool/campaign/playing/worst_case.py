@@ -10,8 +10,8 @@ from pathlib import Path
 
 import msgspec
 
-from frictool.campaign.trials import Metric
-from frictool.campaign.worst import Worst
+from frictool.campaign.playing.trials import Metric
+from frictool.campaign.playing.worst import Worst
 from frictool.documents.controller import Number
 from frictool.documents.scenario import Scenario
 from frictool.documents.writing import to_yaml
@@ -21,7 +21,7 @@ Commands = Callable[[str], tuple[str, str]]  # of a scenario's base name: `comma
 
 @dataclass(frozen=True)
 class WorstCase:
-    """Of one requirement, campaign/findings.py `Worst`. values: of the factors, by name. scenario: the file's base name.
+    """Of one requirement, campaign/statistics/findings.py `Worst`. values: of the factors, by name. scenario: the file's base name.
 
     command: what plays it again, by base names; typed: the same with the paths of the command line, for a terminal and no document.
     played: that scenario.

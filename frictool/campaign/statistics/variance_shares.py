@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy.special import gammaincc
 from scipy.stats import rankdata
 
-from frictool.campaign.slices import Slices
+from frictool.campaign.statistics.slices import Slices
 
 Vector = NDArray[np.float64]
 SLOPE = 0.1  # a rank correlation beyond it says up or down

@@ -1,0 +1,1 @@
+"""Draws played and judged, kept as they come; the search for the worst one."""

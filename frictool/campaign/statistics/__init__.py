@@ -1,0 +1,1 @@
+"""What trials say: pass rate, distributions, which factor failures and variance come from."""
