@@ -25,15 +25,14 @@ from frictool.cli.output import (
     say,
 )
 from frictool.cli.progress import tell_of_compiling
+from frictool.cli.simulate_inputs import observed_controller, recorded_log, target_of
 from frictool.cli.simulate_mechanism import Events, is_mechanism, mechanism_plant, on_bench, open_log
 from frictool.cli.simulate_told import bench_summary, bench_table, summary, table
 
 if TYPE_CHECKING:
-    from frictool.documents.bench import Bench
-    from frictool.documents.controller import Controller, Number
+    from frictool.documents.controller import Number
     from frictool.logs.log import Log
     from frictool.simulate.mechanism_on_bench import MechanismOnBench
-    from frictool.simulate.target import Target
 
 KEYS = """\b
 scenario.yaml, key by key (quantities are {value, unit}; docs/formats.md has an example of each):
@@ -218,7 +217,7 @@ def _step_test(
     from frictool.simulate.simulation import simulate
 
     log = None if recorded is None else recorded_log(recorded, scenario, plant.bench if isinstance(plant, Model) else documents[1].bench)
-    code = None if target is None else _target(target, controller, documents[1])
+    code = None if target is None else target_of(target, controller, documents[1])
     inputs += [] if code is None else code.sources
     words = {"model": model, "--controller": controller, "--scenario": scenario, "--observer": observer, "--target": target}
     provenance = record(command_line("simulate", words | {"--number": number}), inputs)
@@ -234,44 +233,6 @@ def _step_test(
     )
     _save(played, output, inputs, events)
     return played
-
-
-def observed_controller(document: Controller, observer: Path | None) -> Controller:
-    """With its speed from the observer, where one is given."""
-    if observer is None:
-        return document
-    from frictool.documents.observer import Observer
-    from frictool.documents.registry import load
-    from frictool.verify.observed_controller import with_observer
-
-    found = with_observer(document, load(observer, Observer))
-    for line in found.told():
-        note(line)
-    return found.controller
-
-
-def _target(folder: Path, controller: Path, document: Controller) -> Target:
-    """The compiled code of the controller."""
-    from frictool.control.composition import controller_program
-    from frictool.documents.provenance import digest
-    from frictool.simulate.step_test import scheduled
-    from frictool.simulate.target import compiled_target
-
-    program = controller_program(document)
-    return compiled_target(folder, digest(controller), str(controller), tuple(program.inputs), tuple(scheduled(document, program)))
-
-
-def recorded_log(path: Path, scenario: Path, bench: Bench) -> Log:
-    """The log that a scenario replays; its path is one from the scenario's folder."""
-    from frictool.documents.lines import line_of
-    from frictool.errors import DocumentError
-    from frictool.logs.reading import read_log
-
-    if not path.is_file():
-        key = "reference.log"
-        message = f"found {path}, which is no file; allowed: a log, by its path from the folder of {scenario.name}"
-        raise DocumentError(scenario, message, line=line_of(scenario, key), key=key)
-    return read_log(path, bench)
 
 
 def _save(log: Log, output: Path, inputs: list[Path], events: Events | None = None) -> None:
