@@ -40,7 +40,7 @@ def setting_of(paths: Paths, number: Number) -> tuple[Setting, Paths]:
     """The documents, and the paths with the log that is replayed. Raises InputFileError where they do not fit together."""
     from frictool.campaign.playing.playing import Setting
     from frictool.campaign.playing.varied import check_asks
-    from frictool.cli.simulate import observed_controller, recorded_log
+    from frictool.cli.simulate_inputs import observed_controller, recorded_log
     from frictool.documents.controller import Controller
     from frictool.documents.model import Model
     from frictool.documents.registry import load, same_axis
