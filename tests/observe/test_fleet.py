@@ -26,7 +26,7 @@ from frictool.observe.run import Wear
 from frictool.observe.samples import Piece
 from frictool.observe.table import COLUMNS
 from frictool.observe.wear.estimator import WearEstimator
-from tests.cli.run import Result, refused, run
+from tests.cli.run import Result, also_called, refused, run
 from tests.observe.files import cut, log_of, model_file, save
 from tests.observe.fleet import Unit, believed
 
@@ -249,7 +249,7 @@ def test_refusals_are_one_line(rig: SimpleNamespace, tmp_path: Path) -> None:
     first = rig.folder / "U17" / "2026-01-03.mcap"
     assert "share several logs" in observe(rig.model, first, "--cores", "2").stderr
     both = tmp_path / "same.svg"
-    assert "same name" in observe(rig.model, first, "-o", both, "--plot", both).stderr
+    assert "same name" in observe(rig.model, first, "-o", also_called(both, ".mcap"), "--plot", both).stderr
 
 
 class Deadly(WearEstimator):
