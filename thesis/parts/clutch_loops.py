@@ -130,9 +130,11 @@ def _signal(part: Part, number: str, stream: Stream, label: str, names: tuple[st
     curves = [Curve(stream.time[shown], values, "")]
     if name in ("position", "load_position"):
         curves.append(Curve(stream.time[shown], stream.signals["reference"][shown], "reference", "reference"))
+    unit = label.rpartition(", ")[2]
     part.draw(
         number,
-        f"The step from 5 to 55 rad on the nominal plant; from {values.min():.4g} to {values.max():.4g}, {values[-1]:.4g} at {WINDOW:g} s.",
+        "The step from 5 to 55 rad on the nominal plant: "
+        f"{values.min():.4g} to {values.max():.4g} {unit}; {values[-1]:.4g} {unit} at {WINDOW:g} s.",
         draw(f"figure {number}", "t, s", [(label, curves)]),
     )
 
@@ -144,7 +146,7 @@ def _together(part: Part, number: str, streams: dict[str, Stream], names: tuple[
         shown = stream.time <= window
         values = stream.signals[names[0]][shown]
         rows[0][1].append(Curve(stream.time[shown], values, title))
-        told.append(f"{title} {values.min():.4g} to {values.max():.4g}")
+        told.append(f"{title}: {values.min():.4g} to {values.max():.4g} {label.rpartition(', ')[2]}")
     if names[0] == "position":
         stream = next(iter(streams.values()))
         shown = stream.time <= window
