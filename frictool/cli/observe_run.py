@@ -52,7 +52,7 @@ With a folder or several logs, one row a log: unit, date, wear, interval, verdic
 with its reason. They are shared among the cores, or the workers of a Dask --cluster, which changes no row.
 
 Exit code 1 where the wear limit is exceeded, whatever else there is; else 3 where a log could not be read or has lost data. What was found
-is written and told all the same, by --json as above_limit, not_read and data_lost.
+is written and told all the same; --json counts each of them: above_limit, not_read, data_lost, of one log alarm and lost.
 """
 
 
