@@ -24,6 +24,7 @@ from frictool.verify.observer_loop import check_observer
 from frictool.verify.rounding import held, rounded_linear
 from frictool.verify.speed_loop import performance
 from frictool.verify.stored_forms import limited_radius
+from frictool.verify.words import delay_words
 
 CLAIM = 1.01  # a norm may exceed what is claimed by 1 %, as in synthesis
 FINER = {"q15": "--number q31 or float", "q31": "--number float or double", "float": "--number double", "double": "another design"}
@@ -94,7 +95,7 @@ def _margin(controller: Controller, number: Number, linear: LinearController, po
     checks = loop_checks(loops, point, lag, delays)
     for check in checks:
         if check.spectral_radius >= 1.0:
-            why = f"at vertex {point.name} the loop is unstable with {check.delay_samples} samples of delay"
+            why = f"at vertex {point.name} the loop is unstable with {delay_words(check.delay_samples)}"
             raise _refused(controller, number, f"{why} (spectral radius {check.spectral_radius:.6g})")
     if checks[0].modulus_margin < required:
         raise _refused(

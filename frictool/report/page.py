@@ -24,6 +24,7 @@ from frictool.report.tables import hold_tables, side_by_side, stream_table
 from frictool.report.transfer_views import transfer_views
 from frictool.report.worst import Judged
 from frictool.verify.sensitivity import Sensitivities
+from frictool.verify.words import plant_units
 
 
 def page(
@@ -83,6 +84,4 @@ def _variants(streams: Judged, name: str) -> int:
 
 def _plant_units(controller: Controller) -> list[tuple[str, str]]:
     """What a vertex's plant is told by, and its SI unit."""
-    told = (("inertia", "inertia"), ("viscous", "viscous"), ("Coulomb", "effort"))
-    units = [(name, si_unit(dimension, controller.axis)) for name, dimension in told]
-    return [*units, ("constant", controller.bench.actuator.constant.unit)]
+    return [("Coulomb" if name == "coulomb" else name, unit) for name, unit in plant_units(controller.bench).items()]

@@ -22,6 +22,7 @@ from frictool.verify.resonant_loop import ResonantCheck, require, resonant_check
 from frictool.verify.rounding import Held, held, rounded_linear
 from frictool.verify.speed_loop import performance
 from frictool.verify.stored_forms import limited_radius
+from frictool.verify.words import delay_words, plant_words
 
 COUNT_LIMIT = 4.0  # times the drive's limit that one encoder count may ask for; beyond, the loop is a switch
 HELD: tuple[stored.Number, ...] = ("double", "float")  # every controller is verified with
@@ -41,14 +42,14 @@ def accept(problem: Problem, candidate: Candidate, linear: stored.LinearControll
         worst = max(vertex.checks, key=lambda check: check.spectral_radius)
         if not vertex.stable:
             raise NoSolutionError(
-                f"not verified: the sampled loop is unstable at vertex {_where(vertex)} with {worst.delay_samples} samples of delay "
+                f"not verified: the sampled loop is unstable at vertex {_where(vertex, problem)} with {delay_words(worst.delay_samples)} "
                 f"(spectral radius {worst.spectral_radius:.4f}); {problem.hint}"
             )
     weakest = min(vertices, key=lambda vertex: vertex.modulus_margin)
     if weakest.modulus_margin < required:
         raise NoSolutionError(
-            f"not verified: modulus margin {weakest.modulus_margin:.4f} < {required:g} at vertex {_where(weakest)} "
-            f"with {problem.delay} samples of delay; {problem.hint}"
+            f"not verified: modulus margin {weakest.modulus_margin:.4f} < {required:g} at vertex {_where(weakest, problem)} "
+            f"with {delay_words(problem.delay)}; {problem.hint}"
         )
     _brake(problem, around)
     resonant(problem, loops)
@@ -180,6 +181,5 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _where(vertex: stored.Vertex) -> str:
-    names = ("inertia", "viscous", "coulomb", "constant")
-    return f"{vertex.name} ({', '.join(f'{name} {getattr(vertex, name):.4g}' for name in names)})"
+def _where(vertex: stored.Vertex, problem: Problem) -> str:
+    return f"{vertex.name} ({plant_words(vertex, problem.model.bench)})"

@@ -17,6 +17,7 @@ from frictool.synth.problem import CLAIM, Problem
 from frictool.verify.controller import loop_checks
 from frictool.verify.effective import Feedback
 from frictool.verify.interior import interior_points, searched, worst_norm
+from frictool.verify.words import plant_words
 
 POINTS = 300  # inside the box
 SEED = 1
@@ -29,16 +30,14 @@ def robustness(problem: Problem, system: Lti) -> stored.Robustness:
     inside = worst_norm(system, problem.running, interior_points(box, _count(problem), SEED))
     worst = searched(system, problem.running, box, max(vertices, inside, key=lambda found: found.norm))
     if math.isinf(worst.norm):
-        at = worst.point
         raise NoSolutionError(
-            f"not verified: the sampled loop is unstable inside the box, at inertia {at.inertia:.4g}, viscous {at.viscous:.4g}, coulomb "
-            f"{at.coulomb:.4g}, constant {at.constant:.4g}; narrow the intervals, or relax the weights"
+            f"not verified: the sampled loop is unstable inside the box, at {plant_words(worst.point, problem.model.bench)}; "
+            "narrow the intervals, or relax the weights"
         )
     if worst.norm > CLAIM * vertices.norm:
-        at = worst.point
         raise NoSolutionError(
-            f"not verified: the norm is {worst.norm:.4g} inside the box, at inertia {at.inertia:.4g}, viscous {at.viscous:.4g}, coulomb "
-            f"{at.coulomb:.4g}, constant {at.constant:.4g}, where {vertices.norm:.4g} is claimed; narrow the intervals or relax the weights"
+            f"not verified: the norm is {worst.norm:.4g} inside the box, at {plant_words(worst.point, problem.model.bench)}, "
+            f"where {vertices.norm:.4g} is claimed; narrow the intervals or relax the weights"
         )
     plant, blocks = uncertain_plant(problem.controlled, box, problem.lag, problem.weights, problem.period, problem.delay)
     loops = [problem.running(point.rates).closed(system) for point in corners(box)]
@@ -68,8 +67,8 @@ def seen_inside(problem: Problem, loops: Sequence[Feedback]) -> stored.Robustnes
     )
     if inside > CLAIM * vertices:
         raise NoSolutionError(
-            f"not verified: the largest sensitivity is {inside:.4g} inside the box, at inertia {at.inertia:.4g}, viscous {at.viscous:.4g}, "
-            f"coulomb {at.coulomb:.4g}, constant {at.constant:.4g}, where {vertices:.4g} is claimed; narrow the intervals"
+            f"not verified: the largest sensitivity is {inside:.4g} inside the box, at {plant_words(at, problem.model.bench)}, "
+            f"where {vertices:.4g} is claimed; narrow the intervals"
         )
     return stored.Robustness(interior_points=_count(problem), interior=max(inside, vertices))
 

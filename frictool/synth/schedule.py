@@ -20,6 +20,7 @@ from frictool.synth.problem import Candidate, Problem
 from frictool.synth.realisation import anti_windup_gains
 from frictool.verify.interior import interior_points
 from frictool.verify.speed_loop import check_loop, performance
+from frictool.verify.words import plant_words
 
 POINTS = 100  # between the corners
 SEED = 2
@@ -65,8 +66,8 @@ def verified_schedule(problem: Problem, candidate: Candidate) -> stored.Schedule
         check = check_loop(k, point.rates, problem.lag, problem.delay)
         if not check.stable or check.modulus_margin < required:
             raise NoSolutionError(
-                f"not verified: the scheduled loop has a modulus margin of {check.modulus_margin:.3f} < {required:g} at inertia "
-                f"{point.inertia:.4g}, viscous {point.viscous:.4g}, coulomb {point.coulomb:.4g}, constant {point.constant:.4g}; "
+                f"not verified: the scheduled loop has a modulus margin of {check.modulus_margin:.3f} < {required:g} at "
+                f"{plant_words(point, problem.model.bench)}; "
                 "relax the weights"
             )
         gamma, margin = max(gamma, performance(k, problem.running(point.rates))), min(margin, check.modulus_margin)

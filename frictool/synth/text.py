@@ -9,6 +9,7 @@ from frictool.documents.quantity import si_unit
 from frictool.synth.design import Designed
 from frictool.synth.disturbance import Disturbance
 from frictool.synth.relax import Trade
+from frictool.verify.words import delay_words, plant_units
 
 COLUMNS = (7, 10, 10, 10, 10)  # characters of a vertex's name, its inertia, viscous and Coulomb friction, the drive's constant
 
@@ -31,12 +32,12 @@ def text(result: Designed, disturbance: Disturbance) -> str:
 
 def _head(controller: Controller) -> list[str]:
     verified, law = controller.verified, controller.position_law
-    position, samples = si_unit("position", controller.axis), "sample" if controller.delay_samples == 1 else "samples"
+    position = si_unit("position", controller.axis)
     asked = "" if verified.gamma_asked is None else f"gamma asked {verified.gamma_asked:.4g}, "
     lines = [
         f"{controller.name}: {controller.structure.replace('_', ' ')} by {controller.method} in {controller.domain} time, "
         f"order {len(controller.linear.discrete.a)}, {controller.sample_period_s * 1e3:g} ms, "
-        f"{controller.delay_samples} {samples} of delay; {asked}verified {verified.gamma_verified:.4g}"
+        f"{delay_words(controller.delay_samples)}; {asked}verified {verified.gamma_verified:.4g}"
     ]
     if law is not None and law.kind == "proportional":
         band = f"band {law.band:.4g} {position}, " if law.band else ""
@@ -95,12 +96,8 @@ def _vertices(controller: Controller) -> list[str]:
     verified = controller.verified
     delays = [check.delay_samples for check in verified.vertices[0].checks]
     lines = ["vertex  inertia    viscous    coulomb    constant   norm    sampled " + "  ".join(f"margin (delay {d})" for d in delays)]
-    units = [si_unit(name, controller.axis) for name in ("inertia", "viscous", "effort")]
-    lines.append(
-        " ".join(
-            f"{unit:<{width}}" for unit, width in zip(["", *units, controller.bench.actuator.constant.unit], COLUMNS, strict=True)
-        ).rstrip()
-    )
+    units = plant_units(controller.bench).values()
+    lines.append(" ".join(f"{unit:<{width}}" for unit, width in zip(["", *units], COLUMNS, strict=True)).rstrip())
     for v in verified.vertices:
         margins = "  ".join(f"{check.modulus_margin:16.3f}" for check in v.checks)
         values = [f"{value:.4g}" for value in (v.inertia, v.viscous, v.coulomb, v.constant)]

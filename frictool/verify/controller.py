@@ -17,6 +17,7 @@ from frictool.verify.observer_loop import check_observer
 from frictool.verify.resonant_loop import require, resonant_check
 from frictool.verify.speed_loop import LoopCheck, check_loop
 from frictool.verify.stored_forms import check_forms
+from frictool.verify.words import delay_words
 
 AGREEMENT = 1e-6  # relative, between a stored margin and the one found again
 
@@ -119,12 +120,12 @@ def _resonant(controller: Controller) -> None:
 def _compare(where: str, stated: list[float], found: DelayCheck) -> None:
     if found.spectral_radius >= 1.0:
         raise NoSolutionError(
-            f"{where} the loop of the stored coefficients is unstable with {found.delay_samples} samples of delay "
+            f"{where} the loop of the stored coefficients is unstable with {delay_words(found.delay_samples)} "
             f"(spectral radius {found.spectral_radius:.6g}); synthesise it anew"
         )
     for margin in stated:
         if abs(found.modulus_margin - margin) > AGREEMENT * margin:
             raise NoSolutionError(
-                f"{where} the stored coefficients give a modulus margin of {found.modulus_margin:.6g} with {found.delay_samples} samples "
-                f"of delay, the document says {margin:.6g}; synthesise it anew"
+                f"{where} the stored coefficients give a modulus margin of {found.modulus_margin:.6g} with "
+                f"{delay_words(found.delay_samples)}, the document says {margin:.6g}; synthesise it anew"
             )

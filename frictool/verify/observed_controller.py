@@ -27,6 +27,7 @@ from frictool.verify.effective import Feedback, feedbacks_of, friction_to_speed,
 from frictool.verify.margins import loop_margins
 from frictool.verify.norms import norm
 from frictool.verify.observer_loop import check_observer
+from frictool.verify.words import delay_words
 
 NOT_CERTIFIED = "what is proved is a loop around eta, and this one is fed by an observer's speed; `verify` finds its margins again"
 SAME = 1e-9  # relative, of numbers that two benches have of one rig
@@ -65,8 +66,8 @@ def with_observer(controller: Controller, observer: Observer, margin: float | No
     check_observer(observer)
     if not uses_speed(controller):
         raise FrictoolError(
-            f"{controller.name} uses no speed: the observer would change nothing; allowed: a controller with input speed_error, a brake, "
-            "an energy limiter, virtual friction, or friction compensation by the measured speed"
+            f"the controller {controller.name!r} uses no speed: the observer would change nothing; allowed: a controller with input "
+            "speed_error, a brake, an energy limiter, virtual friction, or friction compensation by the measured speed"
         )
     merged = msgspec.structs.replace(controller, velocity=Velocity(source="observer", observer=observer))
     if margin is not None:
@@ -151,7 +152,7 @@ def _brake(controller: Controller) -> None:
 
 def _refuse(controller: Controller, vertex: Vertex, delay: int, radius: float, what: str) -> None:
     raise NoSolutionError(
-        f"{controller.name}: not verified: with the observer {what} is unstable at vertex {vertex.name} with {delay} samples of delay "
+        f"{controller.name}: not verified: with the observer {what} is unstable at vertex {vertex.name} with {delay_words(delay)} "
         f"(spectral radius {radius:.4f}); try an observer of another bandwidth (observe design --kind tracking --bandwidth), or a slower "
         "controller"
     )

@@ -58,7 +58,9 @@ def test_a_design_that_is_not_verified_is_exit_4_and_no_file(folder: Path) -> No
     spec = (folder / "spec.yaml").read_text()
     (folder / "spec.yaml").write_text(spec.replace("modulus_margin: 0.5", "modulus_margin: 0.95"))
     result = run(*_arguments(folder), "-o", folder / "controller.yaml")
-    refused(result, 4, "not verified", "vertex v", "modulus margin")
+    refused(
+        result, 4, "not verified", "vertex v", "modulus margin", "(inertia 1.11e-05 kg m^2, viscous ", " N m/A) with 1 sample of delay;"
+    )
     assert not (folder / "controller.yaml").exists()
 
 
