@@ -37,11 +37,11 @@ def friction_terms(name: str, element: FrictionOf, notation: Notation) -> list[T
         return [Term(((law, 1),))]
     terms = [coulomb.times(direction)]
     if element.law == "stribeck":
-        terms.append(_fall(name, symbols, speed).times(direction))
+        terms.append(_fall(symbols, speed).times(direction))
     return [*terms, symbols["viscous"].times(speed)]
 
 
-def _fall(name: str, symbols: dict[str, Term], speed: Term) -> Term:
+def _fall(symbols: dict[str, Term], speed: Term) -> Term:
     """(F_s - F_c) exp(-|v/v_s|^delta), (2.34)."""
     over = speed.times(symbols["stribeck_velocity"].inverse())
     breakaway, coulomb, delta = symbols["breakaway"], symbols["coulomb"], symbols["stribeck_exponent"]

@@ -28,7 +28,6 @@ from frictool.logs.fleet import Member
 from frictool.logs.origin import Origin, Patterns, origin_by_name, origin_of_log
 from frictool.workers.files import Paths, share_files
 
-EACH = ("log", "folder")  # what a model is made of
 WORTH_SHARING = 10_000_000  # bytes of all logs, below which the start of further processes takes longer than they save
 
 

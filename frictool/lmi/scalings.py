@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.plant.uncertain_axis import Full, Real, Uncertain
+from frictool.plant.uncertain_axis import Real, Uncertain
 
 Complex = NDArray[np.complex128]
 Vector = NDArray[np.float64]
@@ -67,7 +67,7 @@ def form(blocks: Sequence[Uncertain], z: int, w: int) -> Form:
     for block in blocks:
         rows, columns = slice(z_at, z_at + block.entering), slice(z + w_at, z + w_at + block.size)
         placed.append((rows, columns, isinstance(block, Real)))
-        found += _real(block, rows, columns, z + w) if isinstance(block, Real) else [_full(block, rows, columns, z + w)]
+        found += _real(block, rows, columns, z + w) if isinstance(block, Real) else [_full(rows, columns, z + w)]
         z_at, w_at = z_at + block.entering, w_at + block.size
     return Form(np.array(found).reshape(-1, z + w, z + w), tuple(placed), z_at, w_at, z, w)
 
@@ -95,7 +95,7 @@ def _hermitian(size: int) -> list[Complex]:
     return found
 
 
-def _full(block: Full, z: slice, w: slice, size: int) -> Complex:
+def _full(z: slice, w: slice, size: int) -> Complex:
     diagonal = np.zeros(size)
     diagonal[z], diagonal[w] = 1.0, -1.0
     return np.diag(diagonal).astype(np.complex128)

@@ -18,7 +18,7 @@ SAME = 1e-9  # relative, between two ways round a loop
 class Connection:
     """One link between two blocks, by their numbers. gap: half the width at b. losses: efforts on a per unit of effort through the link.
 
-    stiffness and damping of a compliance, at b; 0 where the link is rigid. curve: the compliance's force is one, over its stretch.
+    stiffness and damping of a compliance, at b; 0 where the link is rigid.
     """
 
     name: str
@@ -32,7 +32,6 @@ class Connection:
     compliant: bool = False
     stiffness: float = 0.0
     damping: float = 0.0
-    curved: bool = False
     restitution: float = 0.0
 
     @property

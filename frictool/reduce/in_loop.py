@@ -32,12 +32,6 @@ class LoopStep:
     reduced_s: float
     allowed: float
 
-    @property
-    def response_ratio(self) -> float:
-        """Of the reduced to the whole; nan where either does not settle."""
-        settled = math.isfinite(self.whole_s) and math.isfinite(self.reduced_s) and self.whole_s > 0.0
-        return self.reduced_s / self.whole_s if settled else math.nan
-
 
 @dataclass(frozen=True)
 class InLoop:

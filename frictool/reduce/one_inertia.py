@@ -80,7 +80,6 @@ class OneInertia:
     stribeck_exponent: float
     play: Play
     inside: float  # Coulomb friction inside the play
-    inside_breakaway: float
     positions: Vector
     resonances: Resonances | None
     restitution: float  # at end stops of what does not lie behind a play
@@ -176,7 +175,6 @@ def one_inertia(
         stribeck_exponent=sum(one.drop * one.exponent for one in falls) / drop if drop > 0.0 else 2.0,
         play=play(mechanism, root, sensor_block),
         inside=float(np.mean(first.friction)),
-        inside_breakaway=float(np.mean(first.breakaway)),
         positions=x,
         resonances=resonances(mechanism, source, sensor),
         restitution=max((one.restitution for one in stiff.links.values() if isinstance(one, Stop) and behind[one.on] == 0.0), default=0.0),

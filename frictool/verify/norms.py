@@ -23,12 +23,6 @@ def spectral_radius(a: Matrix) -> float:
     return float(np.max(np.abs(np.linalg.eigvals(a)))) if a.size else 0.0
 
 
-def gain_at(a: Matrix, b: Matrix, c: Matrix, d: Matrix, angle: float) -> float:
-    """Largest singular value of c (z - a)^-1 b + d at z = exp(j angle)."""
-    z = np.exp(1j * angle)
-    return float(np.linalg.norm(c @ np.linalg.solve(z * np.eye(a.shape[0]) - a, b) + d, 2))
-
-
 def gains(system: Lti, frequencies: ArrayLike) -> NDArray[np.float64]:
     """(k,) largest singular values at the angular frequencies (k,) [rad/s]; infinity is allowed in continuous time."""
     w = np.atleast_1d(np.asarray(frequencies, dtype=np.float64))
@@ -69,11 +63,6 @@ def _peak(system: Lti, tolerance: float, looks: ArrayLike | None) -> tuple[float
             return peak, at
         peak, at = float(found[best]), float(middles[best])
     return np.inf, np.nan
-
-
-def peak_gain(a: Matrix, b: Matrix, c: Matrix, d: Matrix, tolerance: float = 1e-6) -> tuple[float, float]:
-    """`norm` of a sampled system of period 1, so that the second value is an angle [rad a sample]."""
-    return norm(Lti(a, b, c, d, 1.0), tolerance)
 
 
 def _first_looks(system: Lti) -> NDArray[np.float64]:

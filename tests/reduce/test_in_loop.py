@@ -30,7 +30,7 @@ def test_response_times_are_those_of_each() -> None:
     assert found.refused is None
     step = found.steps[-1]
     assert step.whole_s == pytest.approx(0.1 * np.log(20.0), rel=2e-2)
-    assert step.response_ratio == pytest.approx(1.02, rel=1e-2)
+    assert step.reduced_s == pytest.approx(1.02 * step.whole_s, rel=1e-2)
     assert (step.origin, step.target) == (0.0, 10.0)
 
 

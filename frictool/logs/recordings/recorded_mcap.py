@@ -162,8 +162,8 @@ class McapRecording:
         known = bool(left)
         stream.seek(0)
         for piece, _ in one.pieces():
-            for number, channel in one.channels.items():
-                self._declared(one, number, channel)
+            for channel in one.channels.values():
+                self._declared(one, channel)
             for number, messages in piece.items() if isinstance(piece, dict) else ():
                 if number not in one.channels:
                     continue
@@ -175,7 +175,7 @@ class McapRecording:
                 break
         self._declarations = one.declarations
 
-    def _declared(self, one: _Pass, number: int, channel: Channel) -> None:
+    def _declared(self, one: _Pass, channel: Channel) -> None:
         if channel.topic not in self.topics:
             schema = one.declarations.schemas.get(channel.schema_id)
             kind, form, text = ("", "", b"") if schema is None else (schema.name, schema.encoding, schema.data)
