@@ -32,7 +32,11 @@ FIRST_S = 10.0  # for the first worker
 SLOW_S = 10.0  # for all workers to say what they run; then it is told that one is waited for
 NO_WORKER_S = 60.0  # without any worker, until it is given up: where one was ended, its supervisor starts another
 LOOK_S, POLL_S = 2.0, 0.005  # between two looks at the workers, and at the results
+LIMIT = "`dask worker --memory-limit`"
 MODULE = "'frictool"  # as an import that fails names this package, or a module of it
+LONG_S = 20.0  # without a result, after which it is asked whether the workers have paused for want of memory
+HOPELESS = 2  # times what is under way: so many tasks given up before any was done are no single job's victims
+ALONE = 3  # jobs given up, nothing beside them, before any was done
 AHEAD = 3  # tasks a worker that are under way, so that none waits for the next
 Instead = Callable[[Any, str], Any] | None
 
@@ -105,6 +109,7 @@ class Run:
         self._under_way: dict[str, tuple[Any, Task]] = {}  # key of a future -> itself and its task
         self._suspects: deque[Task] = deque()
         self._workers, self._looked, self._last_seen = 1, 0.0, time.monotonic()
+        self._answered, self._given_up, self._last_answer = 0, 0, time.monotonic()
         self._topic, self._told = f"frictool-{client.id}", set[str]()
         client.subscribe_topic(self._topic, self._hear)
 
@@ -117,6 +122,7 @@ class Run:
                 break
             for future in self._ready():
                 yield from self._answer(future)
+        self._given_up = 0
         while self._suspects:
             task = self._suspects.popleft()
             self._submit(iter((task,)))
@@ -154,10 +160,22 @@ class Run:
         except Exception as error:  # of every kind, as the connection is cut here or there
             raise self._gone() from error
         self._looked, self._workers = now, max(1, workers)
-        if workers:
+        paused = workers > 0 and now - self._last_answer > LONG_S and self._paused()
+        if workers and not paused:
             self._last_seen = now
         elif now - self._last_seen > NO_WORKER_S:
-            raise ClusterError(f"{self._address}: the scheduler has had no worker for {NO_WORKER_S:g} s; what was done before is kept")
+            state = f"whose memory allows another task ({LIMIT})" if paused else "at all"
+            raise ClusterError(
+                f"{self._address}: the scheduler has had no worker {state} for {NO_WORKER_S:g} s; what was done before is kept"
+            )
+
+    def _paused(self) -> bool:
+        """Whether no worker begins anything, for want of memory."""
+        try:
+            workers = self._client.scheduler_info(n_workers=-1)["workers"].values()
+        except Exception as error:
+            raise self._gone() from error
+        return all(one["status"] == "paused" and not one["metrics"].get("task_counts", {}).get("executing") for one in workers)
 
     def _ready(self) -> list[Any]:
         """Futures that are done; waits for one, but not beyond the next look."""
@@ -171,7 +189,9 @@ class Run:
         results = self._results(future)
         task = self._under_way.pop(future.key)[1]
         if results is None:
-            waiting.remark(f"{self._address}: workers were ended; what they were at is done again at the end")
+            self._give_up(HOPELESS * AHEAD * self._workers)
+            if not self._suspects:
+                waiting.remark(f"{self._address}: workers were ended; what they were at is done again at the end")
             self._suspects.extend((one,) for one in task)
         else:
             yield task, results
@@ -181,11 +201,18 @@ class Run:
         task = self._under_way.pop(future.key)[1]
         if results is not None:
             return task, results
+        self._give_up(ALONE)
         ((index, job),) = task
         reason = "each worker that was given it was ended; is memory short?"
         if self._instead is None:
             raise WorkerLost(index, f"job {index}: {reason}")
         return task, [self._instead(job, reason)]
+
+    def _give_up(self, most: int) -> None:
+        """Counts a task that its workers did not outlive. Raises ClusterError where there are `most` of them and none that was done."""
+        self._given_up += 1
+        if self._given_up >= most and not self._answered:
+            raise ClusterError(f"{self._address}: every task ends the workers that it is given to; is their memory short ({LIMIT})?")
 
     def _results(self, future: Any) -> list[Any] | None:
         """None where the scheduler has given the task up. Raises ClusterError where a worker cannot do it."""
@@ -193,6 +220,7 @@ class Run:
         if packed is None:
             return None
         results = pickle.loads(packed)
+        self._answered, self._last_answer = self._answered + 1, time.monotonic()
         if isinstance(results, remote.Unlike):
             raise ClusterError(f"{self._address}: worker on {results.host} differs: {differences(installation(), results.there)}")
         if isinstance(results, remote.Unfit):

@@ -14,6 +14,8 @@ from typing import Any
 from frictool import waiting
 from frictool.errors import LogError
 
+_kept: list[bytes] = []
+
 
 def series(seed: int) -> list[float]:
     """Some arithmetic whose last bits tell the order of its sums."""
@@ -48,6 +50,13 @@ def negative(number: int) -> int:
     if number == 7:
         raise LogError("run.csv", "has no samples", line=3)
     return -number
+
+
+def greedy(number: int) -> int:
+    """Keeps 200 MB for good, and is long enough for its worker to see it."""
+    _kept.append(b"1" * 200_000_000)
+    time.sleep(0.5)
+    return number
 
 
 def compiles(number: int) -> int:

@@ -38,9 +38,10 @@ class Loopback:
         with (self.folder / f"{module}.log").open("ab") as log:
             return subprocess.Popen(line, cwd=self.folder, env=self._environment, stdout=log, stderr=log, start_new_session=True)
 
-    def add(self) -> subprocess.Popen[bytes]:
+    def add(self, *options: str) -> subprocess.Popen[bytes]:
         """One more worker, which nothing starts again when it is ended."""
-        return self._start("dask_worker", (self.address, "--nthreads", "1", "--no-nanny", "--local-directory", str(self.folder)))
+        own = ("--nthreads", "1", "--no-nanny", "--local-directory", str(self.folder))
+        return self._start("dask_worker", (self.address, *own, *options))
 
     def close(self) -> None:
         """Ends what is left."""

@@ -18,7 +18,7 @@ from frictool.workers.files import share_files
 from frictool.workers.installation import Installation, differences, installation
 from frictool.workers.share import share
 from tests.workers.arrays import spectrum
-from tests.workers.jobs import compiles, content, instead, negative
+from tests.workers.jobs import Deadly, compiles, content, greedy, instead, negative
 from tests.workers.loopback import Loopback, end
 
 pytest.importorskip("distributed")
@@ -112,6 +112,25 @@ def test_what_a_job_raises_comes_back_and_then_the_scheduler_goes(loopback: Loop
     with pytest.raises(ClusterError, match="the scheduler is gone; what was done before is kept"):
         until_it_is_gone()
     assert len(found) >= 5
+
+
+def test_workers_whose_memory_is_short_are_told_in_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, seconds in (("LONG_S", 0.5), ("NO_WORKER_S", 1.0), ("LOOK_S", 0.2)):
+        monkeypatch.setattr(cluster, name, seconds)
+    made = Loopback(tmp_path, workers=0, failures=0)
+    try:  # without a supervisor, one that has paused never ends, and begins nothing more
+        made.workers.append(made.add("--memory-limit", "150MB"))
+        with pytest.raises(ClusterError, match=r"no worker whose memory allows another task \(`dask worker --memory-limit`\)"):
+            list(share(greedy, range(9), cluster=made.address))
+        made.workers += [made.add(), made.add()]
+        end(made.workers.pop(0))
+        for name in ("HOPELESS", "AHEAD"):
+            monkeypatch.setattr(cluster, name, 1)
+        monkeypatch.setattr(cluster, "NO_WORKER_S", 60.0)
+        with pytest.raises(ClusterError, match="every task ends the workers that it is given to"):
+            list(share(Deadly(tmp_path, tuple(range(9)), 9), range(9), cluster=made.address))
+    finally:
+        made.close()
 
 
 def test_no_cluster_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
