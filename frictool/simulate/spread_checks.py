@@ -64,7 +64,13 @@ def _check_parameters(spread: Spread, ranges: Mapping[str, Range], names: Names)
 def _check_ends(plant: Plant[V], controller: Controller, scenario: Scenario, spread: Spread, names: Names) -> None:
     """Raises DocumentError where no plant can be at an end of a parameter's range."""
     for parameter, span in spread.parameters.items():
+        least = plant.ranges()[parameter].least
         for end, value in (("low", span.low), ("high", span.high)):
+            if least is not None and value < 0.0:  # a mechanism would lift it to what it may not fall below
+                found = f"found {value:g} {span.unit}, below 0"
+                refuse(
+                    names.scenario, f"spread.parameters.{parameter}.{end}", f"{found}; allowed: >= 0, as {plant.ranges()[least[0]].label}"
+                )
             given = {parameter: Quantity(value=value, unit=span.unit)}
             one = msgspec.structs.replace(scenario, variants=GIVEN, plants=None, given=given, spread=None)
             try:

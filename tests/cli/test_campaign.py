@@ -217,6 +217,10 @@ def test_at_least_asks_for_a_rate_that_is_shown(tmp_path: Path) -> None:
         ),
         (Spread(parameters={"inertia": Span(0.0, 2e-5, "kg m^2")}), ("spread.parameters.inertia.low: found 0 kg m^2", "allowed: > 0")),
         (
+            Spread(parameters={"breakaway": Span(-0.01, 0.3, "N m")}),
+            ("spread.parameters.breakaway.low: found -0.01 N m, below 0; allowed: >= 0, as Coulomb friction",),
+        ),
+        (
             Spread(parameters={"breakaway": Span(50.0, 60.0, "mN m")}),
             ("parameters.breakaway: found 0.05 to 0.06 N m, below Coulomb friction of up to 0.18 N m; allowed: at least that",),
         ),

@@ -35,7 +35,7 @@ def as_json(found: Findings) -> dict[str, Any]:
             "confidence": rate.confidence,
             "asked": found.asked,
             "draws_needed": found.draws_needed,
-            "of": caveat(rate),
+            "of": caveat(found),
         },
         "factors": [
             {"name": f.name, "label": f.label, "kind": f.kind, "unit": f.unit, "low": f.low, "high": f.high, "nominal": f.nominal}

@@ -38,7 +38,7 @@ def page(found: Findings, provenance: Provenance) -> str:
         provenance,
         headline=headline(found),
         tone="open" if found.answer and found.untold else TONES[found.outcome],
-        caveat=caveat(found.rate),
+        caveat=caveat(found),
         noun=found.rate.noun,
         rates=_embedded(rates(found)),
         distributions=found.distributions,

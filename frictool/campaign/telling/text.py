@@ -27,7 +27,7 @@ def lines(found: Findings, colour: bool = False) -> list[str]:
         *_influences(found),
         *_worst(found),
         "",
-        caveat(found.rate),
+        caveat(found),
         click.style(answer, fg=COLOURS[found.outcome], bold=True) if colour else answer,
     ]
     return [told[-1] if line is told[-1] else printable(line) for line in told]

@@ -101,8 +101,9 @@ def _asked(found: Findings) -> str:
     return shown if needed is None else f"{shown}: {needed} draws would do if as many of them passed"
 
 
-def caveat(rate: Rate) -> str:
+def caveat(found: Findings) -> str:
     """What the pass rate is of, and what it is not."""
+    rate = found.rate
     if rate.whole:
         return (
             "Every combination of the factors' ends was played once: these are no draws, so that they have no pass rate, and nothing is "
@@ -113,7 +114,9 @@ def caveat(rate: Rate) -> str:
             "A random part of all combinations of the factors' ends was played; the interval is of all of them, not of what lies between."
         )
     drawn = "independently" if rate.method == "random" else "as a Latin hypercube"
+    above = any(factor.least is not None for factor in found.trials.space.factors)
+    over = "its range, a breakaway over what of it is not below its Coulomb friction" if above else "its range"
     return (
-        f"The factors were drawn {drawn}, each uniformly over its range: the rate is of plants that are spread like that, and "
+        f"The factors were drawn {drawn}, each uniformly over {over}: the rate is of plants that are spread like that, and "
         "no probability of the field unless the product is."
     )
