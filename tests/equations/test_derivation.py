@@ -27,7 +27,7 @@ from frictool.plant.mechanism.wrong import WrongElement
 from tests.plant.mechanism.described import TRAIN, document
 
 HERE = Path(__file__).parent / "golden"
-EVERY_KEY = Path(__file__).parents[2] / "documents" / "golden" / "mechanism.yaml"
+EVERY_KEY = Path(__file__).parents[1] / "documents" / "golden" / "mechanism.yaml"
 
 
 def derived(text: str, folder: Path) -> Derivation:

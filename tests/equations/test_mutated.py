@@ -19,7 +19,7 @@ from frictool.plant.mechanism.linear import linearise
 from tests.fuzz.mutations import mutated
 
 HERE = Path(__file__).parent
-SAMPLES = (HERE / "golden" / "clutch.yaml", HERE.parents[1] / "documents" / "golden" / "mechanism.yaml")
+SAMPLES = (HERE / "golden" / "clutch.yaml", HERE.parent / "documents" / "golden" / "mechanism.yaml")
 NUMBERS = (0, -1, 1, 2, 0.5, -0.25, 1e-300, 1e300, 1e-9, 1e9)
 UNITS = ("m", "rad", "N", "N m", "mm", "deg", "kg", "kg m^2", "N/m", "N m/rad", "N s/m", "1", "A", "V", "N m/A", "s")
 SEED = 4
