@@ -59,7 +59,7 @@ def command(controller: Path, lang: Language, number: Number | None, output: Pat
 
     number = number or default_number(lang)
     if (lang, number) == ("cmsis", "double"):
-        raise click.UsageError("--lang cmsis has no --number double; allowed: float, q31, q15")
+        raise click.UsageError("--lang cmsis has no --number double; allowed: float, q31, q15.")
     words = command_line("export", {"controller": controller, "--lang": lang, "--number": number})
     found = export(document, lang, number, Origin(digest(controller), words))
     save_folder(output, found.files, [controller], overwrite=True)

@@ -47,7 +47,7 @@ def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[fl
     except ValueError:
         numbers = ()
     if len(numbers) != 3 or not all(0.0 <= number < 1e12 for number in numbers) or numbers[1] <= 0.0:
-        raise click.BadParameter(f"found {value!r}; allowed: three numbers from 0 on, that of the speed above 0, such as 1,100,0.001")
+        raise click.BadParameter(f"found {value!r}; allowed: three numbers from 0 on, that of the speed above 0, such as 1,100,0.001.")
     return numbers[0], numbers[1], numbers[2]
 
 
@@ -88,7 +88,7 @@ def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[fl
     "--bandwidth", type=FiniteRange(0.0, min_open=True), help="Of its error, rad/s; tracking.  [default: by the model's intervals]"
 )
 @click.option("--drive-noise", help="Standard deviation of the measured drive, such as 0.5A; tracking.  [default: 0]")
-@output_option(required=False, writes=("YAML",))
+@output_option(required=False, help="The observer (YAML); - is stdout. Without it nothing is written.", writes=("YAML",))
 @json_option
 def command(model: Path, kind: Kind, output: Path | None, as_json: bool, **options: Any) -> None:
     from frictool.documents.model import Model
@@ -106,10 +106,14 @@ def command(model: Path, kind: Kind, output: Path | None, as_json: bool, **optio
     for name in given:
         if name not in OPTIONS[kind]:
             shown = ", ".join(f"--{other.replace('_', '-')}" for other in OPTIONS[kind])
-            raise click.UsageError(f"--{name.replace('_', '-')} is not for --kind {kind}; allowed: {shown}")
+            raise click.UsageError(f"--{name.replace('_', '-')} is not for --kind {kind}; allowed: {shown}.")
+    from frictool.observe.design.settings import UnfitSetting
     from frictool.observe.design.text import machine, text
 
-    observer = _designed(document, kind, provenance, options)
+    try:
+        observer = _designed(document, kind, provenance, options)
+    except UnfitSetting as wrong:
+        raise click.UsageError(f"{wrong}.") from None
     if output is not None:
         save_text(output, to_yaml(observer), [model])
     if as_json:

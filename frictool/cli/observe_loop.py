@@ -31,7 +31,7 @@ margin that was specified; --modulus-margin specifies another. What is written r
 @click.argument("controller", type=existing)
 @click.option("--observer", type=existing, required=True, help="What the controller takes for the speed (observer.yaml).")
 @click.option("--modulus-margin", type=FiniteRange(0.0, 1.0), help="Specified from now on.  [default: the controller's]")
-@output_option(required=False, writes=("YAML",))
+@output_option(required=False, help="The controller with it (YAML); - is stdout. Without it nothing is written.", writes=("YAML",))
 @json_option
 def command(controller: Path, observer: Path, modulus_margin: float | None, output: Path | None, as_json: bool) -> None:
     import msgspec

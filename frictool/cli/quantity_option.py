@@ -18,12 +18,12 @@ def positive_si(option: str, text: str, dimension: str, axis: Axis) -> float:
     match = _FORM.fullmatch(text)
     if match is None:
         raise click.UsageError(
-            f"{option}: found {text!r}; allowed: a number with or without its unit, such as 10 or 10{unit.replace(' ', '')}"
+            f"{option}: found {text!r}; allowed: a number with or without its unit, such as 10 or 10{unit.replace(' ', '')}."
         )
     try:
         number = float(match[1]) * (factor_to_si(match[2], dimension, axis) if match[2] else 1.0)
     except ValueError as error:
-        raise click.UsageError(f"{option}: {error}") from None
+        raise click.UsageError(f"{option}: {error}.") from None
     if not (math.isfinite(number) and number > 0.0):
-        raise click.UsageError(f"{option}: found {text!r}; allowed: above 0 {unit}")
+        raise click.UsageError(f"{option}: found {text!r}; allowed: above 0 {unit}.")
     return number

@@ -208,7 +208,7 @@ def _bandwidth(document: Mechanism, given: float | None, controller: Path | None
     if names:
         raise click.UsageError(
             f"{', '.join(names)} yield{'s' if len(names) == 1 else ''}: say up to which frequency resonances count, by --bandwidth RAD/S "
-            f"or by --controller{_passing(document, tolerance)}"
+            f"or by --controller{_passing(document, tolerance)}."
         )
     return None
 

@@ -39,7 +39,7 @@ verify` proves it again. Where one of these fails nothing is written and the exi
 @click.option("--design", type=existing, required=True, help="Structure, method and weights (design.yaml).")
 @click.option("--vertices-only", is_flag=True, help="Quicker: no bounds over the whole box, and no certificate.")
 @click.option("--plot", type=NamedPath(writes=("SVG",)), help="A picture of the trade that relax: auto finds (SVG).")
-@output_option(required=False, writes=("YAML",))
+@output_option(required=False, help="The controller (YAML); - is stdout. Without it nothing is written.", writes=("YAML",))
 @json_option
 def command(model: Path, spec: Path, design: Path, vertices_only: bool, plot: Path | None, output: Path | None, as_json: bool) -> None:
     from frictool.documents.design import Design
@@ -52,7 +52,7 @@ def command(model: Path, spec: Path, design: Path, vertices_only: bool, plot: Pa
     model_document, spec_document, design_document = load(model, Model), load(spec, Spec), load(design, Design)
     same_axis({model: model_document, spec: spec_document, design: design_document})
     if plot is not None and design_document.relax == "no":
-        raise click.UsageError(f"--plot shows the trade of relax: auto, which {design.name} does not ask for")
+        raise click.UsageError(f"--plot shows the trade of relax: auto, which {design.name} does not ask for.")
     check_targets({"-o": output, "--plot": plot}, [model, spec, design])
     from frictool.synth.disturbance import disturbance
     from frictool.synth.machine import machine

@@ -96,6 +96,11 @@ def test_no_solution_is_exit_4_and_no_file(model: Path) -> None:
             "--switch-speed: found 'fast'; allowed: a number with or without its unit, such as 10",
         ),
         (("--kind", "additive", "--decay", "1.1"), "--decay"),
+        (
+            ("--kind", "additive", "--switch-speed", "1e9rad/s"),
+            "found 1e+09 rad/s; allowed: below the bench's mechanics.top_speed, 400 rad/s",
+        ),
+        (("--kind", "tracking", "--bandwidth", "1e9"), "found 1e+09 rad/s; allowed: above 0, at most 1000 rad/s"),
         (("--kind", "kalman"), "'kalman' is not one of"),
         ((), "Missing option '--kind'"),
     ],

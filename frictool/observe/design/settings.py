@@ -45,6 +45,10 @@ class Settings:
             )
 
 
+class UnfitSetting(NoSolutionError):
+    """A setting that no observer of this model can have; of a command's option it is a wrong command line."""
+
+
 def decay_of(model: Model, settings: Settings) -> float:
     """Lambda a sample. What a faster decay costs of gamma is by the sample, so that a longer period has no faster one."""
     return settings.decay if settings.decay is not None else math.pow(DECAY, min(1.0, model.bench.sample_period_s / DECAY_PERIOD))
@@ -55,7 +59,7 @@ def switch_speed_of(model: Model, settings: Settings) -> float:
     top, unit = model.bench.mechanics.top_speed, si_unit("velocity", model.axis)
     if settings.switch_speed is not None:
         if top is not None and settings.switch_speed >= top.value:
-            raise NoSolutionError(
+            raise UnfitSetting(
                 f"switch speed: found {settings.switch_speed:g} {unit}; allowed: below the bench's mechanics.top_speed, "
                 f"{top.value:g} {unit}, or the axis is stuck at every speed; without it a fortieth of that is taken"
             )

@@ -18,8 +18,8 @@ from frictool.documents.model import Model
 from frictool.documents.observer import Backlash, Knee, Observer, Tracking
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Quantity, si_unit
-from frictool.errors import NoSolutionError
 from frictool.observe.design.friction_map import friction_map
+from frictool.observe.design.settings import UnfitSetting
 
 RATE = 0.6
 CELL = 0.5
@@ -38,14 +38,14 @@ def design_tracking(
     """The observer of a model, at the bench's period.
 
     bandwidth_rad_s: in place of the rule's. drive_noise: standard deviation of the measured drive [A | V]. cell: part of an encoder step.
-    inertia [kg m2 | kg]: in place of the model's. Raises NoSolutionError where the bandwidth is none that the period can have.
+    inertia [kg m2 | kg]: in place of the model's. Raises UnfitSetting where the bandwidth is none that the period can have.
     """
     bench = model.bench
     believed = model.parameters.inertia.value if inertia is None else inertia
     period, fastest = bench.sample_period_s, 1.0 / bench.sample_period_s
     bandwidth = bandwidth_of(model, drive_noise, believed) if bandwidth_rad_s is None else bandwidth_rad_s
     if not 0.0 < bandwidth <= fastest:
-        raise NoSolutionError(
+        raise UnfitSetting(
             f"bandwidth: found {bandwidth:g} rad/s; allowed: above 0, at most {fastest:g} rad/s, one over the bench's period; without it "
             f"the rule gives {bandwidth_of(model, drive_noise, believed):.4g} rad/s"
         )
