@@ -24,11 +24,6 @@ class Draws(NamedTuple):
     units: Vector
     corners: int = 0
 
-    @property
-    def is_part(self) -> bool:
-        """Whether it is a part of the vertices only."""
-        return bool(0 < self.units.shape[0] < self.corners)
-
 
 def draws_of(method: Method, count: int | None, factors: int, seed: int) -> Draws:
     """`count` draws of so many factors; of vertices all, or MOST_VERTICES of them, where it is None."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from frictool.campaign.drawing.space import Space
 from frictool.campaign.playing.store import Asked, Store
-from frictool.campaign.playing.trials import BROKEN, UNDECIDED, Metric, Trial, Trials, gathered
+from frictool.campaign.playing.trials import BROKEN, Metric, Trial, Trials, gathered
 from frictool.campaign.playing.worst import Worst
 
 Vector = NDArray[np.float64]
@@ -83,8 +83,3 @@ def starts_of(trials: Trials, metric: int, most: int) -> NDArray[np.int64]:
     badness = np.where(np.isnan(trials.found[:, metric]), -np.inf, sign * trials.found[:, metric])
     order = np.argsort(-badness, kind="stable")[:most]
     return np.asarray(order[badness[order] > -np.inf], dtype=np.int64)
-
-
-def is_decided(trials: Trials) -> bool:
-    """Whether any trial was simulated and decides a requirement."""
-    return bool(np.any(trials.met != UNDECIDED))
