@@ -128,7 +128,7 @@ def _moved(values: dict[str, float], options: dict[str, Any]) -> float:
     """Where a plant ends: the sampled loop in Python, `solve_ivp` between the samples."""
     play = steps()
     controller, model = play.setting.controller, play.setting.plant
-    axis, period = axis_of(model, **values), controller.sample_period_s  # type: ignore[arg-type]  # it is a model
+    axis, period = axis_of(model, **values), controller.sample_period_s
     running, state, waiting = machine(controller_program(controller)), rest(5.0), [0.0] * controller.delay_samples
     start_at(running, measure(float(state[0]), axis.encoder_step))
     for _ in range(math.floor(SECONDS / period + 0.5)):

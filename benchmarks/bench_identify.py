@@ -85,5 +85,5 @@ def identify_hour_output_error() -> dict[str, Any]:
     return _row("identify.hour.output_error", OUTPUT_ERROR, 1)
 
 
-identify_hour_output_error.id = "identify.hour.output_error"  # type: ignore[attr-defined]  # by which the runner chooses it
+identify_hour_output_error.id = "identify.hour.output_error"
 ROWS = [identify_hour, identify_hour_output_error]

@@ -120,7 +120,7 @@ def log_read_csv() -> dict[str, Any]:
     return _row("log.read.csv", "pyarrow.csv", SAMPLES / a, SAMPLES / b, "samples/s", b / a, f"CRCs checked; same values: {same}")
 
 
-log_read_csv.id = "log.read.csv"  # type: ignore[attr-defined]  # `name_of` would call it log.read_csv
+log_read_csv.id = "log.read.csv"
 
 
 def log_write() -> dict[str, Any]:

@@ -172,7 +172,7 @@ class Switching:
                 def event(_: float, y: Vector, i: int = i, mode: float = mode) -> float:
                     return float(mode * y[self.count + i])
 
-            event.terminal, event.direction = True, -1.0  # type: ignore[attr-defined]  # scipy's way to mark events
+            event.terminal, event.direction = True, -1.0
             made.append(event)
         return made
 
@@ -225,4 +225,4 @@ def mechanism_mujoco() -> dict[str, Any]:
 
 ROWS = [mechanism_real_time, mechanism_length, mechanism_solve_ivp, mechanism_mujoco]
 for _row in ROWS:
-    _row.id = _row.__name__.replace("mechanism_", "mechanism.")  # type: ignore[attr-defined]  # a function's attribute
+    _row.id = _row.__name__.replace("mechanism_", "mechanism.")

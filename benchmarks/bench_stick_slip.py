@@ -66,7 +66,7 @@ def prepared() -> Callable[[], Vector]:
     ends, drives = np.array([SECONDS]), DRIVE.as_array()[None]
     none, nothing, events = np.empty(0), np.empty((0, 5)), np.empty((200, 4))
 
-    @numba.njit  # type: ignore[untyped-decorator]  # numba types no decorator
+    @numba.njit
     def compiled(p: Vector, body: Vector, ends: Vector, drives: Vector, none: Vector, nothing: Vector, events: Vector) -> Any:
         return run(force, p, body, np.zeros(STATE_SIZE), 0.0, ends, drives, none, nothing, events)
 
@@ -108,7 +108,7 @@ def with_solve_ivp() -> Vector:
     def stop(_: float, y: Vector) -> float:
         return float(y[1])
 
-    stop.terminal, stop.direction = True, -1  # type: ignore[attr-defined]  # how solve_ivp wants it
+    stop.terminal, stop.direction = True, -1
     times, t, x = [], next_breakaway(0.0), 0.0
     while t < SECONDS:
         times.append(t)
@@ -146,7 +146,7 @@ def extended_with_solve_ivp() -> Vector:
         def stop(_: float, y: Vector) -> float:
             return float(y[1])
 
-        stop.terminal, stop.direction = True, -1  # type: ignore[attr-defined]  # how solve_ivp wants it
+        stop.terminal, stop.direction = True, -1
         run = solve_ivp(field, (t, SECONDS), [x, 0.0, w], events=stop, rtol=RTOL, atol=ATOL)
         t, x, w = float(run.t[-1]), float(run.y[0, -1]), float(run.y[2, -1])
     return np.array(times)
@@ -331,4 +331,4 @@ def clutch_batch_solve_ivp() -> dict[str, Any]:
 
 ROWS = [stick_slip_solve_ivp, stick_slip_extended, stick_slip_fixed_step, stick_slip_diffrax, stick_slip_mujoco, clutch_batch_solve_ivp]
 for _row in ROWS:
-    _row.id = _row.__name__.replace("_solve_ivp", ".solve_ivp").replace("stick_slip_", "stick_slip.")  # type: ignore[attr-defined]  # a function's attribute
+    _row.id = _row.__name__.replace("_solve_ivp", ".solve_ivp").replace("stick_slip_", "stick_slip.")

@@ -98,7 +98,7 @@ def _compared() -> Comparison:
 
 @cache
 def _view() -> dict[str, Any]:
-    return as_json(_compared())["laws"]  # type: ignore[no-any-return]  # JSON
+    return as_json(_compared())["laws"]
 
 
 def figures() -> dict[str, Any]:

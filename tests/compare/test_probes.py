@@ -16,7 +16,7 @@ TABLE = table_3_1()
 
 def along(curve: object) -> probes.Follow:
     """The velocity-driven answer of a law without memory."""
-    return lambda velocity, steps: np.array([curve(v) for v in velocity])  # type: ignore[operator]
+    return lambda velocity, steps: np.array([curve(v) for v in velocity])
 
 
 def stribeck(v: float) -> float:

@@ -57,7 +57,7 @@ class Slow:
         def stop(_: float, now: Vector) -> float:
             return direction * float(now[1])
 
-        stop.terminal, stop.direction = True, -1  # type: ignore[attr-defined]  # how solve_ivp wants it
+        stop.terminal, stop.direction = True, -1
         run = solve_ivp(field, (t, end), y, method="DOP853", rtol=1e-10, atol=1e-13, max_step=self.step, events=stop)
         return float(run.t[-1]), run.y[:, -1], bool(run.t_events[0].size)
 

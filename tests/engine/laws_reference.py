@@ -139,7 +139,7 @@ def _slip(p: AxisParameters, m: Motion, u: float, left: float, d: float) -> tupl
         if math.isfinite(ahead) and ahead > 0:
             events.append(("stop" if place in laws.stops else "edge", lambda t, y, ahead=ahead: ahead - y[0]))
     for _, event in events:
-        event.terminal, event.direction = True, -1  # type: ignore[attr-defined]
+        event.terminal, event.direction = True, -1
     scale = max(w0, 1e-2 * laws.stribeck_velocity or 1e-3)
     run = solve_ivp(
         field, (0.0, left), [0.0, w0], "DOP853", events=[event for _, event in events], rtol=1e-11, atol=1e-12 * scale,

@@ -73,7 +73,7 @@ def event_integration(
             return 1.0 if e else half - d * (g + float(y[0]) - x0)
 
         for event in (stop, contact):
-            event.terminal, event.direction = True, -1  # type: ignore[attr-defined]
+            event.terminal, event.direction = True, -1
         scale = np.array([1e-3, max(abs(v), 1.0), max(abs(u), 1.0)])
         absolute = 0.1 * options["rtol"] * scale
         run = solve_ivp(field, (t, duration), [x, v, drive], events=(stop, contact), atol=absolute, **options)

@@ -69,8 +69,8 @@ def _slip(
     def layer(_: float, now: Vector) -> float:
         return direction * float(now[1]) - edge
 
-    stop.terminal, stop.direction = True, -1  # type: ignore[attr-defined]
-    layer.terminal, layer.direction = True, -1 if fast else 1  # type: ignore[attr-defined]
+    stop.terminal, stop.direction = True, -1
+    layer.terminal, layer.direction = True, -1 if fast else 1
     longest = 0.05 if fast else 0.1 * body.straight_from / (abs(field(t, y)[1]) + 0.05)
     solution = solve_ivp(field, (t, end), y, events=(stop, layer), max_step=longest, **options)
     return float(solution.t[-1]), solution.y[:, -1], bool(solution.t_events[0].size)

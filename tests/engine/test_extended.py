@@ -37,7 +37,7 @@ EXTENSIONS = {
 
 
 def body(extension: Extension, **changes: object) -> Body:
-    return replace(body_of(LAW, P, MASS, extension), **changes)  # type: ignore[arg-type]  # of any field
+    return replace(body_of(LAW, P, MASS, extension), **changes)
 
 
 @pytest.mark.parametrize(("drive", "end"), [(SPRING, 16.0), (PID, 12.0)], ids=["spring", "pid"])

@@ -26,7 +26,7 @@ EVEN = (1.0, 0.1)
 def run(name: str, extension: Extension, drive: Drive, end: float, times: object = (), **changes: float) -> Trajectory:
     law = LAWS[name]
     p = law.pack({**TABLE_3_1[name], **changes})
-    found = run_law(law, p, MASS, [(end, drive)], times, step=STEP, extension=extension)  # type: ignore[arg-type]  # a list or none
+    found = run_law(law, p, MASS, [(end, drive)], times, step=STEP, extension=extension)
     assert found.status == OK
     return found
 

@@ -26,7 +26,7 @@ MILLISECONDS = np.linspace(0.0, 60.0, 60_001)
 
 def run(name: str, segments: list[tuple[float, Drive]], times: object, step: float | None = None, **changes: float) -> Trajectory:
     law = LAWS[name]
-    found = run_law(law, law.pack({**TABLE_3_1[name], **changes}), MASS, segments, times, step=step)  # type: ignore[arg-type]
+    found = run_law(law, law.pack({**TABLE_3_1[name], **changes}), MASS, segments, times, step=step)
     assert found.status == OK
     return found
 

@@ -62,7 +62,7 @@ def linears(draw: Draw, cascade: bool, form: str) -> LinearController:
         sos=sections,
         anti_windup=gains,
         input=draw(st.sampled_from(["eta", "speed_error"])) if cascade else "eta",
-        form=form,  # type: ignore[arg-type]
+        form=form,
         sos_anti_windup=tuple(float(value) for value in 1e-3 * random.standard_normal(2 * len(sections))),
         conditional=conditional,
     )

@@ -45,9 +45,9 @@ def test_a_margin_that_rounding_takes_is_refused_with_vertex_and_figure(controll
     specified = 0.5 * (double + q15)
     asked = replace(controller, verified=replace(controller.verified, modulus_margin_specified=specified))
     refused, kept = ("q15", "double") if q15 < double else ("double", "q15")
-    assert rounded_loop(asked, kept).modulus_margin > specified  # type: ignore[arg-type]
+    assert rounded_loop(asked, kept).modulus_margin > specified
     with pytest.raises(NoSolutionError, match=rf"rounded to {refused}: at vertex nominal the modulus margin is 0\.\d+, specified"):
-        rounded_loop(asked, refused)  # type: ignore[arg-type]
+        rounded_loop(asked, refused)
 
 
 def test_an_unstable_loop_is_refused_with_vertex_and_radius(controller: Controller) -> None:

@@ -191,9 +191,9 @@ def write(name: str, folder: Path) -> Path:
         return target
     made = SAMPLES[name]
     if made.__code__.co_argcount:
-        made(folder)  # type: ignore[call-arg]
+        made(folder)
     else:
-        target.write_bytes(made())  # type: ignore[call-arg,arg-type]
+        target.write_bytes(made())
     return target / name.removeprefix("folder/") if target.is_dir() else target
 
 

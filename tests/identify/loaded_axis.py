@@ -105,4 +105,4 @@ def covered(seed: int, kind: str, method: str) -> dict[str, bool]:
     """Whether the interval of each parameter that `method` gives holds the truth."""
     axis = loaded_axis(seed, kind)
     found = estimates(run(method, [axis.record], axis.bench, Settings(0.95)))
-    return {name: bool(one.low <= axis.truth[name] <= one.high) for name, one in found.items()}  # type: ignore[operator]  # both are given
+    return {name: bool(one.low <= axis.truth[name] <= one.high) for name, one in found.items()}

@@ -212,7 +212,7 @@ def test_the_command_writes_them_into_the_model(tmp_path: Path) -> None:
     assert model.laws.load is not None
     gravity = model.laws.load.gravity
     assert gravity is not None
-    assert gravity.sine.low <= axis.truth["gravity_sine"] <= gravity.sine.high  # type: ignore[operator]  # both are given
+    assert gravity.sine.low <= axis.truth["gravity_sine"] <= gravity.sine.high
     errors = json.loads(command("validate", target, log, "--json").stdout)
     bare = tmp_path / "bare.yaml"
     bare.write_text(target.read_text().partition("\nlaws:")[0] + "\n")

@@ -54,7 +54,7 @@ def closed_loop_errors(seed: int, folder: Path) -> list[float]:
 
 
 def plain(**changes: object) -> AxisParameters:
-    return AxisParameters(5.0, 12.0, 8.0, 8.0, 0.5)._replace(**changes)  # type: ignore[arg-type]
+    return AxisParameters(5.0, 12.0, 8.0, 8.0, 0.5)._replace(**changes)
 
 
 def test_without_noise_the_truth_is_found_to_the_encoder() -> None:

@@ -36,7 +36,7 @@ def rig(**force: object) -> Bench:
         {"time": Column(1, "ms"), "effort": Column(2, "N m", scale=-200.0, zero_first_samples=10)},
         layout=Layout(header_line=0),
         sample_period_s=0.0005,
-        **force,  # type: ignore[arg-type]
+        **force,
     )
     return msgspec.structs.replace(bench({}), instruments={"drive": drive, "force": sensor})
 

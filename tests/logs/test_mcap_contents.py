@@ -80,8 +80,8 @@ def test_who_stops_reading_leaves_nothing_behind():
     data = ros2_mcap(SENT, compression=CompressionType.ZSTD, chunk_size=1000)
     walk = contents(FileRecords(io.BytesIO(data), len(data)))
     next(walk)
-    worker = next(cell for name, cell in walk.gi_frame.f_locals.items() if name == "worker")  # type: ignore[attr-defined]  # a generator's
-    walk.close()  # type: ignore[attr-defined]  # a generator's
+    worker = next(cell for name, cell in walk.gi_frame.f_locals.items() if name == "worker")
+    walk.close()
     with pytest.raises(RuntimeError, match="after shutdown"):
         worker.submit(print)
 

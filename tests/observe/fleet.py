@@ -115,7 +115,7 @@ def spread(seed: int, **fields: float) -> Unit:
     """A unit of the spread of numbers.md 9: viscous +-50 %, friction in the gap +-40 %, its width and the inertia +-20 %."""
     draw = np.random.Generator(np.random.PCG64([seed, UNITS_STREAM])).uniform(-1.0, 1.0, 4)
     viscous, gap_friction, gap, inertia = (float(1.0 + width * part) for width, part in zip((0.5, 0.4, 0.2, 0.2), draw, strict=True))
-    return replace(Unit(viscous=viscous, gap_friction=gap_friction, gap=gap, inertia=inertia), **fields)  # type: ignore[arg-type]
+    return replace(Unit(viscous=viscous, gap_friction=gap_friction, gap=gap, inertia=inertia), **fields)
 
 
 def axis(unit: Unit) -> AxisParameters:

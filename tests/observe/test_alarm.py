@@ -18,7 +18,7 @@ LIMIT = 1.25
 
 
 def estimate(value: float, low: float, high: float, moves: int = 8, **fields: object) -> Estimate:
-    return Estimate(1.0, moves, Range(value, low, high), **fields)  # type: ignore[arg-type]
+    return Estimate(1.0, moves, Range(value, low, high), **fields)
 
 
 @pytest.mark.parametrize(

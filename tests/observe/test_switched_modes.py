@@ -97,7 +97,7 @@ def test_the_switches_of_figure_6_3() -> None:
 @pytest.mark.parametrize("wear", ["multiplicative", "additive"])
 @pytest.mark.parametrize("direction", [-1, 1])
 def test_friction_opposes_the_motion_and_rest_holds(wear: str, direction: int) -> None:
-    facts = Facts(wear, 1e-3, 2e-5, 1e-4, 1.0, (1.0, 100.0, 0.001))  # type: ignore[arg-type]
+    facts = Facts(wear, 1e-3, 2e-5, 1e-4, 1.0, (1.0, 100.0, 0.001))
     mode, rest = subsystem(facts, direction, 0.1, 0.01), subsystem(facts, 0, 0.0, 0.0)
     speed = 100.0 * direction
     before, worn = (mode.a @ np.array([0.0, speed, alpha]) for alpha in (1.0, 1.5))

@@ -72,7 +72,7 @@ def along(test: str, own: Observer) -> Along:
 
 
 def figures(test: str, *design: object) -> First | Second:
-    own = observer(test, *design)  # type: ignore[arg-type]
+    own = observer(test, *design)
     return (first if test == "first" else second)(known(test), along(test, own), own)
 
 

@@ -125,7 +125,7 @@ def test_a_constant_speed_is_found_within_what_a_count_in_the_observer_s_time_is
 
 def test_a_perfect_encoder_and_the_true_model_leave_no_error() -> None:
     """An axis without backlash that the observer's own equations move; the cell as fine as the encoder."""
-    encoder = msgspec.structs.replace(EMPS.bench.encoder, step=msgspec.structs.replace(EMPS.bench.encoder.step, value=1e-12))  # type: ignore[type-var]
+    encoder = msgspec.structs.replace(EMPS.bench.encoder, step=msgspec.structs.replace(EMPS.bench.encoder.step, value=1e-12))
     model = msgspec.structs.replace(EMPS, bench=msgspec.structs.replace(EMPS.bench, encoder=encoder))
     observer = design_tracking(model, FROM, 300.0)
     plain = facts_of(observer)
@@ -143,7 +143,7 @@ def test_a_perfect_encoder_and_the_true_model_leave_no_error() -> None:
 def test_other_number_formats_find_the_same_speed_but_for_rounding(number: str) -> None:
     observer = design_tracking(clutch(), FROM)
     program, (positions, _) = observer_program(observer).program, moves(3, 500)
-    double, other = machine(program), machine_in(program, number)  # type: ignore[arg-type]
+    double, other = machine(program), machine_in(program, number)
     for one in (double, other):
         start_at(one, float(positions[0]))
     apart = [abs(control_step(double, 0.0, float(y), 0.0) - control_step(other, 0.0, float(y), 0.0)) for y in positions]

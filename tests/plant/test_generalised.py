@@ -81,7 +81,7 @@ DELTA = Uncertainty(drive=0.3, viscous=0.02, friction=-0.4)
 def test_every_transfer_is_the_one_drawn_in_the_figure(controlled: str) -> None:
     """Each w -> z, w -> y, u -> z and u -> y against transfer functions written out by hand."""
     rates = replace(CLUTCH.rates, push=700.0)
-    plant = generalised_plant(controlled, rates, 0.003, W, uncertainty=DELTA)  # type: ignore[arg-type]  # parametrised
+    plant = generalised_plant(controlled, rates, 0.003, W, uncertainty=DELTA)
     for s in 1j * np.geomspace(0.1, 5e3, 15):
         w2 = W.error.gain * (s / 20.0 + 1) / (s / W.error.pole + 1)
         w4, w5 = 0.01 * (s / 5000 + 1) / (s / 500 + 1), (s / 1e3 + 1) / (s / 10 + 1)

@@ -120,7 +120,7 @@ def test_the_linearised_vertices_are_the_exact_ones_to_second_order() -> None:
         return PlantPoint("p", centre.inertia * scale, centre.viscous * scale**3, centre.coulomb / scale, centre.constant / scale**2)
 
     for form in ("inertia", "first_order"):
-        far, near = (abs(rates_of(moved(s), centre, form).drive / moved(s).rates.drive - 1.0) for s in (0.2, 0.1))  # type: ignore[arg-type]
+        far, near = (abs(rates_of(moved(s), centre, form).drive / moved(s).rates.drive - 1.0) for s in (0.2, 0.1))
         assert 3.4 < far / near < 4.6
     box = polytope(clutch_model())
     affine = np.array([[r.drive, r.viscous, r.friction] for r in vertex_rates(box, "first_order")])

@@ -22,7 +22,7 @@ def test_closing_the_channel_moves_the_plant_to_first_order(share: float, unit: 
     values = (CENTRE.inertia, CENTRE.viscous, CENTRE.coulomb, CENTRE.constant)
     small = 1e-4
     wide = {name: small * w * v for name, w, v in zip(("inertia", "viscous", "coulomb", "constant"), widths, values, strict=True)}
-    found = with_channel(CENTRE, wide, unit)  # type: ignore[arg-type]  # names as literals
+    found = with_channel(CENTRE, wide, unit)
     moved = PlantPoint("p", *(v + share * w for v, w in zip(values, wide.values(), strict=True))).rates
     closed = share * found.rates.push
     assert found.rates.drive + closed * found.uncertainty.drive == pytest.approx(moved.drive, rel=1e-7)

@@ -67,7 +67,7 @@ def stream(
 def clutch_log(variants: int = 0, **options: object) -> Log:
     """A log with the nominal stream and `variants` more, each a little slower and less damped."""
     slower = [{"topic": f"/axis/v{k:02d}", "damping": 0.8 - 0.01 * k, "frequency": 25.0 - 0.3 * k} for k in range(variants)]
-    streams = [stream(**{**options, **change}) for change in [{}, *slower]]  # type: ignore[arg-type]
+    streams = [stream(**{**options, **change}) for change in [{}, *slower]]
     return Log(tuple(streams), {"provenance": {"command": "frictool simulate model.yaml", "frictool": "0.1.0"}}, "run.mcap")
 
 

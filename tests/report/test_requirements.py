@@ -36,7 +36,7 @@ def rad(value: float) -> Quantity:
 
 
 def one(**options: object) -> Log:
-    return Log((stream(**options),), {}, "run.mcap")  # type: ignore[arg-type]
+    return Log((stream(**options),), {}, "run.mcap")
 
 
 def test_rise_time_of_a_second_order_response() -> None:

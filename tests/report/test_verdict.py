@@ -23,7 +23,7 @@ def named(verdict: Verdict, name: str) -> Requirement:
 
 
 def one(**options: object) -> Log:
-    return Log((stream(**options),), {}, "run.mcap")  # type: ignore[arg-type]
+    return Log((stream(**options),), {}, "run.mcap")
 
 
 def test_every_key_of_the_specification_has_its_judge_in_order() -> None:

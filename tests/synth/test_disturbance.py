@@ -35,7 +35,7 @@ def near(value: float, half: float = 0.001, unit: str = "N m") -> Estimate:
 
 
 def loaded(**load: object) -> Model:
-    return msgspec.structs.replace(clutch_model(), laws=Laws(load=Load(**load)))  # type: ignore[arg-type]  # fields of Load
+    return msgspec.structs.replace(clutch_model(), laws=Laws(load=Load(**load)))
 
 
 RIPPLE = Ripple(7.0, Quantity(2.0 * math.pi, unit="rad"), near(0.01), near(-0.02))

@@ -24,7 +24,7 @@ SPEED = Weights(template(40.0, 0.5, 2.0 / 63.0), 0.03, 0.5, 0.5, FirstOrder(0.01
 
 def _plants(period: float, delay: int, speed: bool = False) -> list[GeneralisedPlant]:
     controlled, weights = ("speed", SPEED) if speed else ("position", POSITION)
-    return [generalised_plant(controlled, rates, LAG, weights, period, delay) for rates in EXTREMES]  # type: ignore[arg-type]
+    return [generalised_plant(controlled, rates, LAG, weights, period, delay) for rates in EXTREMES]
 
 
 def _structure(order: int, period: float, speed: bool = False) -> StructuredController:

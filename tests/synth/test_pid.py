@@ -129,7 +129,7 @@ def test_it_is_verified_again_from_the_document() -> None:
     for name in ("pid_limiter", "pi_p", "pi_root"):
         recheck(found(name).controller)
     controller = found("pi_p").controller
-    law = msgspec.structs.replace(controller.position_law, gain=20.0)  # type: ignore[type-var]  # a cascade has one
+    law = msgspec.structs.replace(controller.position_law, gain=20.0)
     with pytest.raises(NoSolutionError, match=r"vertex v1 the stored coefficients give a modulus margin of 0\.\d+"):
         recheck(msgspec.structs.replace(controller, position_law=law))
 

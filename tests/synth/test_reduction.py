@@ -59,7 +59,7 @@ def test_the_balanced_form_is_the_system_with_equal_gramians(seed: int, n: int, 
 def test_each_step_is_within_its_bound_and_exact_at_its_end(seed: int, n: int, period: float, kept: str) -> None:
     k = _stable(seed, n, period)
     seen: list[int] = []
-    steps = reduced(k, 1, lambda smaller: seen.append(smaller.order), kept)  # type: ignore[arg-type]
+    steps = reduced(k, 1, lambda smaller: seen.append(smaller.order), kept)
     assert seen == [step.controller.order for step in steps] == list(range(n - 1, 0, -1))
     for step in steps:
         assert step.controller.stable

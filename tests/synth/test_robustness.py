@@ -24,7 +24,7 @@ def test_a_worse_plant_inside_is_refused(factor: float, told: str, monkeypatch: 
     posed = problem(clutch_model(), load(RIG / "spec.yaml", Spec), load(RIG / "designs/speed.yaml", Design))
 
     def worse(*given: object) -> Worst:
-        found = searched(*given)  # type: ignore[arg-type]  # passed on as they are
+        found = searched(*given)
         return replace(found, norm=factor * found.norm)
 
     monkeypatch.setattr(beyond, "searched", worse)

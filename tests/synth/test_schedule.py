@@ -89,4 +89,4 @@ def test_a_schedule_that_misses_the_margin_is_refused() -> None:
 def test_what_cannot_be_scheduled_is_said(change: dict[str, object]) -> None:
     design = load(RIG / "designs/speed.yaml", Design)
     with pytest.raises((ValueError, FrictoolError), match=r"scheduled is (for methods lpv, lft_lpv, lpv_grid|without order)"):
-        Design(**{**msgspec.structs.asdict(design), "scheduled": True, **change})  # type: ignore[arg-type]  # fields of Design
+        Design(**{**msgspec.structs.asdict(design), "scheduled": True, **change})

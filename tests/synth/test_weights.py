@@ -96,7 +96,7 @@ def test_a_given_command_and_noise_are_relaxed_as_given() -> None:
 def test_the_annex_filters_in_both_readings() -> None:
     """(25) as printed falls by ten from f4 on, its reciprocal rises by ten; W5 (26) is one at rest and a tenth beyond."""
     for reading, high in (("as printed", 0.1), ("reciprocal", 10.0)):
-        given = Weights(noise=Quantity(value=0.001, unit="rad"), noise_filter=NoiseFilter(796.0, reading), uncertainty_hz=1.6e-3)  # type: ignore[arg-type]
+        given = Weights(noise=Quantity(value=0.001, unit="rad"), noise_filter=NoiseFilter(796.0, reading), uncertainty_hz=1.6e-3)
         weights = choose_weights(clutch_model(), SPEC, design(given)).weights
         assert gain_at(weights.noise, 1e-2) == pytest.approx(0.001, rel=1e-3)
         assert gain_at(weights.noise, 1e8) == pytest.approx(0.001 * high, rel=1e-3)

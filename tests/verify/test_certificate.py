@@ -48,7 +48,7 @@ def _float_weights(stored: CertifiedWeights) -> Weights:
 def _changed(loop: Loop, change: object) -> Loop:
     """The loop with every coefficient c changed to change(c)."""
     k = loop.controller
-    parts = (tuple(tuple(change(value) for value in row) for row in matrix) for matrix in (k.a, k.b, k.c, k.d))  # type: ignore[operator]
+    parts = (tuple(tuple(change(value) for value in row) for row in matrix) for matrix in (k.a, k.b, k.c, k.d))
     return replace(loop, controller=StateSpace(*parts))
 
 
@@ -63,12 +63,12 @@ def _with_first(bound: Bound, **changes: object) -> Certificate:
 @pytest.mark.parametrize("noise", [Filter(0.0), Filter(0.01), Filter(0.01, 40.0, 400.0), Filter(0.01, None, 400.0)])
 def test_the_enclosed_loop_is_the_generalised_plant_closed(controlled: str, lag: float, delay: int, noise: Filter) -> None:
     weights = CertifiedWeights(Filter(31.5, 40.0, 0.635), 0.03, 0.5, 0.2, noise, 0.1)
-    loop = Loop(GENTLE.document(), controlled, delay, lag, PERIOD, weights)  # type: ignore[arg-type]
+    loop = Loop(GENTLE.document(), controlled, delay, lag, PERIOD, weights)
     narrow = Fraction(10), Fraction(10) + Fraction(1, 10**6)
     enclosed, n = closed_loop(loop, corners((Fraction(900), Fraction(1000)), narrow, (Fraction(300), Fraction(400)), lag, PERIOD)[0])
     whole = (enclosed.centre / ONE).astype(float)
     found = Lti(whole[:n, :n], whole[:n, n:], whole[n:, :n], whole[n:, n:], PERIOD)
-    plant = generalised_plant(controlled, Rates(900, 10, 300), lag, _float_weights(weights), PERIOD, delay)  # type: ignore[arg-type]
+    plant = generalised_plant(controlled, Rates(900, 10, 300), lag, _float_weights(weights), PERIOD, delay)
     looks = np.array([1.0, 30.0, 300.0, 2500.0])
     assert found.response(looks) == pytest.approx(plant.closed(GENTLE).response(looks), rel=1e-7, abs=1e-9)
 
@@ -111,7 +111,7 @@ def test_a_coefficient_changed_by_a_fifth_fails_and_names_the_inequality(matrix:
 @pytest.mark.parametrize("change", [{"delay": 2}, {"lag": 1.3 * LAG}, {"period": 1.3 * PERIOD}])
 def test_another_loop_is_not_proved(change: dict[str, float]) -> None:
     with pytest.raises(NoSolutionError, match="not proved"):
-        prove(_certificate(), replace(LOOP, **change))  # type: ignore[arg-type]
+        prove(_certificate(), replace(LOOP, **change))
 
 
 @pytest.mark.parametrize("index", [0, 1])

@@ -34,7 +34,7 @@ def test_what_was_verified_passes() -> None:
 @pytest.mark.parametrize("changed", [lambda c: _claiming(c, 0.99), lambda c: _with_coefficient(c, 1.05)])
 def test_a_margin_that_the_coefficients_do_not_give_is_refused(changed: object) -> None:
     with pytest.raises(NoSolutionError, match=r"vertex v01 .* margin of 0\.\d+"):
-        recheck(changed(clutch_controller()))  # type: ignore[operator]
+        recheck(changed(clutch_controller()))
 
 
 def test_an_unstable_loop_is_refused() -> None:
@@ -54,7 +54,7 @@ def test_a_controller_without_vertices_is_refused() -> None:
 )
 def test_a_document_that_is_not_of_its_bench_is_refused(key: str, value: object) -> None:
     with pytest.raises(NoSolutionError, match=f"{key}: found {value}, but its bench has"):
-        recheck(msgspec.structs.replace(clutch_controller(), **{key: value}))  # type: ignore[arg-type]  # one of its fields
+        recheck(msgspec.structs.replace(clutch_controller(), **{key: value}))
 
 
 def test_a_specified_margin_that_it_does_not_hold_is_refused() -> None:

@@ -53,7 +53,7 @@ def _stable(controller: Lti, rates: Rates, delay: int) -> bool:
 @given(**drawn)
 @settings(max_examples=15, deadline=None)
 def test_the_loop_is_stable_up_to_its_margins_and_not_beyond(**case: float) -> None:
-    controller, rates = _loop(**case)  # type: ignore[arg-type]
+    controller, rates = _loop(**case)
     delay = int(case["delay"])
     found = margins(controller, rates, LAG, delay)
     assume(found.modulus > 0.0)
@@ -70,7 +70,7 @@ def test_the_loop_is_stable_up_to_its_margins_and_not_beyond(**case: float) -> N
 @given(**drawn)
 @settings(max_examples=15, deadline=None)
 def test_against_python_control(**case: float) -> None:
-    controller, rates = _loop(**case)  # type: ignore[arg-type]
+    controller, rates = _loop(**case)
     loop = open_loop(controller, rates, LAG, int(case["delay"]))
     found = loop_margins(loop)
     assume(found.modulus > 0.0)
@@ -94,7 +94,7 @@ def test_against_python_control(**case: float) -> None:
 @settings(max_examples=15, deadline=None)
 def test_against_a_scanned_nyquist_curve(**case: float) -> None:
     """No sign change of Im L or |L| - 1 on a fine scan is without its crossing, and min |1 + L| is the scan's."""
-    controller, rates = _loop(**case)  # type: ignore[arg-type]
+    controller, rates = _loop(**case)
     loop = open_loop(controller, rates, LAG, int(case["delay"]))
     w = np.geomspace(1e-2, 0.9999 * np.pi / PERIOD, 20_000)
     curve = loop.response(w)[:, 0, 0]

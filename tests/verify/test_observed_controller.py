@@ -75,7 +75,7 @@ def test_the_linear_system_is_the_program_s(seed: int, bandwidth: float, delay: 
 @given(st.integers(0, 999), st.sampled_from(["multiplicative", "additive"]))
 def test_a_switched_observer_s_system_has_the_poles_of_its_modes_in_slip(seed: int, wear: Literal["multiplicative", "additive"]) -> None:
     observer = drawn_observer(seed, wear)
-    modes = [mode for mode in observer.switched.modes if mode.direction]  # type: ignore[union-attr]
+    modes = [mode for mode in observer.switched.modes if mode.direction]
     wanted = []
     for mode in modes:
         matrices = subsystems(observer)[mode.index]
@@ -108,7 +108,7 @@ def test_a_switched_observer_closes_a_loop_in_each_of_its_modes() -> None:
     margins = [check_feedback(loop, rates, 3e-3, 1).modulus_margin for loop in loops]
     assert margins == pytest.approx([margins[0]] * len(loops), rel=1e-6)
     assert found.after is not None
-    assert 0.1 < found.after < with_observer(by_speed(), own).after  # type: ignore[operator]  # a sample later
+    assert 0.1 < found.after < with_observer(by_speed(), own).after
 
 
 def test_the_margins_are_found_again_and_the_document_proves_itself() -> None:
@@ -129,7 +129,7 @@ def test_the_margins_are_found_again_and_the_document_proves_itself() -> None:
 
 def test_a_faster_observer_leaves_more_of_the_margin() -> None:
     margins = [with_observer(by_speed(), tracking(bandwidth)).after for bandwidth in (100.0, 200.0, 400.0, 800.0)]
-    assert margins == sorted(margins)  # type: ignore[type-var]
+    assert margins == sorted(margins)
 
 
 def test_an_edited_observer_is_not_verified() -> None:

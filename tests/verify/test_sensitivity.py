@@ -45,7 +45,7 @@ def by_speed(source: str, bandwidth: float) -> Controller:
     """A PI of the speed in place of the linear controller."""
     integral = StateSpace(((1.0,),), ((2e-4,),), ((1.0,),), ((4e-3,),))
     linear = LinearController(integral, integral, (), (0.0,), input="speed_error")
-    velocity = Velocity(source=source, bandwidth_rad_s=bandwidth)  # type: ignore[arg-type]
+    velocity = Velocity(source=source, bandwidth_rad_s=bandwidth)
     return msgspec.structs.replace(designed("fast"), linear=linear, velocity=velocity, weights=None)
 
 
