@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from math import fsum, inf, nan
 from typing import Annotated
 
 import msgspec
@@ -71,6 +72,19 @@ class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     def __post_init__(self) -> None:
         if not self.over.low < self.over.high:
             raise ValueError(f"over: found {self.over.low:g} to {self.over.high:g}; allowed: low < high")
+        for name, own in (("coulomb", self.coulomb), ("breakaway", self.breakaway)):
+            for side in ("forward", "backward"):
+                mean = 1.0 if own is None else _mean(getattr(own, side) or own.forward, self.over.low, self.over.high)
+                if not 0.0 < mean < inf:
+                    raise ValueError(f"{name}.{side}: found a mean of {mean:g} over the travel; allowed: above 0, it is divided by that")
+
+
+def _mean(coefficients: tuple[float, ...], low: float, high: float) -> float:
+    """Of a polynomial over [low, high]; nan where it is beyond the range of numbers."""
+    try:
+        return fsum(b * (high**power - low**power) / power for power, b in enumerate(coefficients, start=1)) / (high - low)
+    except (OverflowError, ValueError):
+        return nan
 
 
 class Dwell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

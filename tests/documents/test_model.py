@@ -45,6 +45,12 @@ def test_the_schema_describes_the_laws() -> None:
         ("stribeck_exponent: 1.5", "stribeck_exponent: 9", ["laws.stribeck_exponent", "9", "<= 4"]),
         ("cycles: 7.0", "cycles: 0", ["laws.load.ripple.cycles", "> 0"]),
         ("forward: [1.0, 0.004]", "forward: []", ["laws.position.coulomb", "found 0 coefficients; allowed: 1 to 8"]),
+        (
+            "forward: [1.0, 0.004]",
+            "forward: [-1.0, 0.004]",
+            ["laws.position", "coulomb.forward: found a mean of -0.88 over the travel", "above 0"],
+        ),
+        ("forward: [1.0, 0.004]", "forward: [1.0, 1e308]", ["laws.position", "coulomb.forward: found a mean of inf"]),
         ("forward: [1.0, 0.004]", "forward: [1.0, x]", ["laws.position.coulomb.forward[1]", "'x'", "a number"]),
         ("rad_s: 966.1", "rad_s: 0", ["resonances.poles[0].rad_s", "> 0"]),
         ("real_poles_rad_s: [4000.0]", "real_zeros_rad_s: [0, 1]", ["resonances.real_zeros_rad_s", "given twice"]),
