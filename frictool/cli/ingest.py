@@ -81,6 +81,9 @@ def command(
     from frictool.documents.provenance import record
     from frictool.documents.registry import load
 
+    named = {"--kind": kind, "--unit": unit_name, "--date": date}
+    options = {"--from": start, "--to": end, "--resample": period, **named, "--salvage": salvage}
+    _check_guess(guess, axis, {"--bench": bench, **options})
     check_ending(output, ("YAML",) if guess else ("MCAP",), chooses=False)
     if guess:
         _propose(raw, axis, output, as_json)
@@ -96,8 +99,6 @@ def command(
     from frictool.logs.text.layout import PLAIN
 
     said = _said(kind, unit_name, date)
-    named = {"--kind": kind, "--unit": unit_name, "--date": date}
-    options = {"--from": start, "--to": end, "--resample": period, **named, "--salvage": salvage}
     line = command_line("ingest", {"raw": raw, "--bench": bench, **options})
     with kept(raw) as paths:
         recordings = sources(paths)
@@ -122,6 +123,15 @@ def command(
     else:
         say(table(facts), output)
     _refuse_loss(made, output)
+
+
+def _check_guess(guess: bool, axis: str | None, others: dict[str, Any]) -> None:
+    """Raises UsageError where an option would be left out without a word: others are of the log that --guess does not write."""
+    wrong = [name for name, value in others.items() if value is not None and value is not False]
+    if guess and wrong:
+        raise click.UsageError(f"--guess writes a bench.yaml and no log: leave out {wrong[0]}.")
+    if axis is not None and not guess:
+        raise click.UsageError("--axis belongs to --guess; else the bench says which axis it is.")
 
 
 def _said(kind: str | None, unit: str | None, date: str | None) -> dict[str, str]:

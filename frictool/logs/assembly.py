@@ -279,11 +279,17 @@ def origins(made: Assembly, topics: list[str]) -> Notes:
 
 
 def _on_grid(made: Assembly, ready: list[Ready], period_ns: int) -> tuple[list[Ready], dict[str, str]]:
-    """All streams as one. Raises LogError where they have no time in common."""
+    """All streams as one. Raises LogError where they have no time in common, or less than a period of it."""
     derived = [flow.head.topic for flow in made.flows if EFFORT in flow.head.fields and EFFORT not in flow.columns]
     on = grid([one.head for one in ready], derived, period_ns)
     samples = resampled([one.samples for one in ready], on)
     first = next(samples, None)
     if first is None:
         raise LogError(made.flows[0].source, "its streams have no time in common, so that nothing can be resampled")
-    return [Ready(on.head, chain([first], samples), int(first.time[0]))], on.note
+    following = next(samples, None)
+    if following is None and first.time.size < 2:
+        raise LogError(
+            made.flows[0].source, f"is shorter than a period of {period_ns / NS:g} s, so that one sample is left; resample to less"
+        )
+    begin = [first] if following is None else [first, following]
+    return [Ready(on.head, chain(begin, samples), int(first.time[0]))], on.note

@@ -107,6 +107,9 @@ class Told(Protocol):
     told: str
 
 
+SALVAGE = "`frictool ingest --salvage` keeps what is whole"  # what to try where a file is damaged
+
+
 def fail_at(table: Table, row: int, message: str) -> LogError:
     """The error about one row: it names the line, or the sample where the file has no lines."""
     line = table.line(row)

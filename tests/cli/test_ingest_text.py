@@ -37,9 +37,9 @@ def test_a_guess_is_written_to_be_checked_and_loads(tmp_path: Path):
 
 
 def test_a_guess_is_never_applied_unasked(tmp_path: Path):
-    raw, out = tmp_path / "export.csv", tmp_path / "log.mcap"
+    raw, out = tmp_path / "export.csv", tmp_path / "log.yaml"
     raw.write_text(EXPORT)
-    missing = run("ingest", raw, "-o", out)
+    missing = run("ingest", raw, "-o", out.with_suffix(".mcap"))
     assert missing.code == 2
     assert "--guess proposes one" in missing.stderr
     assert run("ingest", "--guess", raw, raw, "-o", out).code == 2
@@ -48,6 +48,25 @@ def test_a_guess_is_never_applied_unasked(tmp_path: Path):
     refused(run("ingest", "--guess", raw, "-o", out), 3, "give --axis rotary")
     facts = json.loads(run("ingest", "--guess", raw, "--axis", "linear", "-o", out, "--json").stdout)
     assert facts["axis"] == "linear"
+
+
+@pytest.mark.parametrize("option", [("--bench", RACK), ("--resample", "0.01"), ("--from", "0"), ("--unit", "U1"), ("--salvage",)])
+def test_what_a_guess_would_leave_out_is_refused(option: tuple[str | Path, ...], tmp_path: Path):
+    (tmp_path / "export.csv").write_text(EXPORT)
+    result = run("ingest", "--guess", tmp_path / "export.csv", *option, "-o", tmp_path / "bench.yaml")
+    assert result.code == 2
+    assert f"leave out {option[0]}." in result.stderr
+    assert not (tmp_path / "bench.yaml").exists()
+    alone = run("ingest", tmp_path / "export.csv", "--bench", RACK, "--axis", "rotary", "-o", tmp_path / "log.mcap")
+    assert (alone.code, "--axis belongs to --guess" in alone.stderr) == (2, True)
+
+
+def test_a_period_that_leaves_one_sample_is_refused(tmp_path: Path):
+    (tmp_path / "export.csv").write_text("time,encoder,current\n" + "".join(f"{k / 1000:.3f},{k},1\n" for k in range(40)))
+    words = ["ingest", tmp_path / "export.csv", "--bench", ROOT / "configs/clutch/bench.yaml", "-o", tmp_path / "log.mcap", "--resample"]
+    refused(run(*words, "10"), 3, "export.csv: is shorter than a period of 10 s")
+    assert not (tmp_path / "log.mcap").exists()
+    assert run(*words, "0.039").code == 0
 
 
 def test_the_rack_s_two_exports(tmp_path: Path):

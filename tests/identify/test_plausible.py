@@ -72,7 +72,7 @@ def test_counts_that_are_lost_are_no_wrap(log: Record) -> None:
     position = log.position.copy()
     position[900:] += 40.0 * TRUTH.encoder_step
     (warning,) = implausible(replace(log, position=position), clutch())
-    assert "jumps 1 times, the first at 0.9 s" in warning
+    assert "jumps once, at 0.9 s" in warning
     assert "are counts lost?" in warning
 
 

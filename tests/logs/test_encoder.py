@@ -111,7 +111,7 @@ def test_lost_counts_are_made_good_by_the_next_pulse():
     assert found[-1] - found[0] == pytest.approx(counts[-1], abs=3)
     lost, jump = counter.findings()
     assert "lost 40 counts" in lost
-    assert "jumps 1 times, the first at 0.225 s, by 37 counts; are counts lost?" in jump
+    assert "jumps once, at 0.225 s, by 37 counts; are counts lost?" in jump
 
 
 def test_resets_that_the_bench_does_not_know_are_reported_and_left():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import msgspec
 import numpy as np
 import pytest
@@ -85,3 +87,10 @@ def test_a_period_that_is_a_little_off_is_a_warning_once():
     log = matched(made(rig), other)
     assert len(log.warnings) == 1
     assert matched(log, other).warnings == log.warnings
+
+
+def test_a_drive_that_is_zero_throughout_tells_no_other_constant():
+    rig = bench(COLUMNS)
+    still = made(rig)
+    signals = {name: 0.0 * values if name in ("current", "effort") else values for name, values in still.main.signals.items()}
+    assert matched(replace(still, streams=(replace(still.main, signals=signals),)), rig).warnings == still.warnings

@@ -22,7 +22,7 @@ from frictool.logs.arrays.mdf_cut import Padded, described_at, records_before
 from frictool.logs.extras import library
 from frictool.logs.log import Vector
 from frictool.logs.source import open_log
-from frictool.logs.table import BLOCK_ROWS, Block, Loss, Nanoseconds, Table, find, listed
+from frictool.logs.table import BLOCK_ROWS, SALVAGE, Block, Loss, Nanoseconds, Table, find, listed
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Layout
@@ -152,7 +152,7 @@ class MdfTable:
             n = min(BLOCK_ROWS, readable - first)
             try:
                 columns = {name: self._read(name, first, n, losses) for name in wanted}
-                time = None if self.clock is None else self._stamps(first, n, losses)
+                time = None if self.clock is None else self._stamps(first, n)
             except LogError:
                 raise
             except Exception as error:  # the library raises what its parts raise
@@ -173,7 +173,7 @@ class MdfTable:
         if losses is None:
             row = first + int(np.flatnonzero(invalid)[0])
             found = f"group {self.topic!r}, channel {name!r}: sample {row + 1} is marked as invalid"
-            raise LogError(self.source, f"{found}; allowed: valid samples, or --salvage to leave them out")
+            raise LogError(self.source, f"{found}; {SALVAGE}")
         return np.where(invalid, np.nan, values)
 
     def _samples(self, name: str, first: int, n: int) -> tuple[Vector, NDArray[np.bool_] | None]:
@@ -191,7 +191,7 @@ class MdfTable:
             raise ValueError(f"{len(values)} samples of {n} are there")
         return values.astype(np.float64), invalid
 
-    def _stamps(self, first: int, n: int, losses: list[Loss] | None) -> Nanoseconds:
+    def _stamps(self, first: int, n: int) -> Nanoseconds:
         seconds, _ = self._samples(str(self.clock), first, n)
         if not np.isfinite(seconds).all() or np.abs(seconds).max() > LATEST:
             raise ValueError(f"times of the samples {first + 1} to {first + n} are no times")

@@ -26,7 +26,7 @@ from frictool.logs.canonical.mcap_records import FileRecords
 from frictool.logs.canonical.mcap_streams import Declared, Piece, axis_fields
 from frictool.logs.clocks.increasing import increasing
 from frictool.logs.flow import Samples
-from frictool.logs.table import Nanoseconds
+from frictool.logs.table import SALVAGE, Nanoseconds
 
 
 class Walk:
@@ -92,8 +92,7 @@ class Walk:
             self._missing.unread(part, last, self.size)
             return
         after = "before any sample" if last is None else f"after {last / NS:.6g} s of log"
-        hint = "`frictool ingest --salvage` keeps what is whole"
-        self.fail(f"is damaged or cut off at byte {part.at} of {self.size}, {after}: {part.reason}; {hint}")
+        self.fail(f"is damaged or cut off at byte {part.at} of {self.size}, {after}: {part.reason}; {SALVAGE}")
 
     def _declaration(self, opcode: int, body: bytes) -> None:
         channel = self._declarations.take(opcode, body)

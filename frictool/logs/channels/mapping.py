@@ -27,7 +27,7 @@ from frictool.logs.losses import Losses
 from frictool.logs.quality.opening import Opening
 from frictool.logs.quality.quality import TimeBase
 from frictool.logs.quality.sign import sign_of
-from frictool.logs.table import Block, Loss, Nanoseconds, Table, fail_at
+from frictool.logs.table import SALVAGE, Block, Loss, Nanoseconds, Table, fail_at
 from frictool.logs.text.units import ISO_8601
 
 TIME = "time"
@@ -140,7 +140,7 @@ class Mapper:
         if not salvage:
             name, mask = next(iter(bad.items()))
             row = int(np.argmax(mask))
-            found = f"column {name!r}: found {block.columns[name][row]}; allowed: a finite number, {LARGEST:g} at most"
+            found = f"column {name!r}: found {block.columns[name][row]}; allowed: a finite number, {LARGEST:g} at most; {SALVAGE}"
             raise fail_at(self._table, block.first_row + row, found)
         dropped, left = [], np.ones(next(iter(bad.values())).size, np.bool_)
         for name, mask in bad.items():
@@ -180,8 +180,8 @@ class Mapper:
             before = time[row - 1] if row else self._last
             found = f"time does not increase: {time[row] / NS:.9g} s after {(before or 0) / NS:.9g} s"
             if time[row] == before and self._time is not None:
-                found += "; if it is too coarse, leave time out of columns (rows are then sample_period_s apart), or the rows, by --salvage"
-            raise fail_at(self._table, block.first_row + int(rows[row]), found)
+                found += "; if it is too coarse, leave time out of columns: rows are then sample_period_s apart"
+            raise fail_at(self._table, block.first_row + int(rows[row]), f"{found}; {SALVAGE}")
         kept = increasing(time, self._last)
         return rows[kept], time[kept], [Dropped("time does not increase", np.delete(rows, kept))]
 

@@ -39,7 +39,7 @@ def matched(log: Log, bench: Bench) -> Log:
     if drive is not None:
         signals[EFFORT] = constant * drive
         before = _ratio(drive, stream.signals[EFFORT])
-        if abs(before / constant - 1.0) > SAME_CONSTANT:
+        if np.any(drive) and abs(before / constant - 1.0) > SAME_CONSTANT:
             unit = si_unit(drive_dimension(bench.actuator.drive, constant=True), bench.axis)
             made = f"effort made anew from {bench.actuator.drive} with the bench's actuator.constant, {constant:.6g} {unit}"
             noted.append(f"{made}; the log's was made with {before:.6g} {unit}")

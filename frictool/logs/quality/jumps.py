@@ -86,7 +86,8 @@ class Jumps:
         """One line: how many, the first, and what it may be; None where there is no jump."""
         if not self.count:
             return None
-        return f"the position jumps {self.count} times, the first at {self.first_s:.6g} s, by {self.first_counts:.0f} counts; {self.hint()}"
+        when = "once, at" if self.count == 1 else f"{self.count} times, the first at"
+        return f"the position jumps {when} {self.first_s:.6g} s, by {self.first_counts:.0f} counts; {self.hint()}"
 
     def hint(self) -> str:
         """What the jumps may be, and what to try."""

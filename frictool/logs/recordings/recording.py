@@ -19,7 +19,7 @@ from frictool.errors import LogError
 from frictool.logs.canonical.mcap_layout import NS
 from frictool.logs.log import Vector
 from frictool.logs.recordings.messages import Messages
-from frictool.logs.table import BLOCK_ROWS, Block, Loss, Nanoseconds, find, listed
+from frictool.logs.table import BLOCK_ROWS, SALVAGE, Block, Loss, Nanoseconds, find, listed
 
 LOG_TIME = "log time"
 STAMPS = ("header.stamp", "stamp", "timestamp")  # where a message says of what time it tells
@@ -159,7 +159,7 @@ class TopicTable:
 
     def _lost(self, gap: Gap, losses: list[Loss] | None) -> None:
         if losses is None:
-            raise LogError(self.source, f"{gap.reason} (topic {self.topic}); what is whole can be had with --salvage")
+            raise LogError(self.source, f"{gap.reason} (topic {self.topic}); {SALVAGE}")
         losses.append(Loss((), gap.reason, samples=gap.samples))
 
 

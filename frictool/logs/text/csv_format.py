@@ -23,7 +23,7 @@ from frictool.logs.canonical.mcap_layout import LATEST, NS
 from frictool.logs.day_clock import DayClock
 from frictool.logs.kernels.rows import CELL, CUT, ROW, SKIP, STAMP
 from frictool.logs.source import open_log
-from frictool.logs.table import Block, Loss, find
+from frictool.logs.table import SALVAGE, Block, Loss, find
 from frictool.logs.text.batches import Batch, Feed, Issue, batches
 from frictool.logs.text.bytes import decoded, encoding_of, head_bytes, is_text, text_bytes
 from frictool.logs.text.cells import THOUSANDS, number
@@ -126,7 +126,8 @@ class CsvTable:
                 continue
             message = self._message(issue, cell)
             if losses is None:
-                raise LogError(self.source, message, line=issue.line)
+                one = issue.kind == ROW or message.endswith("allowed: a number")  # and not the way in which the whole file is written
+                raise LogError(self.source, f"{message}; {SALVAGE}" if one else message, line=issue.line)
             if issue.kind != CELL or slots[issue.what] == STAMP:
                 yield issue.row, Loss((), f"line {issue.line}: {message}", samples=1)
 
