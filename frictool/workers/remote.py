@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import functools
 import multiprocessing
-import os
 import pickle
 import socket
 import threading
@@ -16,6 +15,7 @@ from typing import Any
 from frictool import waiting
 from frictool.workers.batch import done, portable
 from frictool.workers.installation import Installation, installation
+from frictool.workers.one_thread import one_thread
 
 # kernels run beside each other, but not all that is around them: a worker that is given threads takes turns
 _TURN = threading.Lock()
@@ -48,7 +48,7 @@ def run(topic: str, expected: Installation, function: bytes, task: bytes) -> byt
 
 
 def _run(topic: str, expected: Installation, function: bytes, task: bytes) -> Any:
-    os.environ.update(OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1")  # before numpy: sums in another order give other bytes
+    one_thread()
     if installation().versions != expected.versions:
         return Unlike(installation(), socket.gethostname())
     multiprocessing.current_process().daemon = False  # readers of logs start processes of their own

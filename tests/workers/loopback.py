@@ -21,8 +21,9 @@ class Loopback:
     def __init__(self, folder: Path, workers: int, failures: int = 3, settings: dict[str, str] | None = None) -> None:
         self.folder = folder
         self._file = folder / "scheduler.json"
-        quiet = {"OPENBLAS_NUM_THREADS": "1", "DASK_DISTRIBUTED__LOGGING__DISTRIBUTED": "error"}
+        quiet = {"DASK_DISTRIBUTED__LOGGING__DISTRIBUTED": "error"}
         self._environment = {**os.environ, **quiet, "PYTHONPATH": str(ROOT)}
+        self._environment.pop("OPENBLAS_NUM_THREADS", None)  # as a machine has it
         self._environment["DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES"] = str(failures)
         self._environment |= {f"DASK_{key.upper().replace('.', '__').replace('-', '_')}": value for key, value in (settings or {}).items()}
         own = ("--port", "0", "--scheduler-file", str(self._file), "--protocol", "tls" if settings else "tcp")
