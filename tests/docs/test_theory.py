@@ -70,17 +70,18 @@ def tables(page: Path) -> Iterator[list[list[str]]]:
 
 def _lost(row: list[str], head: list[str]) -> list[str]:
     """The paths of a row that are not where they should be: below the folder that the column's head gives, below the package or the tests,
-    or beside the path before them."""
-    lost, beside = [], ROOT
+    or beside a path before them."""
+    lost: list[str] = []
+    beside: list[Path] = []
     for cell, column in zip(row, head, strict=True):
         given = re.findall(r"\(`([\w/]+/)`\)", column)
         for name in PATH.findall(cell):
-            folders = [*(ROOT / folder for folder in given), ROOT, ROOT / "frictool", ROOT / "tests", beside]
+            folders = [*(ROOT / folder for folder in given), ROOT, ROOT / "frictool", ROOT / "tests", *beside]
             path = next((folder / name for folder in folders if (folder / name).exists()), None)
             if path is None:
                 lost.append(name)
             else:
-                beside = path if path.is_dir() else path.parent
+                beside.append(path if path.is_dir() else path.parent)
     return lost
 
 
