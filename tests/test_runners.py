@@ -46,7 +46,7 @@ def test_a_row_without_its_peer_is_skipped_and_one_that_fails_is_exit_1(
         return {"id": "good", "peer": "p", "ours": 1.0, "theirs": 2.0, "unit": "s", "ratio": 2.0, "accuracy": "same"}
 
     def without_peer() -> dict[str, Any]:
-        import no_such_peer  # noqa: F401
+        import no_such_peer  # noqa: F401  # that it is missing is what is tried
 
         return good()
 

@@ -53,9 +53,9 @@ def _abscissa(axes: Axes, dated: bool) -> None:
         axes.set_xlabel("log, in the table's order")
         axes.xaxis.set_major_locator(MaxNLocator(10, integer=True, min_n_ticks=1))
         return
-    locator: Any = dates.AutoDateLocator(minticks=3, maxticks=7)  # type: ignore[no-untyped-call]
+    locator: Any = dates.AutoDateLocator(minticks=3, maxticks=7)  # type: ignore[no-untyped-call]  # has no types
     axes.xaxis.set_major_locator(locator)
-    axes.xaxis.set_major_formatter(dates.ConciseDateFormatter(locator))  # type: ignore[no-untyped-call]
+    axes.xaxis.set_major_formatter(dates.ConciseDateFormatter(locator))  # type: ignore[no-untyped-call]  # has no types
 
 
 def _draw(axes: Any, number: int, unit: str, own: Sequence[tuple[float, Range]]) -> None:
@@ -77,5 +77,5 @@ def _shown(row: Row, ratios: bool) -> Range | None:
 
 
 def _day(date: str) -> float:
-    found: float = dates.date2num(datetime.fromisoformat(date).replace(tzinfo=None))  # type: ignore[no-untyped-call]
+    found: float = dates.date2num(datetime.fromisoformat(date).replace(tzinfo=None))  # type: ignore[no-untyped-call]  # has no types
     return found

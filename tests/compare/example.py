@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import ClassVar
 
 import numpy as np
 
@@ -17,8 +18,8 @@ Z_MAX = 1e-5
 class Told:
     """`stribeck` is rigid and regular; `lugre` drifts, complies and leaks; `hybrid_a` is rigid and 3 % slow."""
 
-    pace = {"stribeck": 1.0, "lugre": 1.01, "hybrid_a": 1.03}  # noqa: RUF012
-    wander = {"stribeck": 0.0, "lugre": 86.0, "hybrid_a": 0.0}  # noqa: RUF012
+    pace: ClassVar = {"stribeck": 1.0, "lugre": 1.01, "hybrid_a": 1.03}
+    wander: ClassVar = {"stribeck": 0.0, "lugre": 86.0, "hybrid_a": 0.0}
 
     def names(self) -> tuple[str, ...]:
         return tuple(self.pace)

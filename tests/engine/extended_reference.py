@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,11 +73,10 @@ class Slow:
         grid = np.linspace(t, end, 2001)
         for before, after in zip(grid[:-1].tolist(), grid[1:].tolist(), strict=True):
             for direction in (-1.0, 1.0):
-                bounded: Callable[[float], float] = lambda at, d=direction: gap(at, d)  # noqa: E731
                 if gap(before, direction) < 0.0:
                     return before, direction
                 if gap(after, direction) < 0.0:
-                    return float(brentq(bounded, before, after, xtol=1e-14)), direction
+                    return float(brentq(gap, before, after, (direction,), xtol=1e-14)), direction
         return end, 0.0
 
     def breakaways(self, end: float) -> tuple[list[float], Vector]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -93,7 +92,10 @@ def _breakaway(body: Body, drive: Drive, t: float, end: float, y: Vector) -> tup
     if first is None:
         return end, 0.0
     threshold = body.breakaway[1 if first[1] > 0 else 0]
-    gap: Callable[[float], float] = lambda s: first[1] * at(s) - threshold  # noqa: E731
+
+    def gap(s: float) -> float:
+        return first[1] * at(s) - threshold
+
     return float(brentq(gap, first[0] - (end - t) / 20_000, first[0], xtol=1e-15, rtol=1e-15)), first[1]
 
 

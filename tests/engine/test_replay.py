@@ -26,6 +26,7 @@ VARIANTS = {
     "stribeck": AXIS._replace(laws=Laws(stribeck_velocity=0.01)),
 }
 PERIOD = 1e-3
+NO_LOAD = Load()
 
 
 def wave(seed: int, size: float, n: int = 600) -> np.ndarray:
@@ -34,7 +35,7 @@ def wave(seed: int, size: float, n: int = 600) -> np.ndarray:
     return np.asarray(size * np.sin(draw.uniform(1.0, 8.0) * angle + draw.uniform(0.0, 6.0)) + 0.5 * draw.standard_normal(n))
 
 
-def replay_of(axis: AxisParameters, effort: np.ndarray, load: Load = Load()) -> tuple[int, np.ndarray, np.ndarray]:  # noqa: B008
+def replay_of(axis: AxisParameters, effort: np.ndarray, load: Load = NO_LOAD) -> tuple[int, np.ndarray, np.ndarray]:
     x, v = np.empty(effort.size), np.empty(effort.size)
     return replay(replayed(axis), load.as_array(), rest(0.1), effort, effort, FREE, PERIOD, x, v), x, v
 

@@ -29,10 +29,11 @@ from frictool.plant.load import Load
 from tests.identify.benches import EMPS, MASS, MASS_POLE, data, mass_bench, mass_reference, mass_sine
 from tests.identify.linear_axis import ENCODER_STEP, PERIOD, linear_axis, linear_bench
 
+NO_LOAD = Load()
 TRUTH = {"inertia": 5.0, "viscous": 12.0, "coulomb": 8.0, "offset": 0.5}
 
 
-def driven(axis: AxisParameters, load: Load = Load(), samples: int = 12_000) -> Record:  # noqa: B008
+def driven(axis: AxisParameters, load: Load = NO_LOAD, samples: int = 12_000) -> Record:
     """A log without noise of an axis that a known effort drives; the encoder is fine."""
     draw = np.random.default_rng(7)
     time = np.arange(samples) * PERIOD
