@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import difflib
 import importlib
+import os
 from typing import Any
 
 import click
 from click.shell_completion import CompletionItem
 
-from frictool.errors import EXIT_INTERRUPTED
+from frictool.errors import EXIT_INPUT, EXIT_INTERRUPTED
+
+
+def abandon_stdout() -> None:
+    """What is left in the buffer goes nowhere, so that the interpreter's own flush at exit cannot fail."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 
 class LazyGroup(click.Group):
@@ -20,12 +26,18 @@ class LazyGroup(click.Group):
         self.table = table
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Ctrl-C has an exit code of its own: click's is 1, which says here that the answer is no."""
+        """Ctrl-C has an exit code of its own, and a reader that leaves is an output that cannot be written.
+
+        For both click's is 1, which says here that the answer is no.
+        """
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:
             click.echo("\ninterrupted", err=True)
             ctx.exit(EXIT_INTERRUPTED)
+        except BrokenPipeError:
+            abandon_stdout()
+            ctx.exit(EXIT_INPUT)
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(self.table)

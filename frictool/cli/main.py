@@ -12,7 +12,7 @@ import sys
 import click
 
 from frictool import waiting
-from frictool.cli.lazy_group import LazyGroup
+from frictool.cli.lazy_group import LazyGroup, abandon_stdout
 from frictool.errors import EXIT_INPUT, FrictoolError
 
 # command -> (module, one line for --help), in the order of the pipeline
@@ -78,7 +78,7 @@ def main() -> None:
         _complain(str(error))
         sys.exit(error.exit_code)
     except BrokenPipeError:  # who reads has seen enough
-        _abandon_stdout()
+        abandon_stdout()
         sys.exit(EXIT_INPUT)
     except MemoryError:
         if debug:
@@ -89,7 +89,7 @@ def main() -> None:
         if debug:
             raise
         if error.filename is None:
-            _abandon_stdout()
+            abandon_stdout()
         _complain(f"{error.filename or 'stdout'}: {error.strerror or error}")
         sys.exit(EXIT_INPUT)
 
@@ -121,11 +121,6 @@ def _remark(text: str) -> None:
     from frictool.cli.output import note
 
     note(text)
-
-
-def _abandon_stdout() -> None:
-    """What is left in the buffer goes nowhere, so that the interpreter's own flush at exit cannot fail."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 
 def _complain(message: str) -> None:

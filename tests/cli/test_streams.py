@@ -33,3 +33,12 @@ def test_a_reader_that_leaves_gets_no_traceback() -> None:
     done = subprocess.run(["sh", "-c", line], capture_output=True, text=True, check=False)
     assert done.stdout == "{"
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a shell with a pipe is needed")
+def test_a_reader_that_leaves_is_no_answer() -> None:
+    """Exit code 1 would say that the answer is no; the reader has left before anything is written."""
+    words = " ".join(f"'{word}'" for word in COMMAND)
+    line = f"{{ sleep 0.5; {words}; echo $? >&2; }} | true"
+    done = subprocess.run(["sh", "-c", line], capture_output=True, text=True, check=False)
+    assert done.stderr == "3\n"
