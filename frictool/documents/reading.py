@@ -185,8 +185,7 @@ class Reader:
 
     def _missing(self, node: yaml.Node, name: str, fields: dict[str, Any], hints: dict[str, Any], key: str) -> typing.NoReturn:
         value = hints[fields[name].name]
-        only = get_args(value)[0] if get_origin(value) is Literal and len(get_args(value)) == 1 else "..."
-        example = "" if key else f"; write {name}: {only}"
+        example = "" if key else f"; write {name}: {_type_name(value) if get_origin(value) is Literal else '...'}"
         self.fail(node, _join(key, name), f"missing{example}; required here: {', '.join(n for n, f in fields.items() if f.required)}")
 
     def _known(self, pairs: Pairs, names: list[str], key: str) -> None:

@@ -188,6 +188,7 @@ def test_every_document_has_a_schema_that_names_its_keys(name: str) -> None:
     ("text", "words"),
     [
         ("name: x\nlaw: coulomb\n", ("x.yaml:1: format: missing; write format: bench/1;",)),
+        ("format: bench/1\nname: x\n", ("x.yaml:1: axis: missing; write axis: rotary | linear;",)),
         ("format: bench/1\nname: x\n---\nname: y\n", ("x.yaml:3: not valid YAML: found a second document, after ---",)),
         ("format: bench/1\n\tname: x\n", ("x.yaml:2: not valid YAML: found a tab; indent with spaces",)),
     ],
