@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.output import FiniteRange, NamedPath, existing, json_option, note, print_json, save_text, say
+from frictool.cli.output import STDOUT, FiniteRange, NamedPath, existing, json_option, note, print_json, save_text, say
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
@@ -53,11 +53,11 @@ class Precision(click.ParamType[Any]):
 @click.command("assess", help=HELP)
 @click.option("--bench", type=existing, required=True, help="The rig (bench.yaml).")
 @click.option("--wanted", type=Precision(), multiple=True, metavar="[NAME=]5%", help="Of all or of one parameter.  [default: 5%]")
-@click.option("--duration", type=positive, default=30.0, show_default=True, help="Of the sines, s.")
-@click.option("--noise", type=positive, help="Standard deviation of the measured drive, A | V.  [default: 0.2 % of its limit]")
-@click.option("--effort", type=positive, help="Largest effort for (4.3), N m | N.  [default: of the drive's limit]")
-@click.option("--presliding", type=positive, help="Distance expected, rad | m.  [default: 1e-3 rad, 1e-5 m]")
-@click.option("-o", "--output", type=NamedPath(), help="The text, as a file too.")
+@click.option("--duration", type=positive, default=30.0, show_default=True, help="Of the sines [s].")
+@click.option("--noise", type=positive, help="Standard deviation of the measured drive [A | V].  [default: 0.2 % of its limit]")
+@click.option("--effort", type=positive, help="Largest effort for (4.3) [N m | N].  [default: of the drive's limit]")
+@click.option("--presliding", type=positive, help="Distance expected [rad | m].  [default: 1e-3 rad, 1e-5 m]")
+@click.option("-o", "--output", type=NamedPath(), help="The text, as a file too; - is stdout.")
 @json_option
 def command(
     bench: Path,
@@ -86,8 +86,8 @@ def command(
         save_text(output, text(found, document) + "\n", [bench])
     if as_json:
         print_json(summary(found, document), output)
-    else:
-        say(text(found, document), output)
+    elif output != STDOUT:
+        say(text(found, document))
     missing = refused(found, COUNTED | set(named))
     if missing:
         from frictool.identify.assess.assessment import NotIdentifiable

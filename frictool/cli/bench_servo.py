@@ -17,7 +17,7 @@ LAW = "drive = speed gain (position gain (reference - position) - speed) + integ
 F = TypeVar("F", bound=Callable[..., object])
 positive = FiniteRange(0.0, min_open=True)
 OPTIONS = (
-    click.option("--position-gain", type=positive, help="Of the bench's controller, 1/s; with --speed-gain."),
+    click.option("--position-gain", type=positive, help="Of the bench's controller [1/s]; with --speed-gain."),
     click.option("--speed-gain", type=positive, help="Of the bench's controller, drive per speed; with --position-gain."),
     click.option("--integral-gain", type=positive, help="Of the position's error, drive per position and s."),
 )

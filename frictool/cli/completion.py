@@ -29,7 +29,7 @@ shell that evaluates it; for every new one
 \b
 {chr(10).join(f"  {shell:<6}{line}" for shell, line in INSTALL.items())}
 
-Without SHELL it is the one of the variable SHELL. bash has to be 4.4 or later, and zsh needs compinit before it.
+Without an argument it is the one of the variable SHELL. bash has to be 4.4 or later, and zsh needs compinit before it.
 """
 
 

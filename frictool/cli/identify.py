@@ -75,8 +75,8 @@ cannot be used.
 @click.option("--method", type=click.Choice(list(METHODS)), default=DEFAULT, show_default=True, help="For the sliding parameters.")
 @click.option("--confidence", type=FiniteRange(0.5, 0.9999), default=0.95, show_default=True, help="Of every interval.")
 @click.option("--window", type=click.IntRange(5, 100_001), help="Samples of the smoothing window, odd. [default: chosen]")
-@click.option("--time-constant", type=FiniteRange(0.0), help="power-balance, ordinary, threshold: s, of the filter on differences.")
-@click.option("--threshold", type=FiniteRange(0.0), help="threshold: rad/s | m/s. [default: a tenth of the top speed]")
+@click.option("--time-constant", type=FiniteRange(0.0), help="power-balance, ordinary, threshold: of the filter on differences [s].")
+@click.option("--threshold", type=FiniteRange(0.0), help="threshold: the slowest sample [rad/s | m/s]. [default: a tenth of the top speed]")
 @click.option(
     "--forgetting", type=FiniteRange(0.0, 1.0, min_open=True), help="recursive: weight of a square a stroke back. [default: 0.99]"
 )

@@ -56,7 +56,7 @@ cannot be made at all --reduced writes the mechanism of the steps before it.
     "--travel",
     type=(FiniteRange(), FiniteRange()),
     metavar="LOW HIGH",
-    help="Reduce this part of the travel alone, in rad or m of the sensor: one side of a default position.",
+    help="Reduce this part of the travel alone [rad | m], as the sensor measures it: one side of a default position.",
 )
 @click.option("--bench", type=existing, help="The bench of the model, in place of the mechanism's own source and sensor.")
 @click.option("--tolerance", type=FiniteRange(0.0, 1.0, min_open=True), default=0.05, show_default=True, help="Error allowed, of the way.")

@@ -102,7 +102,7 @@ the bench's own position loop,  {LAW},  on the encoder's counts. The log holds w
 )
 @click.option("--excitation", type=existing, help="Instead: a test of `frictool excite` (.mcap).")
 @servo_options
-@click.option("--drive-noise", type=FiniteRange(0.0), help="--excitation: standard deviation of the measured drive, A | V. [default: 0]")
+@click.option("--drive-noise", type=FiniteRange(0.0), help="--excitation: standard deviation of the measured drive [A | V]. [default: 0]")
 @click.option("--seed", type=click.IntRange(0), help="--excitation: of the noise, and of the encoder's zero within a count. [default: 0]")
 @click.option("--events", type=NamedPath(writes=("CSV",)), help="Of a mechanism: where to write what happens when, as CSV.")
 @output_option(writes=("MCAP",))

@@ -114,6 +114,8 @@ def test_the_scheme_and_the_table_for_people(tmp_path: Path) -> None:
     ):
         assert words in result.stdout
     assert target.read_text() == result.stdout
+    once = run("assess", "--bench", CLUTCH, "-o", "-")
+    assert (once.stdout, once.stderr) == (result.stdout, "")
 
 
 def test_a_precision_that_no_test_reaches_names_the_encoder_that_would() -> None:
