@@ -1,0 +1,14 @@
+"""What every test of the workers has."""
+
+from __future__ import annotations
+
+import pytest
+
+from frictool.workers import cluster
+from tests.workers.loopback import PATIENCE_S
+
+
+@pytest.fixture(autouse=True)
+def patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A worker may take long to start where other tests run beside it."""
+    monkeypatch.setattr(cluster, "FIRST_S", PATIENCE_S)
