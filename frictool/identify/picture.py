@@ -14,6 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from frictool.documents.bench import Bench
 from frictool.documents.model import Model
@@ -30,7 +31,7 @@ from frictool.svg import drawing, render
 FORWARD, BACKWARD = "#1f5fa8", "#c0392b"
 SIDES = ((1.0, FORWARD, "forward"), (-1.0, BACKWARD, "backward"))
 WIDTH, HEIGHT = 7.0, 3.2  # inches; of each axes
-POINTS, LEVELS = 201, 15  # of a curve, of colours
+POINTS, LEVELS, TICKS = 201, 15, 8  # of a curve, of colours, of the scale beside them (intervals, at most)
 REACH = 1.1  # of the speeds drawn over the fastest stroke's
 
 
@@ -146,6 +147,6 @@ def _over_both(figure: Figure, ax: Axes, model: Model, rows: Rows | None) -> Non
     lowest, highest = min(part.min() for part in parts), max(part.max() for part in parts)
     colours = np.linspace(lowest, highest, LEVELS)
     drawn = [ax.contourf(x, side * speed, part, levels=colours) for side, part in zip((-1.0, 1.0), parts, strict=True)]
-    figure.colorbar(drawn[0], ax=ax, label=f"friction in slip, {si_unit('effort', model.axis)}")
+    figure.colorbar(drawn[0], ax=ax, ticks=MaxNLocator(TICKS), label=f"friction in slip, {si_unit('effort', model.axis)}")
     ax.set_xlabel(f"position, {si_unit('position', model.axis)}")
     ax.set_ylabel(f"velocity, {si_unit('velocity', model.axis)}")

@@ -8,8 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from frictool.documents.quantity import Axis
 from frictool.engine.replay import FREE, replay, replayed
 from frictool.engine.servo import Servo, serve
+from frictool.identify.validate.picture import effort_label
 from frictool.plant.axis import AxisParameters, rest
 from tests.cli.run import also_called, run
 from tests.identify.benches import EMPS, data
@@ -108,6 +110,11 @@ def test_with_the_gains_the_reference_drives_the_model(tmp_path: Path) -> None:
     assert found["loop"] == "closed"
     assert found["position_rmse_m"] < 1e-6
     assert found["force_error_rel"] < 1e-3
+
+
+@pytest.mark.parametrize(("axis", "label"), [("rotary", "torque\nN m"), ("linear", "force\nN")])
+def test_the_plot_calls_the_effort_what_it_is(axis: Axis, label: str) -> None:
+    assert effort_label(axis) == label
 
 
 def test_the_plot_is_the_same_each_time_and_text_tells_the_errors(tmp_path: Path) -> None:

@@ -28,7 +28,7 @@ def picture(validation: Validation, name: str, axis: Axis) -> str:
             ):
                 shown = shown_samples(values)
                 ax.plot(validation.time[shown], values[shown], linewidth=0.9, color=colour, label=label)
-            ax.set_ylabel(f"{signal}\n{si_unit('effort' if signal == 'force' else signal, axis)}")
+            ax.set_ylabel(effort_label(axis) if signal == "force" else f"{signal}\n{si_unit(signal, axis)}")
         error = validation.measured["position"] - validation.simulated["position"]
         shown = shown_samples(error)
         axes[3].plot(validation.time[shown], error[shown], linewidth=0.9, color=SIMULATED)
@@ -36,3 +36,8 @@ def picture(validation: Validation, name: str, axis: Axis) -> str:
         axes[0].legend(loc="upper right")
         axes[3].set_xlabel("time, s")
         return render(figure, f"{name}: measured and simulated over time, {validation.loop} loop")
+
+
+def effort_label(axis: Axis) -> str:
+    """What drives or loads the axis, with its unit: a torque or a force."""
+    return f"{'torque' if axis == 'rotary' else 'force'}\n{si_unit('effort', axis)}"
