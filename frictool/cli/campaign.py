@@ -16,14 +16,14 @@ from frictool.cli.output import (
     STDOUT,
     FiniteRange,
     NamedPath,
+    check_output,
+    check_targets,
     command_line,
     existing,
     json_option,
     note,
     output_option,
     print_json,
-    refuse_inputs,
-    refuse_unwritable,
     save_text,
     say,
 )
@@ -173,19 +173,13 @@ def _campaign(paths: Paths, options: Options) -> int:
 
 def _check_targets(paths: Paths, options: Options) -> None:
     """Before anything is played: whether each output is a file of its own, and none an input."""
-    targets = [path for path in (options.output, options.table, options.kept) if path is not None]
-    if len({target if target == STDOUT else target.absolute() for target in targets}) < len(targets):
-        raise click.UsageError("two outputs have the same name; -o, --table and --keep each need their own.")
     if options.keep == STDOUT:
         raise click.UsageError("--keep is a file, which is read again.")
-    for target in targets:
-        refuse_inputs(target, list(paths.inputs.values()))
-        if target != STDOUT and target.is_dir():
-            raise OutputError(f"{target}: is a directory; name a file")
+    check_targets({"-o": options.output, "--table": options.table, "--keep": options.kept}, list(paths.inputs.values()))
     if options.worst is not None and options.worst.exists() and not options.worst.is_dir():
         raise OutputError(f"{options.worst}: is no directory; --worst names one")
-    for target in [*targets, *([options.worst / "worst.yaml"] if options.worst is not None else [])]:
-        refuse_unwritable(target)
+    if options.worst is not None:
+        check_output(options.worst / "worst.yaml", [])
 
 
 def _play(trial: CampaignTrial, draws: Draws, store: Store, paths: Paths, options: Options) -> tuple[Trials, list[WorstCase]]:

@@ -19,6 +19,7 @@ FORMATS = {
     "XML": (".xml",),
     "Markdown": (".md",),
     "text": (".txt",),
+    "LaTeX": (".tex",),
 }
 # what somebody may take an output for
 OTHERS: tuple[str, ...] = (".pdf", ".png", ".jpg", ".jpeg", ".eps", ".xls", ".xlsx", ".ods", ".doc", ".docx", ".zip", ".tar", ".gz")

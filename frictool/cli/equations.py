@@ -24,7 +24,7 @@ brackets are the thesis's, as its slips are read.
 @click.command("equations", help=HELP)
 @click.argument("mechanism", type=existing)
 @click.option("--latex", is_flag=True, help="A LaTeX fragment (amsmath) instead of text.")
-@output_option(required=False, writes=("text", "Markdown"))
+@output_option(required=False, writes=("text", "Markdown", "LaTeX"))
 @json_option
 def command(mechanism: Path, latex: bool, output: Path | None, as_json: bool) -> None:
     from frictool.documents.mechanism import Mechanism

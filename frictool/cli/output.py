@@ -149,18 +149,6 @@ def check_targets(targets: Mapping[str, Path | None], inputs: list[Path]) -> Non
         check_output(target, inputs)
 
 
-def refuse_unwritable(target: Path) -> None:
-    """Raises OutputError where `target` cannot be written: asked before work of hours. Its folder is there afterwards."""
-    if target == STDOUT or (target.exists() and not target.is_file()):
-        return
-    try:
-        folder = target.resolve().parent
-        folder.mkdir(parents=True, exist_ok=True)
-        tempfile.TemporaryFile(dir=folder).close()
-    except OSError as error:
-        raise OutputError(f"{target}: cannot be written: {error.strerror or error}") from None
-
-
 def save_text(target: Path, text: str, inputs: list[Path]) -> None:
     """Writes `text` as UTF-8 to `target`, whole or not at all."""
     with replacing(target, inputs) as stream:

@@ -63,8 +63,9 @@ def table(log: Log) -> str:
     """The same for people."""
     found = summary(log)
     rows, mechanisms = found["streams"], found.get("mechanisms", [])
-    first = (rows or mechanisms)[0]
-    lines = [f"{log.source}: {len(rows) or len(mechanisms)} stream(s), {first['samples']} samples, {first['duration_s']:g} s each"]
+    first, count = (rows or mechanisms)[0], len(rows) or len(mechanisms)
+    runs = f"{count} streams, each" if count > 1 else "1 stream"
+    lines = [f"{log.source}: {runs} of {first['samples']} samples, {first['duration_s']:g} s"]
     if rows:
         unit, drive, key = (
             first["units"]["position"],

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model
+from frictool.documents.quantity import si_unit
 from frictool.errors import NoSolutionError
 from frictool.reduce.advice import other_tolerance, passing_bandwidth
 from frictool.reduce.chain import Chain
@@ -32,12 +33,16 @@ TOLERANCE = 0.05  # "response time within 5 %"
 
 @dataclass(frozen=True)
 class Checked:
-    """told: of every step, the one inertia last, with what was measured. refused: the first error beyond what is allowed; None: done."""
+    """told: of every step, the one inertia last, with what was measured. unit: of positions at the sensor.
+
+    refused: the first error beyond what is allowed; None: done.
+    """
 
     told: tuple[Told, ...]
     tolerance: float
     play: float
     runs: int
+    unit: str
     refused: str | None
 
     @property
@@ -47,8 +52,9 @@ class Checked:
         if self.refused is not None:
             return f"not reduced: {self.refused}"
         return (
-            f"reduced: over {self.runs} runs the one inertia is within {last.whole:.3g} of the whole mechanism, on ways of {last.way:.3g}; "
-            f"allowed: {100.0 * self.tolerance:g} % of the way and the play of {self.play:.3g}"
+            f"reduced: over {self.runs} runs the one inertia is within {last.whole:.3g} {self.unit} of the whole mechanism, "
+            f"on ways of {last.way:.3g} {self.unit}; "
+            f"allowed: {100.0 * self.tolerance:g} % of the way and the play of {self.play:.3g} {self.unit}"
         )
 
 
@@ -92,7 +98,8 @@ def checked(chain: Chain, model: Model, final: Told, tolerance: float = TOLERANC
     now = crossing(lambda run: model_positions(model, run.place, run.command))
     told.append(replace(final, measured=_measured(tests, before, now, whole)))
     play = chain.one.play.width
-    return Checked(tuple(told), tolerance, play, len(tests), _refused(told, tolerance, play, chain))
+    unit = si_unit("position", model.bench.axis)
+    return Checked(tuple(told), tolerance, play, len(tests), unit, _refused(told, tolerance, play, chain, unit))
 
 
 def _player(mechanism: Mechanism, chain: Chain, size: float, place: Callable[[float], float]) -> Callable[[Run], Vector]:
@@ -130,7 +137,7 @@ def _distance(a: Vector, b: Vector, whole: Vector) -> float:
     return float(np.max(np.abs(a[:count] - b[:count]), initial=0.0))
 
 
-def _refused(told: list[Told], tolerance: float, play: float, chain: Chain) -> str | None:
+def _refused(told: list[Told], tolerance: float, play: float, chain: Chain, unit: str) -> str | None:
     """The first error beyond what is allowed, and what to try. Where resonances are kept the one inertia alone is told and not judged."""
     judged = told[:-1] if chain.kept else told
     for one in told:
@@ -143,8 +150,9 @@ def _refused(told: list[Told], tolerance: float, play: float, chain: Chain) -> s
             continue
         if found.distance > tolerance * found.way + play:
             return (
-                f"{one.step}: {found.where}, {found.distance:.3g} from the step before on a way of {found.way:.3g}; allowed: "
-                f"{100 * tolerance:g} % of the way and the play of {play:.3g}{_held(one, chain)}; try {other_tolerance(judged, play)}"
+                f"{one.step}: {found.where}, {found.distance:.3g} {unit} from the step before on a way of {found.way:.3g} {unit}; "
+                f"allowed: {100 * tolerance:g} % of the way and the play of {play:.3g} {unit}{_held(one, chain)}; "
+                f"try {other_tolerance(judged, play)}"
             )
     return None
 

@@ -252,7 +252,7 @@ def test_what_does_not_fit_is_told_before_anything_is_played(tmp_path: Path, spr
 def test_wrong_command_lines_and_files(tmp_path: Path) -> None:
     command = write(tmp_path, played(WEAR))
     assert "belongs to --worst" in run(*command, "--evaluations", "5").stderr
-    assert "each need their own" in run(*command, "-o", tmp_path / "a.yaml", "--keep", tmp_path / "a.yaml").stderr
+    assert "each needs its own" in run(*command, "-o", tmp_path / "a.yaml", "--keep", tmp_path / "a.yaml").stderr
     refused(run(*command, "-n", "5", "-o", tmp_path / "model.yaml"), 3, "model.yaml: is an input")
     refused(run(*command, "-n", "5", "-o", tmp_path), 3, "is a directory")
     refused(run(*command, "-n", "5", "--worst", tmp_path / "spec.yaml"), 3, "spec.yaml: is no directory")

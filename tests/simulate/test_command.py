@@ -25,7 +25,7 @@ def simulate(rig: dict[str, Path], output: Path | str, *more: str) -> Result:
 def test_writes_a_log_that_reads_back(rig: dict[str, Path], tmp_path: Path) -> None:
     result = simulate(rig, tmp_path / "run.mcap")
     assert result.code == 0, result.stderr
-    assert result.stdout.splitlines()[0] == "steps: 3 stream(s), 1200 samples, 1.2 s each"
+    assert result.stdout.splitlines()[0] == "steps: 3 streams, each of 1200 samples, 1.2 s"
     log = read_mcap(tmp_path / "run.mcap")
     assert [stream.topic for stream in log.streams] == ["/axis", "/axis/light", "/axis/heavy"]
     assert log.main.units["current"] == "A"

@@ -48,7 +48,7 @@ def test_a_closed_loop_is_told_block_by_block(rig: dict[str, Path], tmp_path: Pa
     result = closed(rig, tmp_path / "run.mcap")
     assert result.code == 0, result.stderr
     lines = result.stdout.splitlines()
-    assert lines[0] == "steps: 1 stream(s), 1200 samples, 1.2 s each"
+    assert lines[0] == "steps: 1 stream of 1200 samples, 1.2 s"
     told = {line.split()[0]: line.split() for line in lines[2:]}
     assert told["/axis"][-2:] == ["at", "rest"]
     assert {"/mechanism", "rotor", "load", "pair:", "events:", "energy"} <= set(told)
