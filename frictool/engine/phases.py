@@ -1,4 +1,4 @@
-"""One piece of the motion of a body: at rest, in the Stribeck layer, or on the straight part of the law.
+"""One piece of the motion of a body: at rest, in the Stribeck layer (2.34), or on the straight part of the law.
 
 A piece is a set of polynomials of the time since its start, rows x, v, q (and u at rest), together with how long they hold.
 """

@@ -1,4 +1,4 @@
-"""A measured effort through an axis: what the axis would have done, sample by sample; optionally corrected by what it did.
+"""A measured effort through an axis (4.17): what the axis would have done, sample by sample; optionally corrected by what it did.
 
     effort[k] --> held for a period, or on its way to effort[k+1] as the drive's lag lets it --> axis --> position[k+1], velocity[k+1]
 

@@ -1,4 +1,4 @@
-"""The motion under Coulomb and viscous friction of fixed sign, and the effort at rest: power series to rounding.
+"""The motion under Coulomb and viscous friction of fixed sign (2.31), and the effort at rest: power series to rounding.
 
     m v' = u(t, x, v, q) - friction - viscous v        x' = v        q' = x - r        (engine/drive.py)
 

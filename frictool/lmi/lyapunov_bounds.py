@@ -1,4 +1,4 @@
-"""Upper bounds of the worst norm of a family of closed loops, by a Lyapunov matrix: what holds while the parameters move.
+"""Upper bounds of the worst norm (5.53) of a family of closed loops, by a Lyapunov matrix: what holds while the parameters move.
 
     x' = A x + B w,  z = C x + D w      in the parameters r, a box of normalised ones in [0, 1], the loop is multi-affine
 

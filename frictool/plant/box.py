@@ -1,4 +1,4 @@
-"""A box of physical parameters around given plants, and its corners.
+"""A box of physical parameters around given plants, and its corners, as the 16 of (5.68).
 
 The Coulomb friction only scales the friction input w: a norm grows with its magnitude, whether constant or not, so that bounds over a box
 take it at its largest.

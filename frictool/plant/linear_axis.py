@@ -1,4 +1,4 @@
-"""The axis as a linear system: drive lag, inertia and viscous friction; what is not linear of the friction enters as an effort.
+"""The axis (5.48) as a linear system: drive lag, inertia and viscous friction; what is not linear of the friction enters as an effort.
 
     tau i' = u - i          v' = k i - s v - f w + p w_D          x' = v          eta' = v_c - v
 

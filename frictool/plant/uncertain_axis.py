@@ -1,4 +1,4 @@
-"""The axis with its physical parameters pulled out as real uncertainties: a linear fractional form that is exact, or that encloses.
+"""The axis (5.48) with its physical parameters pulled out as real uncertainties: a linear fractional form that is exact, or that encloses.
 
     J v' = K i - s v - F w      J = J0 + rJ dJ,  K = K0 + rK dK,  s = s0 + rs ds,      dJ, dK, ds real, constant, in [-1, 1]
 

@@ -1,4 +1,4 @@
-"""Springs, cams and friction of each block as the curve C_r(theta, sign) of (2.28)-(2.29), and the check of (2.27) at every position.
+"""Springs, cams (2.23) and friction of each block as the curve C_r(theta, sign) of (2.28)-(2.29), and (2.27) checked everywhere.
 
 Irreversible at a position: C_+ >= 0 >= C_-, friction holds the load there. Where it holds everywhere the load is a part of friction, that
 of each direction at its own level; at rest nothing changes, stuck is stuck between the same two efforts.

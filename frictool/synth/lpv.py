@@ -1,4 +1,4 @@
-"""Method `lpv`: the polytope's vertices with common Lyapunov matrices (theorem 5.3.1), the controller frozen at one plant (5.3.4).
+"""Method `lpv`: the polytope's vertices with common Lyapunov matrices (theorem 5.3.1), the controller frozen at one plant (5.64)-(5.65).
 
 The frozen controller is not covered by the inequalities at the vertices: it is accepted only after the sampled loop, rebuilt from the
 stored coefficients, was verified there.

@@ -1,4 +1,4 @@
-"""The exhaustive clutch against its one-inertia model, under the same controllers: do they do the same, and does it meet 5.4.1?
+"""The exhaustive clutch (2.16)-(2.23) against its one inertia (2.24)-(2.29), same controllers: do they do the same, is 5.4.1 met?
 
     python -m tests.clutch.mechanism SPEC BUILD LAW...     BUILD/LAW/exhaustive.mcap, reduced.mcap
                                                            (make -C configs/clutch mechanism)

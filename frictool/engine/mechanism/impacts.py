@@ -1,4 +1,4 @@
-"""Flanks that meet, and end stops: velocities after an impact.
+"""Flanks that meet, where the play of (2.18) is taken up, and end stops: velocities after an impact, from which on (2.19) holds.
 
 An impact is between two groups of rigidly joined blocks, or a group and the frame, by Newton's law with the contact's restitution. Where
 groups touch in a row, it passes from contact to contact, the fastest approach first, as through the balls of Newton's cradle, until no

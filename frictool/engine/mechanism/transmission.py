@@ -2,8 +2,9 @@
 
     g(lambda) = ratio lambda + loss = ratio kink + (lambda - kink) (ratio + c)
 
-s is the direction of a. With efficiencies the kink is 0 and c = ±s drive_loss or ±s back_loss by the direction of power; in the thesis's
-screw (2.12) the kink is where thread lambda = thesis_screw u_a, and c = ±s thread. g rises with ratio lambda where the load can drive.
+s is the direction of a. With efficiencies (2.3), (2.20) the kink is 0 and c = ±s drive_loss or ±s back_loss by the direction of power;
+in the thesis's screw (2.12)-(2.13), (2.15) the kink is where thread lambda = thesis_screw u_a, and c = ±s thread.
+g rises with ratio lambda where the load can drive.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
     Piece ──moves.py──▶ Move ──bank.py───▶ wear, inertia, viscous friction, offset ──▶ Estimate, one after each move
                           └────kinds.py──▶ kind of wear, by direction and zone ──────────▲
 
-Wear walks by WALK a move. Where moves, one or some together, tell of more (change.py), it is let walk as far as explains them: it has worn
-faster, or changed at once (thesis 6.3.2: times 1.5 at 5 s).
+Wear, the alpha of (6.13), walks by WALK a move. Where moves, one or some together, tell of more (change.py), it is let walk as far as
+explains them: it has worn faster, or changed at once (thesis 6.3.2: times 1.5 at 5 s).
 
 The interval is the filters'. Beside it in quadrature: what the wear goes on by a move, where it does; and FLOOR of the wear, which the
 model's shape over position and speed, and the rows' own approximations, leave however many moves there are. It was set on plants that no

@@ -5,6 +5,8 @@
     none             dry_d,z = 1                  multiplicative   dry_d,z = w
     additive         level_d = d a                directional      dry_d,z = w_d                zones   dry_d,z = w_z
 
+Multiplicative is the alpha of (6.13), additive that of (6.22).
+
 In every kind the inertia, the viscous friction and its bends, and an offset are as unsure as restriction.py says, and friction over speed
 that the model has not may be there, the more the less likely (bank.py): a mixture of beliefs, whose p are summed. Each dry_d,z deviates
 by ROUGH, as no model has its friction over position to the last per cent; and all are scaled alike by what the actuator's constant is

@@ -1,4 +1,4 @@
-"""Friction of some directions and zones over the model's, as weights of the columns' parameters: what an interval of theirs is taken of."""
+"""Friction of some directions and zones over the model's (4.44): weights of the columns' parameters, of which an interval is taken."""
 
 from __future__ import annotations
 

@@ -7,6 +7,7 @@ is one coordinate: q = R p with rigid links, and play that is taken as closed. V
 
 L = R where links lose nothing. Where power is taken to flow along the links (efficiency "driving") each passes ratio/eta of its effort
 back, as (2.3)-(2.5) have it; L carries these in place of the ratios, and so do the couplings' efforts.
+Two pulleys and a belt are (2.6) with the transfer (2.7); without damping it is (2.8), with a rigid belt (2.9).
 """
 
 from __future__ import annotations

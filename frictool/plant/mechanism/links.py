@@ -5,6 +5,8 @@
 Loss: where power goes from a to b, effort_a = ratio lambda/eta, so that drive_loss = |ratio| (1/eta - 1) per unit of lambda; where it comes
 back, effort_a = ratio lambda eta_back, so that back_loss = |ratio| (1 - eta_back). The same friction both ways is eta_back = 2 - 1/eta. A
 thread with mu = tan phi (2.10)-(2.13) takes radius tan(alpha + phi) and gives back radius tan(alpha - phi).
+
+Gear (2.3), with stiffness and damping (2.4)-(2.5); belt (2.6); pistons (2.16); rack (2.19)-(2.20); play (2.18).
 """
 
 from __future__ import annotations
