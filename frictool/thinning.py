@@ -1,4 +1,4 @@
-"""Fewer points for a plot, none of its peaks lost."""
+"""What of a signal a plot can show: fewer points, none of its peaks lost."""
 
 from __future__ import annotations
 
@@ -9,6 +9,11 @@ from numpy.typing import NDArray
 
 Vector = NDArray[np.float64]
 COLUMNS = 500  # about one per printed point of width
+
+
+def with_gaps(values: Vector) -> Vector:
+    """A signal (n,) for a plot: NaN, which leaves a gap in the curve, where it is not finite."""
+    return np.where(np.isfinite(values), values, np.nan)
 
 
 def shown_samples(*signals: Vector) -> NDArray[np.intp]:

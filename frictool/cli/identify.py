@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,9 +29,8 @@ from frictool.identify.methods import DEFAULT, METHODS
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
     from frictool.documents.model import Model
-    from frictool.identify.estimators.inverse_dynamic import Pipeline
     from frictool.identify.identification import Identification
-    from frictool.identify.methods import Settings
+    from frictool.identify.methods import Pipeline, Settings
 
 HELP = f"""\b
 Example:
@@ -234,6 +233,6 @@ def _check_each(each: str | None, alone: dict[str, Any], many: dict[str, Any]) -
 
 
 def _pipeline(filters: dict[str, Any]) -> Pipeline:
-    from frictool.identify.estimators.inverse_dynamic import PUBLISHED
+    from frictool.identify.methods import Pipeline
 
-    return replace(PUBLISHED, **{name: value for name, value in filters.items() if value is not None})
+    return Pipeline(**{name: value for name, value in filters.items() if value is not None})

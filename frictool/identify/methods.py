@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, cast
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
-    from frictool.identify.estimators.inverse_dynamic import Pipeline
     from frictool.identify.outcome import Fit
     from frictool.identify.record import Record
 
@@ -123,6 +122,20 @@ METHODS: dict[str, Method] = {
         ("pipeline",),
     ),
 }
+
+
+@dataclass(frozen=True)
+class Pipeline:
+    """The filters of the published methods, inverse-dynamic and friction-force; the values are the published ones of the former."""
+
+    cutoff_hz: float = 100.0
+    filter_order: int = 4
+    padding: int = 12  # samples
+    skip: int = 49  # samples
+    decimate: int = 10
+    decimate_order: int = 8
+    decimate_ripple_db: float = 0.05
+    decimate_band: float = 0.8  # of the new Nyquist frequency
 
 
 @dataclass(frozen=True)

@@ -76,7 +76,7 @@ def overview(spec: Spec, evidence: list[Evidence]) -> list[Picture]:
     moving = [(item, shown) for item in positions if (shown := item.velocity) is not None]
     if moving:
         pictures += [_velocity(moving, unit), _phase_plane(moving, unit)]
-    used = [(item, *speeds) for item in evidence if not isinstance(speeds := used_velocity(item), str)]
+    used = [(item, *speeds) for item in evidence if not isinstance(speeds := used_velocity(item.stream, item.simulated), str)]
     if used:
         pictures.append(_used(used, unit))
     return pictures

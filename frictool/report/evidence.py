@@ -21,6 +21,7 @@ from frictool.metrics.load_position import load_bounds
 from frictool.metrics.noise import noise_deviation
 from frictool.report.rig import Rig
 from frictool.report.velocity import shown_velocity
+from frictool.thinning import with_gaps
 
 UNKNOWN = Rig()
 
@@ -53,8 +54,7 @@ class Evidence:
 
     def plotted(self, signal: str) -> Vector:
         """A signal of the stream for a plot: NaN, which leaves a gap in the curve, where it is not finite."""
-        values = self.stream.signals[signal]
-        return np.where(np.isfinite(values), values, np.nan)
+        return with_gaps(self.stream.signals[signal])
 
     @property
     def drive(self) -> Vector | None:
@@ -74,7 +74,7 @@ class Evidence:
     @cached_property
     def velocity(self) -> tuple[Vector, str] | None:
         """What is drawn as the velocity (n,), and where it comes from."""
-        return shown_velocity(self)
+        return shown_velocity(self.stream, self.resolution)
 
     @cached_property
     def has_backlash(self) -> bool:

@@ -36,7 +36,7 @@ def stream_metrics(spec: Spec, evidence: Evidence) -> tuple[dict[str, float], di
     else:
         values["tracking_error_peak"] = tracking_error_peak(signals["reference"], signals["position"])
         values["tracking_error_rms"] = tracking_error_rms(signals["reference"], signals["position"])
-    used = used_velocity(evidence)
+    used = used_velocity(evidence.stream, evidence.simulated)
     if isinstance(used, str):
         missing.update(dict.fromkeys(OF_THE_SPEED, used))
     else:

@@ -8,10 +8,10 @@ from scipy.io import loadmat
 
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
-from frictool.identify.estimators.inverse_dynamic import PUBLISHED, Pipeline, inverse_dynamic
+from frictool.identify.estimators.inverse_dynamic import inverse_dynamic
 from frictool.identify.estimators.least_squares import least_squares
 from frictool.identify.estimators.power_balance import power_balance
-from frictool.identify.methods import Settings
+from frictool.identify.methods import Pipeline, Settings
 from frictool.identify.outcome import NothingUsable
 from frictool.identify.record import Record, make_record
 from sample_logs.make import TRUTH, sines
@@ -124,4 +124,4 @@ def test_refusals(bench: Bench) -> None:
         inverse_dynamic([holed], bench, Settings())
     still = make_record("still", log.time, np.zeros(log.time.size), log.effort, log.resolution, log.lag)
     with pytest.raises(NothingUsable, match="excite"):
-        inverse_dynamic([still], bench, Settings(pipeline=PUBLISHED))
+        inverse_dynamic([still], bench, Settings(pipeline=Pipeline()))

@@ -16,7 +16,6 @@ from frictool.report.evidence import gather
 from frictool.report.measure import Measured
 from frictool.report.step_views import same_steps, step_views, window
 from frictool.report.tables import hold_tables
-from frictool.report.velocity import shown_velocity
 from frictool.report.verdict import judge
 from frictool.thinning import COLUMNS, path_samples, shown_samples
 from tests.report.example import ENCODER_STEP, clutch_spec, stream
@@ -44,7 +43,7 @@ def test_a_path_is_followed_closely_and_standing_still_costs_nothing() -> None:
 
 def test_the_log_s_own_velocity_is_shown() -> None:
     (item,) = gather(clutch_spec(), [Log((stream(),), {}, "run.mcap")])
-    shown = shown_velocity(item)
+    shown = item.velocity
     assert shown is not None
     assert np.array_equal(shown[0], item.stream.signals["velocity"])
     assert shown[1] == "velocity in the log"
@@ -53,7 +52,7 @@ def test_the_log_s_own_velocity_is_shown() -> None:
 def test_without_it_the_encoder_difference_is_near_and_says_what_it_is() -> None:
     (with_velocity,) = gather(clutch_spec(), [Log((stream(),), {}, "run.mcap")])
     (without,) = gather(clutch_spec(), [Log((stream(without=("velocity",)),), {}, "run.mcap")])
-    shown = shown_velocity(without)
+    shown = without.velocity
     assert shown is not None
     velocity, source = shown
     true = with_velocity.stream.signals["velocity"]
@@ -66,7 +65,7 @@ def test_a_steady_speed_is_shown_exactly_to_the_ends() -> None:
     steady = stream(without=("velocity",))
     steady.signals["position"][:] = 2.0 * steady.time
     (item,) = gather(clutch_spec(), [Log((steady,), {}, "run.mcap")])
-    shown = shown_velocity(item)
+    shown = item.velocity
     assert shown is not None
     np.testing.assert_allclose(shown[0], 2.0, rtol=1e-9)
 

@@ -20,8 +20,7 @@ from scipy.signal import butter, lfilter, lfilter_zi
 from scipy.special import stdtrit
 
 from frictool.documents.bench import Bench
-from frictool.identify.estimators.inverse_dynamic import PUBLISHED
-from frictool.identify.methods import Settings
+from frictool.identify.methods import Pipeline, Settings
 from frictool.identify.outcome import Fit, Interval, NothingUsable
 from frictool.identify.record import Record, Vector
 from frictool.identify.regression.newey_west import newey_west
@@ -38,7 +37,7 @@ def friction_force(records: list[Record], bench: Bench, settings: Settings) -> F
 
     Raises NothingUsable where the records do not tell the curve, or the motion is in one direction only and the bench knows no offset.
     """
-    pipeline = settings.pipeline or PUBLISHED
+    pipeline = settings.pipeline or Pipeline()
     rows = joined([_rows(record, bench, pipeline.cutoff_hz, pipeline.filter_order) for record in records])
     force = rows.effort - bench.mechanics.inertia.value * rows.acceleration
     both, top = bool(np.ptp(rows.sign) > 0.0), float(np.max(np.abs(rows.velocity)))

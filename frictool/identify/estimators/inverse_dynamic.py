@@ -19,7 +19,7 @@ not small beside the speed makes up reversals.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,7 @@ from scipy.signal import butter, cheby1, filtfilt
 
 from frictool.documents.bench import Bench
 from frictool.identify.estimators.power_balance import power_balance
-from frictool.identify.methods import Settings
+from frictool.identify.methods import Pipeline, Settings
 from frictool.identify.outcome import Fit, Interval, NothingUsable
 from frictool.identify.record import Record, Vector
 from frictool.identify.rows.resolution import unresolved_inertia
@@ -39,30 +39,13 @@ LARGEST_BACKLASH_SHARE = 0.01  # of the samples that may lie within the backlash
 LARGEST_NOISE = 0.01  # rms of the velocity's noise over rms of the velocity
 
 
-@dataclass(frozen=True)
-class Pipeline:
-    """The filters; the values are the published ones."""
-
-    cutoff_hz: float = 100.0
-    filter_order: int = 4
-    padding: int = 12  # samples
-    skip: int = 49  # samples
-    decimate: int = 10
-    decimate_order: int = 8
-    decimate_ripple_db: float = 0.05
-    decimate_band: float = 0.8  # of the new Nyquist frequency
-
-
-PUBLISHED = Pipeline()
-
-
 def inverse_dynamic(records: list[Record], bench: Bench, settings: Settings) -> Fit:
     """Inertia, viscous, Coulomb and offset by the published pipeline, with intervals that hold its systematic errors.
 
     Raises NothingUsable where a record is too short for its filters, where much of the motion is within the backlash, and where the
     power balance, which tells the systematic errors, finds no slip.
     """
-    pipeline, confidence = settings.pipeline or PUBLISHED, settings.confidence
+    pipeline, confidence = settings.pipeline or Pipeline(), settings.confidence
     _refuse_backlash(records, bench)
     samples = joined([_decimated(record, pipeline) for record in records])
     details: dict[str, float | int] = {
