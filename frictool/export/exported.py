@@ -111,7 +111,7 @@ def _c(controller: Controller, number: Number, origin: Origin) -> Exported:
     more = [f"golden vectors: {vectors.samples} samples, {counted}"]
     if number != "double":
         unit = si_unit(controller.drive, controller.axis)
-        apart = f"; {vectors.apart} sample(s) are in another mode" if vectors.apart else ""
+        apart = f"; in another mode: {vectors.apart} sample{'s' * (vectors.apart > 1)}" if vectors.apart else ""
         more.append(
             f"rounding of the signals: the drive is {vectors.away:.3g} {unit} away from double's at most, {vectors.rms:.3g} rms{apart}"
         )

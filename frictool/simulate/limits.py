@@ -31,7 +31,7 @@ def check_steps(scenario: Scenario, period: float, runs: int, name: str, width: 
 def check_length(samples: float, runs: int, key: str, name: str, width: float = 1.0) -> None:
     """Raises DocumentError where so many samples of so many runs do not fit into memory; width: how many times an axis's a sample is."""
     if samples * runs * width > MAX_SAMPLES:
-        found = f"asks for {samples * runs:.3g} samples in {runs} run(s)"
+        found = f"asks for {samples * runs:.3g} samples in {runs} run{'s' * (runs > 1)}"
         refuse(name, key, f"{found}; allowed: {MAX_SAMPLES / width:.0e} in all; play fewer variants, or shorter")
 
 

@@ -71,4 +71,5 @@ def gaps_of(replay: Replay, log: Log) -> list[str]:
         return []
     longest = int(np.argmax(steps))
     where = f"the longest of {steps[longest]:.4g} s at {inside[longest]:.4g} s"
-    return [f"the log that is replayed has {int(wide.sum())} gap(s), {where}; the reference keeps or bridges its value there"]
+    count = int(wide.sum())
+    return [f"the log that is replayed has {count} gap{'s' * (count > 1)}, {where}; the reference keeps or bridges its value there"]

@@ -78,7 +78,8 @@ def _blocks(controller: Controller) -> list[str]:
         )
         lines.append(f"friction compensation: {compensation.gain:g} of {what}")
     if controller.linear.form == "sos":
-        lines.append(f"runs as {len(controller.linear.sos)} second-order section(s)")
+        count = len(controller.linear.sos)
+        lines.append(f"runs as {count} second-order section{'s' * (count > 1)}")
     return lines
 
 

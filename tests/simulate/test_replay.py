@@ -93,7 +93,7 @@ def test_gaps_are_told_where_they_are_replayed() -> None:
     time = np.concatenate([T * np.arange(100), 0.3 + T * np.arange(100)])
     log = logged(time, np.ones(200))
     (told,) = gaps_of(Replay("x"), log)
-    assert "1 gap(s), the longest of 0.201 s at 0.099 s" in told
+    assert "has 1 gap, the longest of 0.201 s at 0.099 s" in told
     assert gaps_of(Replay("x", from_s=0.3), log) == []
     assert replayed(Replay("x"), log, "rotary", T).size == 400
 

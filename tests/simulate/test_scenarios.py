@@ -191,7 +191,7 @@ HEAD = "format: scenario/1\nname: s\naxis: rotary\nstart: {value: 5, unit: rad}\
         (STEPS + "  - {duration_s: 1}\n", 7, "steps[1]: found none of them; allowed: exactly one of reference, ramp_to, sine, hold_s"),
         (STEPS + "variants: random\nplants: 0\n", 8, "plants: found 0; allowed: a whole number >= 1"),
         (STEPS + "plants: 10\n", 1, "plants, how many, belongs to variants: random"),
-        (STEPS + "variants: random\nplants: 100000\n", 5, "steps: asks for 1e+08 samples in 100001 run(s)"),
+        (STEPS + "variants: random\nplants: 100000\n", 5, "steps: asks for 1e+08 samples in 100001 runs;"),
         (
             LOAD + "step, effort: ONE, at_s: 1}\n",
             8,
