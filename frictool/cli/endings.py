@@ -21,6 +21,7 @@ FORMATS = {
     "text": (".txt",),
     "LaTeX": (".tex",),
 }
+TABLES = FORMATS["CSV"] + FORMATS["Parquet"]  # of many logs, a row each
 # what somebody may take an output for
 OTHERS: tuple[str, ...] = (".pdf", ".png", ".jpg", ".jpeg", ".eps", ".xls", ".xlsx", ".ods", ".doc", ".docx", ".zip", ".tar", ".gz")
 OTHERS += (".mat", ".npz", ".mf4", ".mdf", ".bag", ".db3", ".c", ".h", ".m", ".py", ".ipynb")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.endings import says_file
+from frictool.cli.endings import TABLES, says_file
 from frictool.cli.output import STDOUT, check_output, command_line, note, print_json, refuse_inputs, replacing, save_text, say
 from frictool.cli.progress import progress
 from frictool.errors import EXIT_DONE, EXIT_INPUT, EXIT_NO, OutputError
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from frictool.identify.methods import Settings
     from frictool.logs.origin import Patterns
 
-TABLES = (".csv", ".parquet", ".pq")
 TABLE = "parameters.csv"  # beside the models
 
 

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from frictool.observe.commissioning import Commissioning
     from frictool.observe.one_log import Settings
 
-TABLES = (".csv", ".parquet", ".pq")
-
 
 @dataclass(frozen=True)
 class Given:

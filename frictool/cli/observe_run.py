@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import click
 
 from frictool import waiting
-from frictool.cli.endings import is_page
-from frictool.cli.observe_given import TABLES, Given, check_outputs, commissioning_of, observer_of, pattern
+from frictool.cli.endings import TABLES, is_page
+from frictool.cli.observe_given import Given, check_outputs, commissioning_of, observer_of, pattern
 from frictool.cli.output import (
     FiniteRange,
     NamedPath,
