@@ -19,6 +19,7 @@ from frictool.documents.controller import Controller, Number
 from frictool.errors import NoSolutionError
 from frictool.export.biquads import Biquads, fixed_biquads, float_biquads, response_sum
 from frictool.export.cmsis import cmsis_arrays, cmsis_header
+from frictool.export.exported import export
 from tests.control.example import clutch_controller
 from tests.export.compiled import COMPILERS, ORIGIN, STRICT, needs_compiler
 from tests.export.controllers import scheduled
@@ -120,6 +121,11 @@ def test_scheduled_coefficients_are_no_arrays() -> None:
 @pytest.fixture(scope="module")
 def controller() -> Controller:
     return truthful(clutch_controller())
+
+
+def test_there_are_no_biquads_in_double(controller: Controller) -> None:
+    with pytest.raises(NoSolutionError, match="have no double; use --number float, q31 or q15"):
+        export(controller, "cmsis", "double", ORIGIN)
 
 
 @needs_compiler
