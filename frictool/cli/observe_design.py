@@ -85,7 +85,7 @@ def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[fl
     help="What mode 0 does with the estimated speed.",
 )
 @click.option(
-    "--bandwidth", type=FiniteRange(0.0, min_open=True), help="Of its error, rad/s; tracking.  [default: by the model's intervals]"
+    "--bandwidth", type=FiniteRange(0.0, min_open=True), help="Of its error [rad/s]; tracking.  [default: by the model's intervals]"
 )
 @click.option("--drive-noise", help="Standard deviation of the measured drive, such as 0.5A; tracking.  [default: 0]")
 @output_option(required=False, help="The observer (YAML); - is stdout. Without it nothing is written.", writes=("YAML",))
