@@ -138,7 +138,7 @@ def test_a_bench_without_delay_gets_a_controller_too() -> None:
 
 def test_weights_at_the_edge_of_the_numbers_give_nothing_that_is_not_verified() -> None:
     weights = msgspec.structs.replace(_design().weights, drive=0.5e6)
-    try:  # whether the solver comes to the end of it hangs on the processor's rounding; gamma grows as the weight does
+    try:  # whether the solver comes to the end of it depends on the processor's rounding; gamma grows as the weight does
         found = design_controller(clutch_model(), _spec(), msgspec.structs.replace(_design(), weights=weights), HERE).verified
     except NoSolutionError:
         return

@@ -86,7 +86,6 @@ def _motion(facts: dict[str, Any], surveys: Sequence[Survey]) -> list[str]:
 
 
 def _step(position: Signal) -> str:
-
     if position.step is not None:
         return f"{position.step:.6g} {position.unit}"
     if position.levels == 1:
