@@ -18,7 +18,7 @@ def to_control(system: Lti | Model | Controller) -> Any:
     try:
         import control
     except ImportError as error:
-        raise ImportError("to_control needs python-control: pip install control") from error
+        raise ImportError("to_control needs python-control: pip install 'frictool[control]'") from error
     found, names = view(system), dict[str, Any]()
     if isinstance(system, Controller):
         names = {"inputs": [ETA], "outputs": [DRIVE], "name": system.name}

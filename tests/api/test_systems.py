@@ -166,5 +166,5 @@ def test_what_is_no_model_and_no_controller_is_told(function: Any) -> None:
 
 def test_python_control_is_asked_for_where_it_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "control", None)
-    with pytest.raises(ImportError, match="pip install control"):
+    with pytest.raises(ImportError, match=r"pip install .frictool\[control\]"):
         to_control(Lti(np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), np.eye(1), PERIOD))
