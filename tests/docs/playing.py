@@ -29,7 +29,7 @@ NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 VERTEX = re.compile(r"\bv\d+\b")
 EXIT = re.compile(r"\s+# exit code (\d)\b.*$")
 COMMENT = re.compile(r"\s+#.*$")
-SOLVED = re.compile(r"synth|controller|campaign|run\.mcap|observer")  # in commands: a controller that was synthesised is used
+SOLVED = re.compile(r"synth|controller|campaign|run\.mcap|run\.main|observer")  # in commands: a controller that was synthesised is used
 PART, UNITS = Decimal("0.15"), 10  # by which figures that follow from it may differ; or units of the last digit
 DATA = Path(os.environ.get("FRICTOOL_DATA", ROOT.parent / "shared" / "data"))
 
