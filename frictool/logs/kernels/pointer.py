@@ -18,7 +18,7 @@ def _first_element(context: Any, array: Any) -> Any:
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return context.make_array(array)(context, builder, arguments[0]).data
 
-    return types.CPointer(array.dtype)(array), code  # type: ignore[no-untyped-call]
+    return types.CPointer(array.dtype)(array), code  # type: ignore[no-untyped-call]  # numba has no types
 
 
 # of a contiguous array (n,); read by index as the array is
