@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from frictool.plant.mechanism.linear import linearise
 from tests.mechanism.test_belt import belt
@@ -21,15 +23,32 @@ sources: {{motor: {{on: a, drive: effort}}}}
 sensors: {{wheel: {{on: b, measures: velocity}}}}
 """
 SOFT = ", compliance: {stiffness: {value: 50, unit: N m/rad}, damping: {value: 0.7, unit: N m s/rad}}"
+POSITIVE = st.floats(0.05, 20.0)
+
+
+@settings(max_examples=40, deadline=None)
+@given(*(POSITIVE,) * 6)
+def test_the_belts_transfer_is_that_of_its_free_bodies(ja: float, jb: float, ra: float, rb: float, kr: float, kv: float) -> None:
+    """(2.7) with K_r + K_v s along the belt, from J_A s^2 a = u + r_A f, J_B s^2 b = -r_B f, f = (K_r + K_v s)(r_B b - r_A a)."""
+    found = linearise(belt(ja, jb, kr, kv, ra, rb)).transfer("torque", "out")
+    frequency = np.geomspace(1e-2, 1e3, 12)
+    s = 1j * frequency
+    link = kr + kv * s
+    by_hand = ra * rb * link / (s**2 * (ja * jb * s**2 + (ja * rb**2 + jb * ra**2) * link))
+    assert np.allclose(found.response(frequency)[:, 0, 0], by_hand, rtol=1e-9, atol=0.0)
 
 
 def test_the_belts_mode_and_its_rigid_limit() -> None:
     """(2.8), K_v -> 0: poles at 0, 0 and +-j sqrt(K_r (J_A + J_B)/(J_A J_B)); (2.9), no compliance: the inertia J_A + J_B."""
     ja, jb = 2e-3, 5e-3
-    (mode,) = linearise(belt(ja, jb, 40.0, 0.0)).modes()
+    free = linearise(belt(ja, jb, 40.0, 0.0))
+    (mode,) = free.modes()
     assert mode.frequency == pytest.approx(np.sqrt(40.0 * (ja + jb) / (ja * jb)), rel=1e-12)
     assert mode.damping == pytest.approx(0.0, abs=1e-12)
     assert mode.blocks["a"] == pytest.approx(jb / (ja + jb), rel=1e-9)  # equal momenta: energies as 1/J
+    w = np.array([3.0, 30.0, 900.0])
+    by_hand = 1.0 / (ja * jb / 40.0 * w**4 - (ja + jb) * w**2)
+    assert np.allclose(free.transfer("torque", "out").response(w)[:, 0, 0], by_hand, rtol=1e-11)
     lumped = linearise(belt(ja, jb))
     assert lumped.mass == pytest.approx(np.array([[ja + jb]]))
     assert lumped.modes() == ()
