@@ -7,7 +7,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --no-compile --disable-pip-versi
 COMPILE := -@$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: demo test lint accept thesis fuzz bench rack logs schemas dist clean
+.PHONY: demo test lint accept thesis fuzz mutation bench rack logs schemas dist clean
 
 demo: $(VENV)/.run
 	$(MAKE) -C configs/clutch demo
@@ -31,6 +31,10 @@ thesis: $(VENV)/.dev
 # 20 000 mutated log files of all formats: some ten minutes, apart from `make accept`
 fuzz: $(VENV)/.dev
 	$(BIN)/python -m tests.fuzz
+
+# edits of 100 lines of the numerical packages, drawn by the commit's hash: some hours; exit code 1 if no test notices an edit
+mutation: $(VENV)/.dev
+	$(BIN)/python -m tests.mutation build/mutation.json
 
 bench: $(VENV)/.bench
 	$(BIN)/python -m benchmarks build/bench.json
