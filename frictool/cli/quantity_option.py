@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 import math
-import re
 
 import click
 
 from frictool.documents.quantity import Axis, factor_to_si, si_unit
-
-_FORM = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+from frictool.documents.quantity_form import written_quantity
 
 
 def positive_si(option: str, text: str, dimension: str, axis: Axis) -> float:
     """The number in SI. Raises click.UsageError naming the option for what is no number above 0, or has a unit of something else."""
     unit = si_unit(dimension, axis)
-    match = _FORM.fullmatch(text)
-    if match is None:
+    written = written_quantity(text)
+    if written is None:
         raise click.UsageError(
             f"{option}: found {text!r}; allowed: a number with or without its unit, such as 10 or 10{unit.replace(' ', '')}."
         )
+    digits, given = written
     try:
-        number = float(match[1]) * (factor_to_si(match[2], dimension, axis) if match[2] else 1.0)
+        number = float(digits) * (factor_to_si(given, dimension, axis) if given else 1.0)
     except ValueError as error:
         raise click.UsageError(f"{option}: {error}.") from None
     if not (math.isfinite(number) and number > 0.0):

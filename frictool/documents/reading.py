@@ -17,7 +17,8 @@ from typing import Any, Literal, Union, get_args, get_origin
 import msgspec
 import yaml
 
-from frictool.documents.quantity import CHOICES, Axis, Quantity, Series, Span, chosen_dimension, drive_dimension, factor_to_si, si_unit
+from frictool.documents.quantity import CHOICES, Axis, Quantity, Series, Span, chosen_dimension, factor_to_si, si_unit
+from frictool.documents.quantity_form import UNKNOWN, axis_dimension, example_unit, quantity_form, written_quantity
 from frictool.documents.scalars import Loader
 from frictool.errors import DocumentError, InputFileError
 
@@ -141,11 +142,7 @@ class Reader:
 
     def _series(self, node: yaml.Node, meta: list[msgspec.Meta], key: str) -> Series:
         extra = next((m.extra for m in meta if m.extra), {"dimension": "any"})
-        pairs = self._pairs(node, key)
-        self._known(pairs, ["values", "unit"], key)
-        for name in ("values", "unit"):
-            if name not in pairs:
-                self.fail(node, _join(key, name), "missing; allowed: {values: [..], unit: ..}")
+        pairs = self._quantity_pairs(node, Series, str(extra["dimension"]), key)
         unit = self.read(pairs["unit"][1], str, _join(key, "unit"))
         factor, si = self._factor(pairs["unit"][1], unit, str(extra["dimension"]), _join(key, "unit"))
         values = self._sequence(pairs["values"][1], float, [], _join(key, "values"))
@@ -230,13 +227,8 @@ class Reader:
 
     def _quantity(self, node: yaml.Node, kind: type[Quantity | Span], meta: list[msgspec.Meta], key: str) -> Any:
         extra = next((m.extra for m in meta if m.extra), {"dimension": "any"})
-        pairs = self._pairs(node, key)
+        pairs = self._quantity_pairs(node, kind, str(extra["dimension"]), key)
         fields = {field.name: field for field in msgspec.structs.fields(kind)}
-        self._known(pairs, list(fields), key)
-        required = ["unit", *(name for name, field in fields.items() if field.required)]
-        for name in required:
-            if name not in pairs:
-                self.fail(node, _join(key, name), f"missing; allowed: {{{', '.join(f'{n}: ..' for n in required)}}}")
         unit = self.read(pairs["unit"][1], str, _join(key, "unit"))
         factor, si = self._factor(pairs["unit"][1], unit, str(extra["dimension"]), _join(key, "unit"))
         numbers: dict[str, float] = {
@@ -245,6 +237,24 @@ class Reader:
         self._in_range(pairs, numbers, unit, extra, key)
         others = {name: self.read(pairs[name][1], fields[name].type, _join(key, name)) for name in pairs if name not in (*numbers, "unit")}
         return kind(**numbers, **others, unit=si)
+
+    def _quantity_pairs(self, node: yaml.Node, kind: type[msgspec.Struct], dimension: str, key: str) -> Pairs:
+        """The keys of a quantity, span or series; a refusal shows its form with a unit of that quantity."""
+        fields = {field.name: field for field in msgspec.structs.fields(kind)}
+        required = [name for name, field in fields.items() if field.required or name == "unit"]
+        if not isinstance(node, yaml.MappingNode):
+            written = written_quantity(node.value) if isinstance(node, yaml.ScalarNode) else None
+            number, unit = written or (UNKNOWN, "")
+            form = quantity_form(required, {"value": number, "unit": example_unit(dimension, self.axis, self.drive, unit)})
+            self.fail(node, key, f"found {_shown(node)}; allowed: a mapping with a unit; write {form}")
+        pairs = self._pairs(node, key)
+        self._known(pairs, list(fields), key)
+        for name in required:
+            if name not in pairs:
+                given = {other: pair[1].value for other, pair in pairs.items() if isinstance(pair[1], yaml.ScalarNode)}
+                form = quantity_form(required, {"unit": example_unit(dimension, self.axis, self.drive)} | given)
+                self.fail(node, _join(key, name), f"missing; allowed: {form}")
+        return pairs
 
     def _in_range(self, pairs: Pairs, numbers: dict[str, float], unit: str, extra: dict[str, Any], key: str) -> None:
         minimum, exclusive = extra.get("minimum"), bool(extra.get("exclusive"))
@@ -261,8 +271,7 @@ class Reader:
     def _factor(self, node: yaml.Node, unit: str, dimension: str, key: str) -> tuple[float, str]:
         if dimension == "any":
             return 1.0, unit
-        if dimension in ("drive", "effort per drive"):
-            dimension = drive_dimension(self.drive, constant=dimension != "drive")
+        dimension = axis_dimension(dimension, self.drive)
         try:
             if dimension in CHOICES:
                 dimension, axis = chosen_dimension(unit, dimension)

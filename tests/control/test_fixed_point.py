@@ -195,3 +195,13 @@ def test_a_state_far_coarser_than_what_it_becomes_is_refused() -> None:
     program.output = tiny
     with pytest.raises(DoesNotFit, match="coarse needs more than 64 bits"):
         fixed_program(program, 31)
+
+
+@pytest.mark.parametrize("side", [(-(2.0**-58), 0.0), (0.0, 2.0**-58)], ids=["negative", "positive"])
+def test_a_product_that_rounding_carries_beyond_its_word_is_refused(side: tuple[float, float]) -> None:
+    """Near the finest fraction 2^-60 a product of 2.7 rounds to 3, by more than the 2 % of a word that are kept free for rounding."""
+    program = Program()
+    tiny = program.input("position", *side) * program.constant(0.675)
+    program.output = tiny * program.constant(1.01 * 2.0 / 3.0)
+    with pytest.raises(DoesNotFit, match=r"value 4 \(mul\) needs more than 32 bits"):
+        fixed_program(program, 31)

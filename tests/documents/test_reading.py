@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -71,6 +73,11 @@ def test_shipped_documents_load_and_round_trip(kind: str, path: Path, tmp_path: 
         ),
         ("name: clutch", "name: ''", "name", ["found ''; allowed: text of at least 1 character"]),
         ("encoder:\n  counts_per_revolution: 56 ", "encoder: [56] ", "encoder", ["a list", "mapping"]),
+        ("{value: 50, unit: A}", "10", "actuator.limit", ["found 10", "write {value: 10, unit: A}"]),
+        ("{value: 50, unit: A}", "1200 mA", "actuator.limit", ["found '1200 mA'", "write {value: 1200, unit: mA}"]),
+        ("{value: 50, unit: A}", "12 V", "actuator.limit", ["found '12 V'", "write {value: 12, unit: A}"]),
+        ("{value: 50, unit: A}", "{value: 50}", "actuator.limit.unit", ["missing", "{value: 50, unit: A}"]),
+        ("{value: 50, unit: A}", "{unit: A}", "actuator.limit.value", ["missing", "{value: .., unit: A}"]),
     ],
 )
 def test_a_wrong_line_is_named(old: str, new: str, key: str, words: list[str], tmp_path: Path) -> None:
@@ -88,6 +95,40 @@ def test_a_wrong_line_is_named(old: str, new: str, key: str, words: list[str], t
     assert "\n" not in message
     if new and "\n" not in new:
         assert caught.value.line == _line_of(path.read_text(), new.strip())
+
+
+def _quantities(node: yaml.Node) -> Iterator[yaml.MappingNode]:
+    """Every quantity, span and series of a document."""
+    if isinstance(node, yaml.SequenceNode):
+        for item in node.value:
+            yield from _quantities(item)
+    elif isinstance(node, yaml.MappingNode):
+        if "unit" in (keys := {name.value for name, _ in node.value}) and keys & {"value", "values", "low"}:
+            yield node
+        for _, value in node.value:
+            yield from _quantities(value)
+
+
+@pytest.mark.parametrize(("kind", "path"), [*EVERY, ("mechanism", ROOT / "configs/clutch/mechanism.yaml")], ids=str)
+def test_a_bare_number_in_place_of_any_quantity_shows_the_form_that_is_read(kind: str, path: Path, tmp_path: Path) -> None:
+    """The unit of the form measures the quantity: with `value` (or `low` and `high`) and that unit, the document is read again."""
+    text, bare = path.read_text(), tmp_path / path.name
+    for node in _quantities(yaml.compose(text)):
+        start, end = node.start_mark.index, node.end_mark.index
+        keys = {name.value for name, _ in node.value}
+        bare.write_text(text[:start] + "1" + ("\n" if text[end - 1] == "\n" else "") + text[end:])
+        with pytest.raises(DocumentError, match=r"found 1; allowed: a mapping with a unit; write \{.*unit: .*\}$") as caught:
+            load(bare, DOCUMENTS[kind])
+        form = str(caught.value).rpartition("write ")[2]
+        if kind == "mechanism" and "unit: .." in form:  # a coefficient whose unit follows from its link
+            continue
+        shown = yaml.safe_load(form)
+        assert set(shown) <= keys
+        written = {name.value: value.value for name, value in node.value} | {"unit": shown["unit"]}
+        inside = ", ".join(f"{name}: {value}" for name, value in written.items() if isinstance(value, str))
+        bare.write_text(text[:start] + "{" + inside + "}" + ("\n" if text[end - 1] == "\n" else "") + text[end:])
+        if all(isinstance(value, str) for value in written.values()):
+            load(bare, DOCUMENTS[kind])
 
 
 @pytest.mark.parametrize(
