@@ -58,6 +58,14 @@ def test_the_interval_of_a_quantile_misses_it_as_rarely_as_it_says(level: float)
     assert stats.beta.sf(level, one.low + 1, n - one.low) > 0.025
 
 
+def test_too_few_draws_leave_the_interval_of_an_outer_quantile_open() -> None:
+    fifth, half, last = distribution(trials(np.arange(1.0, 31.0)), 0, "random").quantiles
+    assert (fifth.level, fifth.low) == (0.05, -np.inf)
+    assert (last.level, last.high) == (0.95, np.inf)
+    for quantile, ends in ((fifth, [fifth.high]), (half, [half.low, half.high]), (last, [last.low])):
+        assert all(end is not None and np.isfinite(end) for end in ends), quantile
+
+
 def test_trials_without_a_value_are_taken_as_the_worst_by_the_bound_and_not_by_the_quantiles() -> None:
     values = np.arange(200.0)
     whole = distribution(trials(values), 0, "random")

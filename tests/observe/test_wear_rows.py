@@ -122,6 +122,14 @@ def test_what_is_slow_turns_or_is_at_an_end_stop_is_no_row() -> None:
             assert layout.stops[0] <= turned[k] <= layout.stops[1]
 
 
+def test_slip_starts_at_two_counts_in_the_slope_or_at_a_fiftieth_of_the_top_speed() -> None:
+    coarse, fine = layout_of(clutch()), layout_of(load(ROOT / "configs" / "emps" / "published.yaml", Model))
+    assert coarse.slowest == pytest.approx(2.0 * coarse.count / (coarse.reach * coarse.period), rel=1e-5)
+    assert coarse.slowest > 400.0 / 50.0  # rad/s: the encoder decides
+    assert fine.slowest == pytest.approx(0.3 / 50.0)  # m/s: the top speed decides
+    assert fine.slowest > 2.0 * fine.count / (fine.reach * fine.period)
+
+
 def test_a_window_is_as_long_as_the_encoder_asks_for() -> None:
     coarse, fine = layout_of(clutch()), layout_of(load(ROOT / "configs" / "emps" / "published.yaml", Model))
     assert coarse.window > fine.window
