@@ -17,12 +17,13 @@ from typing import Any, Literal, Union, get_args, get_origin
 import msgspec
 import yaml
 
+from frictool.documents import composing
 from frictool.documents.quantity import CHOICES, Axis, Quantity, Series, Span, chosen_dimension, factor_to_si, si_unit
 from frictool.documents.quantity_form import UNKNOWN, axis_dimension, example_unit, quantity_form, written_quantity
-from frictool.documents.scalars import Loader
 from frictool.errors import DocumentError, InputFileError
 
-MAX_BYTES = 50_000_000
+MAX_BYTES = 2_000_000
+MAX_KEY = 200  # characters of a key's name
 Pairs = dict[str, tuple[yaml.Node, yaml.Node]]  # key -> (its node, the value's node)
 
 # what to do where a mechanism stands for one of these
@@ -40,7 +41,7 @@ def read_text(path: Path) -> str:
         if not path.is_file() and path.exists():
             raise InputFileError(path, "is not a regular file; a YAML document is expected")
         if path.stat().st_size > MAX_BYTES:
-            raise InputFileError(path, f"is larger than {MAX_BYTES // 1_000_000} MB; a YAML document is expected")
+            raise InputFileError(path, f"has {path.stat().st_size} bytes; allowed: {MAX_BYTES}; a YAML document is expected")
         data = path.read_bytes()
     except FileNotFoundError:
         raise InputFileError(path, "no such file") from None
@@ -58,10 +59,11 @@ def read_text(path: Path) -> str:
 def compose(text: str, path: Path) -> yaml.Node:
     """The node tree of the document. Raises InputFileError with the line of the first syntax error."""
     try:
-        node = yaml.compose(text, Loader)
+        node = composing.compose(text)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
-        raise InputFileError(path, f"not valid YAML: {_problem(error)}", line=None if mark is None else mark.line + 1) from None
+        problem = _problem(error) if isinstance(error, composing.RefusedYaml) else f"not valid YAML: {_problem(error)}"
+        raise InputFileError(path, problem, line=None if mark is None else mark.line + 1) from None
     except (yaml.YAMLError, ValueError) as error:
         raise InputFileError(path, f"not valid YAML: {str(error).splitlines()[0]}") from None
     except RecursionError:
@@ -198,6 +200,8 @@ class Reader:
             if not isinstance(name_node, yaml.ScalarNode):
                 self.fail(name_node, key, "found a key that is not text; allowed: plain names")
             name = name_node.value
+            if len(name) > MAX_KEY:
+                self.fail(name_node, key, f"found a key of {len(name)} characters; allowed: {MAX_KEY}")
             if name in pairs:
                 self.fail(name_node, _join(key, name), f"given twice, first in line {pairs[name][0].start_mark.line + 1}; keep one")
             pairs[name] = (name_node, value_node)

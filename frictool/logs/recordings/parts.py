@@ -7,8 +7,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import yaml
+from yaml.constructor import SafeConstructor
 
-from frictool.errors import LogError
+from frictool.documents.composing import compose
+from frictool.documents.reading import read_text
+from frictool.errors import InputFileError, LogError
 from frictool.logs.canonical.mcap_reader import is_canonical
 from frictool.logs.table import listed
 
@@ -41,13 +44,13 @@ def parts_of(folder: Path) -> list[Path]:
     if not (folder / METADATA).exists():
         raise LogError(folder, f"is a directory; expected: a log file, or the folder of a ROS 2 bag, which has a {METADATA}")
     try:
-        found = yaml.safe_load((folder / METADATA).read_text(encoding="utf-8"))
+        found = SafeConstructor().construct_document(compose(read_text(folder / METADATA)))
         about = found[ROOT]
         names = [str(name) for name in about["relative_file_paths"]]
         compressed = str(about.get("compression_mode") or "").upper() not in ("", "NONE")
-    except OSError as error:
-        raise LogError(folder, f"is no ROS 2 bag: {METADATA} cannot be read: {error.strerror or error}") from None
-    except (yaml.YAMLError, UnicodeDecodeError, KeyError, TypeError, AttributeError, RecursionError):
+    except InputFileError as error:
+        raise LogError(folder, f"is no ROS 2 bag: {error}") from None
+    except (yaml.YAMLError, ValueError, KeyError, TypeError, AttributeError):
         raise LogError(folder / METADATA, f"names no files; expected: {ROOT} with relative_file_paths") from None
     if compressed:
         raise LogError(folder, "is a compressed bag; unpack it with `ros2 bag convert`, or its files with `zstd -d`")
