@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +30,8 @@ def test_clutch_as_4_4_1_concludes() -> None:
     found = rows(assess(clutch(), {}, DURATION, effort=1.0))  # table 4.5: u_max = 1 N m
     inertia = found["inertia"].verdict
     assert inertia.bound == pytest.approx(3.0, rel=0.05)
-    assert "by differentiation it is refused" in inertia.why
+    assert f"differencing sample by sample: up to {100.0 * (inertia.bound or 0.0):.3g} %" in inertia.why
+    assert f"+-{100.0 * (inertia.precision or 0.0):.3g} % is expected" in inertia.why
     assert inertia.method == "weak"
     assert inertia.method in METHODS
     assert inertia.precision is not None
@@ -107,15 +109,31 @@ def test_the_scheme_and_the_table_for_people(tmp_path: Path) -> None:
     result = run("assess", "--bench", CLUTCH, "-o", target)
     assert result.code == 0
     for words in (
-        "(4.3): +-442 %; wanted +-5 %?  no",
-        "does it tune a filter?  no",
+        "inertia differenced sample by sample, worst case: up to 442 %; wanted +-5 %?  no",
+        "inertia/viscous is known to be 0.0146 to inf s; narrow enough?  no",
         "inertia: weak form",
-        "sines on a position loop (4.38)",
+        "sines on a position loop",
     ):
         assert words in result.stdout
     assert target.read_text() == result.stdout
     once = run("assess", "--bench", CLUTCH, "-o", "-")
     assert (once.stdout, once.stderr) == (result.stdout, "")
+
+
+def test_a_worst_case_is_said_to_be_one_beside_what_averaging_gives(tmp_path: Path) -> None:
+    """Bounds read "up to"; "+-" stands before expected precisions only, and each refusal of differencing has one."""
+    bench = tmp_path / "bench.yaml"
+    bench.write_text(CLUTCH.read_text().replace("counts_per_revolution: 56 ", "counts_per_revolution: 25 "))
+    result = run("assess", "--bench", bench)
+    found = {row["parameter"]: row for row in json.loads(run("assess", "--bench", bench, "--json").stdout)["parameters"]}
+    assert found["inertia"]["bound"] > 9.0
+    assert f"+-{100.0 * found['inertia']['bound']:.3g} %" not in result.stdout
+    for name in ("inertia", "viscous", "coulomb"):
+        (why,) = (line for line in result.stdout.splitlines() if line.startswith(f"{name}: worst case of one encoder count"))
+        assert re.search(
+            r"differencing sample by sample: up to [\d.e+]+ %; .*averaged over windows of \d+ samples, \+-[\d.]+ % is expected", why
+        )
+    assert "filter can be tuned" not in result.stdout
 
 
 def test_a_precision_that_no_test_reaches_names_the_encoder_that_would() -> None:

@@ -60,7 +60,7 @@ def differentiation(parameter: str, facts: Facts, wanted: float) -> Verdict | No
     raw = raw_bound(parameter, facts)
     precision = statistical(facts)[parameter]
     if max(raw, precision) <= wanted:
-        return Verdict(True, "least-squares", SINES, precision, raw, f"{_equation(parameter)} leaves {percent(raw)} without a filter")
+        return Verdict(True, "least-squares", SINES, precision, raw, worst_case(raw))
     if not facts.dynamics_known:
         return None
     slowest = noise_ratio(facts.fastest, facts.sensing.period)
@@ -68,20 +68,31 @@ def differentiation(parameter: str, facts: Facts, wanted: float) -> Verdict | No
         return None
     tau = filter_for(min(max((wanted / raw) ** 2, slowest), LARGEST_RATIO), facts.sensing.period)
     bound = raw * math.sqrt(noise_ratio(tau, facts.sensing.period))
-    why = f"{_equation(parameter)} leaves {percent(raw)}, (4.8)-(4.9) {percent(bound)} behind a filter of {tau:.3g} s"
+    why = f"{worst_case(raw)}, {up_to(bound)} behind a low-pass filter of {tau:.3g} s"
     return Verdict(True, "least-squares", SINES, precision, bound, why, tau)
 
 
 def refusal_of_differentiation(parameter: str, facts: Facts) -> str:
-    """Why differentiation does not give it."""
-    raw = raw_bound(parameter, facts)
-    if not facts.dynamics_known:
-        return (
-            f"{_equation(parameter)} leaves {percent(raw)}, and no filter can be tuned: the a-priori time constant inertia/viscous is "
-            f"{facts.fastest:.3g} to {facts.slowest:.3g} s"
-        )
-    best = raw * math.sqrt(noise_ratio(facts.fastest, facts.sensing.period))
-    return f"{_equation(parameter)} leaves {percent(raw)}, and {percent(best)} behind the slowest filter, {facts.fastest:.3g} s"
+    """Return why `parameter` is not taken from samples differenced one by one, and what averaging over windows is expected to give."""
+    raw, precision = raw_bound(parameter, facts), statistical(facts)[parameter]
+    if facts.dynamics_known:
+        best = raw * math.sqrt(noise_ratio(facts.fastest, facts.sensing.period))
+        behind = f"{up_to(best)} behind the slowest low-pass filter, {facts.fastest:.3g} s"
+    else:
+        behind = f"inertia/viscous, {facts.fastest:.3g} to {facts.slowest:.3g} s, is too uncertain to choose a low-pass filter beforehand"
+    averaged = (
+        f"; averaged over windows of {best_window(facts)} samples, {percent(precision)} is expected" if math.isfinite(precision) else ""
+    )
+    return f"{worst_case(raw)}; {behind}{averaged}"
+
+
+def worst_case(bound: float) -> str:
+    """The error of differencing sample by sample as a bound, which is no expected precision."""
+    return f"worst case of one encoder count, differencing sample by sample: {up_to(bound)}"
+
+
+def up_to(bound: float) -> str:
+    return f"up to {100.0 * bound:.3g} %"
 
 
 def raw_bound(parameter: str, facts: Facts) -> float:
@@ -117,10 +128,9 @@ def _inertia(facts: Facts, wanted: float) -> Verdict:
     if not facts.axis.beside.plain:
         return Verdict(False, None, None, precision, raw_bound("inertia", facts), f"{refusal}; the weak form does not know load.terms")
     if precision <= wanted:
-        why = f"by differentiation it is refused: {refusal}; the weak form over {best_window(facts)} samples averages the counts' errors"
-        return Verdict(True, "weak", SINES, precision, raw_bound("inertia", facts), why)
-    told = f"reaches {percent(precision)}" if math.isfinite(precision) else "sees no stroke longer than its window"
-    return Verdict(False, None, None, precision, raw_bound("inertia", facts), f"{refusal}; the weak form {told}")
+        return Verdict(True, "weak", SINES, precision, raw_bound("inertia", facts), f"{refusal} (weak form)")
+    unseen = "" if math.isfinite(precision) else "; no stroke is longer than a window of the weak form"
+    return Verdict(False, None, None, precision, raw_bound("inertia", facts), f"{refusal}{unseen}")
 
 
 def _friction(parameter: str, facts: Facts, wanted: float) -> Verdict:
@@ -130,18 +140,18 @@ def _friction(parameter: str, facts: Facts, wanted: float) -> Verdict:
         bound = found.bound if parameter == "viscous" else None  # the mean error of sign(v) is nil (4.2.1.1)
         return Verdict(True, "least-squares", SINES, precision, bound, found.why, found.filter)
     bound = raw_bound("viscous", facts) if parameter == "viscous" else None
-    refusal = refusal_of_differentiation("viscous", facts) if found is None else f"least squares reaches {percent(precision)}"
+    refusal = refusal_of_differentiation(parameter, facts) if found is None else f"least squares is expected to reach {percent(precision)}"
     if not facts.axis.beside.plain:
         fine, why = (
             precision <= wanted,
-            f"{refusal}; sines do not know load.terms: least squares over windows, which averages the counts' errors",
+            f"{refusal}; least squares over windows, since the method of sines does not know load.terms",
         )
         return Verdict(fine, "least-squares" if fine else None, SINES, precision, bound, why)
     way, need = facts.strokes[0].distance, facts.axis.backlash + SINES_COUNTS * facts.sensing.step
     if way < need:
         return Verdict(False, None, None, None, bound, f"{refusal}; sines need strokes of {need:.3g}, the travel has {way:.3g}")
     by_sines = float(sines_half_width(facts, QUANTILE)[("viscous", "coulomb").index(parameter)]) / facts.value(parameter)
-    why = f"{refusal}; means (4.36) over strokes differentiate nothing, on a position loop that follows to 3 %"
+    why = f"{refusal}; {percent(by_sines)} by means over strokes, which difference nothing, on a position loop that follows to 3 %"
     fine = by_sines <= wanted
     return Verdict(fine, "sines" if fine else None, SINES, by_sines, bound, why)
 
@@ -149,7 +159,7 @@ def _friction(parameter: str, facts: Facts, wanted: float) -> Verdict:
 def _breakaway(facts: Facts, wanted: float) -> Verdict:
     found = ramp_precision(facts.rate, facts.sensing.step, facts.sensing.period, facts.inertia, facts.onsets)
     late, precision = found.latest / facts.breakaway, QUANTILE * found.deviation / facts.breakaway
-    why = f"a ramp of {facts.rate:.3g} a second is seen up to {percent(late)} late; corrected over {facts.onsets:g} onsets"
+    why = f"the onset under a ramp of {facts.rate:.3g} a second is seen {up_to(late)} late; corrected over {facts.onsets:g} onsets"
     fine = precision <= wanted
     return Verdict(fine, "ramps" if fine else None, RAMPS, precision, late, why)
 
@@ -163,10 +173,6 @@ def _presliding(facts: Facts, wanted: float) -> Verdict:
 
 def percent(part: float) -> str:
     return f"+-{100.0 * part:.3g} %"
-
-
-def _equation(parameter: str) -> str:
-    return "(4.3)" if parameter == "inertia" else "(4.4)"
 
 
 _JUDGES = {
