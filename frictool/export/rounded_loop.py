@@ -18,6 +18,7 @@ from frictool.documents.controller import Controller, LinearController, Number
 from frictool.errors import NoSolutionError
 from frictool.plant.generalised import Controlled, FirstOrder, Weights, generalised_plant
 from frictool.plant.polytope import PlantPoint
+from frictool.ties import largest, smallest
 from frictool.verify.controller import check_feedback, loop_checks
 from frictool.verify.effective import feedbacks, running, virtual_friction
 from frictool.verify.observer_loop import check_observer
@@ -58,12 +59,12 @@ def rounded_loop(controller: Controller, number: Number, biquads: LinearControll
         norms = _norms(controller, linear)
     except (ValueError, np.linalg.LinAlgError, FloatingPointError):  # a rounded pole on the unit circle itself
         raise _refused(controller, number, "a pole of the loop lies on the unit circle") from None
-    margin, at = min(found)
-    worst, norm_at = max(norms, default=(None, ""))
+    margin, at = smallest(value for value, _ in found)
+    worst, norm_at = largest(value for value, _ in norms) if norms else (None, 0)
     claimed = controller.verified.gamma_verified
     if worst is not None and not worst <= CLAIM * claimed:
-        raise _refused(controller, number, f"at vertex {norm_at} the norm is {worst:.4g}, {claimed:.4g} is claimed")
-    return RoundedLoop(margin, at, worst, norm_at)
+        raise _refused(controller, number, f"at vertex {norms[norm_at][1]} the norm is {worst:.4g}, {claimed:.4g} is claimed")
+    return RoundedLoop(margin, found[at][1], worst, norms[norm_at][1] if norms else "")
 
 
 def _refused(controller: Controller, number: Number, why: str) -> NoSolutionError:

@@ -23,6 +23,7 @@ from frictool.reduce.played import mechanism_positions, model_positions
 from frictool.reduce.runs import Run, runs
 from frictool.reduce.seen import from_reference, sensor_frame, view
 from frictool.reduce.told import Measured, Told
+from frictool.ties import largest
 
 Vector = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -126,7 +127,7 @@ def _measured(tests: tuple[Run, ...], before: list[Vector], now: list[Vector], w
     distances = [_distance(a, b, one) for a, b, one in zip(before, now, whole, strict=True)]
     ways = [float(np.sum(np.abs(np.diff(one)))) for one in whole]
     shares = [distance / way if way > 0.0 else 0.0 for distance, way in zip(distances, ways, strict=True)]
-    worst = int(np.argmax(shares))
+    _, worst = largest(shares)
     beyond = max(_distance(one, b, one) for one, b in zip(whole, now, strict=True))
     return Measured(distances[worst], ways[worst], tests[worst].name, beyond)
 

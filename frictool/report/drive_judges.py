@@ -13,6 +13,7 @@ from frictool.report.evidence import Evidence
 from frictool.report.measure import Measured, no_drive, saturation
 from frictool.report.requirement import Requirement
 from frictool.report.worst import Judged, place, worst_hold
+from frictool.ties import largest
 
 
 def _undecided(spec: Spec, key: str, name: str, limit: float, unit: str, evidence: Judged) -> Requirement:
@@ -32,7 +33,8 @@ def judge_peak(spec: Spec, evidence: Judged, controller: Controller | None) -> R
             found.append((drive_peak(item.measured), item, f"of the measured {spec.drive}, less its noise floor"))
     if not found:
         return _undecided(spec, "drive_peak", "drive_peak", limit, unit, evidence)
-    value, item, signal = max(found, key=lambda entry: entry[0])
+    value, at = largest(entry[0] for entry in found)
+    _, item, signal = found[at]
     return Requirement("drive_peak", "drive_peak", value, limit, unit, value <= limit, reason=signal, where=place(item))
 
 
@@ -43,7 +45,8 @@ def judge_rms(spec: Spec, evidence: Judged, controller: Controller | None) -> Re
     found = [(drive_rms(item.stream.time, item.drive), item) for item, _ in evidence if item.drive is not None]
     if not found:
         return _undecided(spec, "drive_rms", "drive_rms", limit, unit, evidence)
-    value, item = max(found, key=lambda entry: entry[0])
+    value, at = largest(entry[0] for entry in found)
+    _, item = found[at]
     signal = f"over the whole record, of the {'command' if item.measured is None else f'measured {spec.drive}'}"
     return Requirement("drive_rms", "drive_rms", value, limit, unit, value <= limit, reason=signal, where=place(item))
 
@@ -62,7 +65,8 @@ def judge_saturation(spec: Spec, evidence: Judged, controller: Controller | None
     if not found:
         gap = next(item.gaps["drive_limit"] for item, _ in evidence if item.drive is not None)
         return Requirement(name, key, None, limit, "s", None, reason=gap)
-    value, item, hold = max(found, key=lambda entry: entry[0])
+    value, at = largest(entry[0] for entry in found)
+    _, item, hold = found[at]
     whole = "" if hold is not None else "over the whole record, which is never held"
     return Requirement(name, key, value, limit, "s", value <= limit, reason=whole, where=place(item, hold))
 
@@ -85,7 +89,8 @@ def judge_rest(spec: Spec, evidence: Judged, controller: Controller | None) -> R
         gaps = [item.gaps[name] for item, _ in evidence for name in ("position", "reference", "hold") if name in item.gaps]
         reason = gaps[0] if gaps else f"no hold lasts beyond {after:g} s"
         return Requirement("rest", "rest", None, allowed, unit, None, reason=reason)
-    moving, mover = max(found, key=lambda f: f[0].values["rest_motion"] - f[1].resolution)
+    _, at = largest(m.values["rest_motion"] - e.resolution for m, e in found)
+    moving, mover = found[at]
     motion = moving.values["rest_motion"]
     driven = [(m.values["rest_drive"], m, e) for m, e in found if "rest_drive" in m.values]
     details = {"after_s": after, "motion": motion, "motion_limit": mover.resolution}
@@ -97,7 +102,8 @@ def judge_rest(spec: Spec, evidence: Judged, controller: Controller | None) -> R
     if not driven:
         reason = f"stands still, but {evidence[0][0].name}: {no_drive(spec, evidence[0][0])}"
         return Requirement("rest", "rest", None, allowed, unit, None, reason=reason, where=where, details=details)
-    value, hold, item = max(driven, key=lambda d: d[0])
+    value, at = largest(d[0] for d in driven)
+    _, hold, item = driven[at]
     signal = "command" if item.command is not None else f"measured {spec.drive}, less its noise floor"
     reason = f"stands still after {after:g} s; {signal}"
     return Requirement("rest", "rest", value, allowed, unit, value <= allowed, reason=reason, where=place(item, hold), details=details)

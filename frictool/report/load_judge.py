@@ -7,6 +7,7 @@ from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
 from frictool.report.requirement import Requirement
 from frictool.report.worst import Judged, place, reasons
+from frictool.ties import largest
 
 METRIC = "load_static_error"
 BOUNDED = "bound from the motor's position and the backlash"
@@ -27,11 +28,13 @@ def judge_load(spec: Spec, evidence: Judged, controller: Controller | None) -> R
         lacking = [item.gaps["load_position"] for item, _ in evidence if "load_position" in item.gaps]
         reason = f"{evidence[0][0].name}: {lacking[0]}" if lacking else told or "the log has no hold"
         return Requirement(METRIC, METRIC, None, limit, unit, None, reason=reason)
-    (least, _), item, hold = max(found, key=lambda entry: entry[0][0])
+    least, at = largest(entry[0][0] for entry in found)
+    _, item, hold = found[at]
     if least > limit:
         reason = f"lower {BOUNDED}" if METRIC in hold.bounds else told
         return Requirement(METRIC, METRIC, least, limit, unit, False, reason=reason, where=place(item, hold))
-    (least, most), item, hold = max(found, key=lambda entry: entry[0][1])
+    most, at = largest(entry[0][1] for entry in found)
+    (least, _), item, hold = found[at]
     if most <= limit:
         reason = f"upper {BOUNDED}" if METRIC in hold.bounds else told
         return Requirement(METRIC, METRIC, most, limit, unit, True, reason=reason, where=place(item, hold))

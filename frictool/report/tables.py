@@ -13,6 +13,7 @@ from frictool.report.metric_table import HOLD_METRICS, STREAM_METRICS, Metric
 from frictool.report.requirement import Verdict, number, unit_shown
 from frictool.report.stream_metrics import OF_THE_SPEED, stream_metrics
 from frictool.report.worst import Judged
+from frictool.ties import largest
 
 MOTION = (
     "response_time_95",
@@ -126,4 +127,5 @@ def _worst(holds: list[Measured], name: str) -> str:
     having = [m for m in holds if name in m.values or name in m.bounds]
     if not having:
         return NOTHING
-    return cell(max(having, key=lambda m: m.bounds[name][1] if name in m.bounds else m.values[name]), name)
+    _, at = largest(m.bounds[name][1] if name in m.bounds else m.values[name] for m in having)
+    return cell(having[at], name)

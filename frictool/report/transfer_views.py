@@ -12,6 +12,7 @@ from frictool.report.curves import Picture
 from frictool.report.figures import LIMIT, LOG_COLOURS, drawing, new_figure
 from frictool.report.requirement import number
 from frictool.svg import INK, picture_of
+from frictool.ties import largest
 from frictool.verify.sensitivity import Name, Sensitivities, Transfer
 
 DEEPEST = 100.0  # dB below the largest gain; what is less is not drawn
@@ -38,7 +39,7 @@ def symbols(controller: Controller) -> dict[str, str]:
 
 def _view(controller: Controller, found: Sensitivities, transfer: Transfer) -> Picture:
     title = Markup(TITLES[transfer.name]).format(**symbols(controller))
-    strong = found.vertices.index(transfer.worst.vertex) if transfer.worst else int(np.argmax(transfer.gains.max(axis=1)))
+    strong = found.vertices.index(transfer.worst.vertex) if transfer.worst else largest(transfer.gains.max(axis=1))[1]
     outside = transfer.worst is not None and transfer.worst.ratio > 1.0
     levels = _decibels(transfer.gains)
     top = float(levels.max())
@@ -69,10 +70,9 @@ def _caption(controller: Controller, found: Sensitivities, transfer: Transfer) -
     unit = _unit(controller, transfer.name)
     vertices = f"{len(found.vertices)} vertices, sampled with the bench's delay" + (f"; 0 dB is 1 {unit}" if unit else "")
     if transfer.name == "output":
-        peak = np.unravel_index(int(np.argmax(transfer.gains)), transfer.gains.shape)
-        largest = f"largest {number(float(transfer.gains.max()))} at vertex {found.vertices[int(peak[0])]}"
+        peak, at = largest(transfer.gains.max(axis=1))
         before = " Without the prefilter." if controller.prefilter is not None else ""
-        return f"{vertices}; {largest}.{before}"
+        return f"{vertices}; largest {number(peak)} at vertex {found.vertices[at]}.{before}"
     if transfer.worst is None or transfer.template is None:
         return f"{vertices}; no template: its weight is 0 or not in the document."
     worst = transfer.worst

@@ -14,6 +14,7 @@ from frictool.report.measure import Measured, measure
 from frictool.report.requirement import Requirement, Verdict, Where
 from frictool.report.rig import Rig
 from frictool.report.worst import Judge, Judged, per_hold
+from frictool.ties import smallest
 
 
 def judge(spec: Spec, logs: list[Log], controller: Controller | None = None, bench: Bench | None = None) -> Verdict:
@@ -54,10 +55,13 @@ def _modulus_margin(spec: Spec, evidence: Judged, controller: Controller | None)
     if controller is None or not controller.verified.vertices:
         reason = "a log alone cannot tell it; give --controller" if controller is None else "the controller names no vertex"
         return Requirement(name, name, None, limit, "", None, ">=", reason)
-    worst = min(controller.verified.vertices, key=lambda vertex: (vertex.stable, vertex.modulus_margin))
-    met = worst.stable and worst.modulus_margin >= limit
-    reason = "" if worst.stable else "the sampled loop is unstable there"
-    return Requirement(name, name, worst.modulus_margin, limit, "", met, ">=", reason, Where(vertex=worst.name))
+    vertices = controller.verified.vertices
+    unstable = next((vertex for vertex in vertices if not vertex.stable), None)
+    if unstable is not None:
+        reason, where = "the sampled loop is unstable there", Where(vertex=unstable.name)
+        return Requirement(name, name, unstable.modulus_margin, limit, "", False, ">=", reason, where)
+    margin, at = smallest(vertex.modulus_margin for vertex in vertices)
+    return Requirement(name, name, margin, limit, "", margin >= limit, ">=", "", Where(vertex=vertices[at].name))
 
 
 # specification key -> its judge, in the order of the specification

@@ -11,6 +11,7 @@ from frictool.report.evidence import Evidence
 from frictool.report.measure import NO_STEP, OF_A_STEP, Measured
 from frictool.report.metric_table import HOLD_METRICS
 from frictool.report.requirement import Requirement, Where
+from frictool.ties import largest
 
 Judged = tuple[tuple[Evidence, tuple[Measured, ...]], ...]
 Judge = Callable[[Spec, Judged, Controller | None], Requirement]
@@ -40,7 +41,8 @@ def worst_hold(spec: Spec, key: str, metric: str, evidence: Judged, *, name: str
     reason = "; ".join(reasons(metric, evidence))
     if not found:
         return Requirement(name, key, None, limit, unit, None, reason=reason or "the log has no step")
-    value, item, hold = max(found, key=lambda entry: entry[0])
+    value, at = largest(entry[0] for entry in found)
+    _, item, hold = found[at]
     if math.isinf(value):
         return Requirement(name, key, None, limit, unit, False, reason=NEVER, where=place(item, hold))
     return Requirement(name, key, value, limit, unit, value <= limit, reason=reason if tell else "", where=place(item, hold))

@@ -13,6 +13,7 @@ from frictool.errors import NoSolutionError
 from frictool.plant.polytope import PlantPoint
 from frictool.synth.blocks import Blocks
 from frictool.synth.problem import CLAIM, Candidate, Problem
+from frictool.ties import largest, smallest
 from frictool.verify.controller import check_feedback, limiter_brake, loop_checks
 from frictool.verify.count_current import count_current
 from frictool.verify.effective import Feedback, feedbacks, friction_to_speed, from_position, open_loop, running
@@ -39,16 +40,16 @@ def accept(problem: Problem, candidate: Candidate, linear: stored.LinearControll
     required = problem.spec.modulus_margin or 0.0
     vertices = tuple(_vertex(problem, linear, loops, candidate, point) for point in problem.box.vertices)
     for vertex in vertices:
-        worst = max(vertex.checks, key=lambda check: check.spectral_radius)
         if not vertex.stable:
+            worst = vertex.checks[largest(check.spectral_radius for check in vertex.checks)[1]]
             raise NoSolutionError(
                 f"not verified: the sampled loop is unstable at vertex {_where(vertex, problem)} with {delay_words(worst.delay_samples)} "
                 f"(spectral radius {worst.spectral_radius:.4f}); {problem.hint}"
             )
-    weakest = min(vertices, key=lambda vertex: vertex.modulus_margin)
-    if weakest.modulus_margin < required:
+    margin, at = smallest(vertex.modulus_margin for vertex in vertices)
+    if margin < required:
         raise NoSolutionError(
-            f"not verified: modulus margin {weakest.modulus_margin:.4f} < {required:g} at vertex {_where(weakest, problem)} "
+            f"not verified: modulus margin {margin:.4f} < {required:g} at vertex {_where(vertices[at], problem)} "
             f"with {delay_words(problem.delay)}; {problem.hint}"
         )
     _brake(problem, around)

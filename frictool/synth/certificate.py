@@ -25,6 +25,7 @@ from frictool.lmi.certificate_search import lyapunov_ends
 from frictool.plant.generalised import FirstOrder, Weights, generalised_plant
 from frictool.plant.lti import Lti
 from frictool.plant.polytope import PlantPoint, Polytope
+from frictool.ties import largest
 from frictool.verify.certificate import Coordinates, enclosed, failing_inequality, packed, posed
 from frictool.verify.certificate_box import Interval, inverse_inertia, surroundings
 from frictool.verify.certificate_loop import Loop
@@ -115,7 +116,8 @@ def _scan(loop: Loop, box: Box) -> tuple[float, PlantPoint]:
         point = PlantPoint("", float(j), float(sigma), coulomb, float(constant))
         plant = generalised_plant(loop.controlled, point.rates, loop.lag, _weights(loop.weights), loop.period, loop.delay)
         found.append((performance(k, plant), point))
-    return max(found, key=lambda pair: pair[0])
+    worst, at = largest(value for value, _ in found)
+    return worst, found[at][1]
 
 
 def _numbers(enclosure: Enclosure) -> Matrix:

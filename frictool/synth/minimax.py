@@ -21,6 +21,7 @@ from frictool.synth.epigraph import Descent, Point
 from frictool.synth.problem import Candidate, Problem
 from frictool.synth.structured_controller import StructuredController
 from frictool.synth.worst_norm import OpenLoop, true_norms
+from frictool.ties import largest
 
 Vector = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -28,6 +29,7 @@ Progress = Callable[[str], None]
 ORDER = {"position": 4, "speed": 3}  # where the design gives none
 DRAWN, STARTS, KEPT, PLACES = 300, 8, 2, 4  # starts drawn, descended from; controllers that grow, and at how many frequencies each
 ROUNDS, LAST_ROUNDS = 25, 60  # of each descent, and of the last one
+LEVEL = 0.01  # a vertex whose norm is within this part of the worst one is level with it
 CLEAR = 1.001  # of the specified modulus margin, so that rounding the coefficients does not undo it
 
 
@@ -66,11 +68,11 @@ def _candidate(
 ) -> Candidate:
     designed = structure.system(best.parameters)
     norms = [value for value, _ in true_norms(designed, plants)]
-    level = sum(value > 0.99 * best.worst for value in norms)
-    worst = names[int(np.argmax(norms))]
+    level = sum(value > (1.0 - LEVEL) * best.worst for value in norms)
+    worst = names[largest(norms, LEVEL)[1]]
     note = (
-        f"minimax of order {structure.order}: worst norm {best.worst:.4g} at {worst}, {level} of {len(norms)} vertices within 1 % of it; "
-        "the best of several descents, an upper bound of what the structure can do"
+        f"minimax of order {structure.order}: worst norm {best.worst:.4g} at {worst}, {level} of {len(norms)} vertices within "
+        f"{100.0 * LEVEL:g} % of it; the best of several descents, an upper bound of what the structure can do"
     )
     return Candidate(problem.discretised(designed), designed, best.worst, best.worst, (note,))
 

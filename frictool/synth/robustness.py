@@ -14,6 +14,7 @@ from frictool.plant.lti import Lti
 from frictool.plant.polytope import PlantPoint
 from frictool.plant.uncertain_axis import uncertain_plant
 from frictool.synth.problem import CLAIM, Problem
+from frictool.ties import largest
 from frictool.verify.controller import loop_checks
 from frictool.verify.effective import Feedback
 from frictool.verify.interior import interior_points, searched, worst_norm
@@ -28,7 +29,7 @@ def robustness(problem: Problem, system: Lti) -> stored.Robustness:
     box = enclosing(problem.box.vertices)
     vertices = worst_norm(system, problem.running, problem.box.vertices)
     inside = worst_norm(system, problem.running, interior_points(box, _count(problem), SEED))
-    worst = searched(system, problem.running, box, max(vertices, inside, key=lambda found: found.norm))
+    worst = searched(system, problem.running, box, (vertices, inside)[largest((vertices.norm, inside.norm))[1]])
     if math.isinf(worst.norm):
         raise NoSolutionError(
             f"not verified: the sampled loop is unstable inside the box, at {plant_words(worst.point, problem.model.bench)}; "
@@ -61,13 +62,11 @@ def seen_inside(problem: Problem, loops: Sequence[Feedback]) -> stored.Robustnes
         return 1.0 / margin if margin > 0.0 else math.inf
 
     points = interior_points(enclosing(problem.box.vertices), _count(problem), SEED)
-    vertices, (inside, at) = (
-        max(map(sensitivity, problem.box.vertices)),
-        max(((sensitivity(p), p) for p in points), key=lambda pair: pair[0]),
-    )
+    vertices = max(map(sensitivity, problem.box.vertices))
+    inside, at = largest(map(sensitivity, points))
     if inside > CLAIM * vertices:
         raise NoSolutionError(
-            f"not verified: the largest sensitivity is {inside:.4g} inside the box, at {plant_words(at, problem.model.bench)}, "
+            f"not verified: the largest sensitivity is {inside:.4g} inside the box, at {plant_words(points[at], problem.model.bench)}, "
             f"where {vertices:.4g} is claimed; narrow the intervals"
         )
     return stored.Robustness(interior_points=_count(problem), interior=max(inside, vertices))

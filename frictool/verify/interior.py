@@ -17,6 +17,7 @@ from frictool.plant.generalised import GeneralisedPlant
 from frictool.plant.linear_axis import Rates
 from frictool.plant.lti import Lti
 from frictool.plant.polytope import PlantPoint
+from frictool.ties import largest
 from frictool.verify.norms import norm
 
 PRIMES = (2, 3, 5, 7)
@@ -56,7 +57,8 @@ def _point(name: str, box: Box, unit: NDArray[np.float64]) -> PlantPoint:
 
 def worst_norm(controller: Lti, plant: Callable[[Rates], GeneralisedPlant], points: Sequence[PlantPoint]) -> Worst:
     """The largest norm over the points. `plant` gives the generalised plant of the axis's rates, in the controller's domain."""
-    return max((Worst(norm(plant(point.rates).closed(controller))[0], point) for point in points), key=lambda worst: worst.norm)
+    found, at = largest(norm(plant(point.rates).closed(controller))[0] for point in points)
+    return Worst(found, points[at])
 
 
 def searched(controller: Lti, plant: Callable[[Rates], GeneralisedPlant], box: Box, start: Worst) -> Worst:
@@ -71,7 +73,7 @@ def searched(controller: Lti, plant: Callable[[Rates], GeneralisedPlant], box: B
         for axis in np.flatnonzero(step > 1e-3):
             tried = [np.clip(at + sign * step[axis] * np.eye(len(NAMES))[axis], 0.0, 1.0) for sign in (-1.0, 1.0)]
             found = [(worst_norm(controller, plant, [_point("found", box, unit)]), unit) for unit in tried]
-            worst, unit = max(found, key=lambda pair: pair[0].norm)
+            worst, unit = found[largest(pair[0].norm for pair in found)[1]]
             if worst.norm > best.norm * (1.0 + 1e-9):
                 best, at = worst, unit
             else:

@@ -21,6 +21,7 @@ from frictool.documents.controller import Controller, Margins, Velocity, Vertex
 from frictool.documents.observer import Observer
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.polytope import PlantPoint
+from frictool.ties import smallest
 from frictool.verify.controller import check_feedback, limiter_brake, loop_checks
 from frictool.verify.count_current import count_current
 from frictool.verify.effective import Feedback, feedbacks_of, friction_to_speed, from_position, open_loop
@@ -79,11 +80,11 @@ def with_observer(controller: Controller, observer: Observer, margin: float | No
     vertices = tuple(_vertex(merged, loops, vertex) for vertex in verified.vertices)
     if not vertices:
         raise NoSolutionError(f"{controller.name}: the controller names no vertex at which its loop could be verified; synthesise it anew")
-    weakest = min(vertices, key=lambda vertex: vertex.modulus_margin)
+    margin_with_it, at = smallest(vertex.modulus_margin for vertex in vertices)
     verified = msgspec.structs.replace(
         verified,
         gamma_asked=None,
-        gamma_verified=1.0 / weakest.modulus_margin,
+        gamma_verified=1.0 / margin_with_it,
         vertices=vertices,
         count_drive=_count(merged, loops),
         rounded=(),
@@ -92,7 +93,7 @@ def with_observer(controller: Controller, observer: Observer, margin: float | No
     )
     merged = msgspec.structs.replace(merged, verified=verified, certificate=_certificate(controller))
     before = min(vertex.modulus_margin for vertex in controller.verified.vertices)
-    return Observed(merged, before, weakest.modulus_margin, weakest.name)
+    return Observed(merged, before, margin_with_it, vertices[at].name)
 
 
 def _certificate(controller: Controller) -> Certificate | None:

@@ -9,6 +9,7 @@ from frictool.documents.resonances import Resonances
 from frictool.errors import NoSolutionError
 from frictool.plant.polytope import PlantPoint
 from frictool.plant.resonance import resonance_filters
+from frictool.ties import smallest
 from frictool.verify.effective import Feedback, open_loop
 from frictool.verify.margins import sensitivity
 from frictool.verify.norms import norm, spectral_radius
@@ -27,17 +28,16 @@ def resonant_check(
     loops: Sequence[Feedback], points: Sequence[PlantPoint], lag: float, delay_samples: int, resonances: Resonances
 ) -> ResonantCheck:
     """Every loop around every plant with every filter; the margin is 0 where a loop is unstable."""
-    worst = ResonantCheck(0.0, float("inf"), "")
-    radius = 0.0
+    radii, margins, places = [], [], []
     for loop in loops:
         for point in points:
             for end, resonance in zip(("", ", resonances low", ", resonances high"), resonance_filters(resonances), strict=False):
                 closed = sensitivity(open_loop(loop, point.rates, lag, delay_samples, resonance))
-                radius = max(radius, found := spectral_radius(closed.a))
-                margin = 1.0 / norm(closed)[0] if found < 1.0 else 0.0
-                if margin < worst.modulus_margin:
-                    worst = ResonantCheck(found, margin, f"{loop.name} at vertex {point.name}{end}")
-    return ResonantCheck(radius, worst.modulus_margin, worst.where)
+                radii.append(spectral_radius(closed.a))
+                margins.append(1.0 / norm(closed)[0] if radii[-1] < 1.0 else 0.0)
+                places.append(f"{loop.name} at vertex {point.name}{end}")
+    margin, at = smallest(margins)
+    return ResonantCheck(max(radii), margin, places[at])
 
 
 def require(found: ResonantCheck, resonances: Resonances, required: float, name: str = "") -> None:

@@ -25,6 +25,7 @@ from frictool.plant.generalised import Controlled, FirstOrder, Weights, generali
 from frictool.plant.linear_axis import Rates
 from frictool.plant.lti import Lti, delay, gain, held
 from frictool.plant.polytope import PlantPoint
+from frictool.ties import largest
 from frictool.verify.effective import DIFFERENCE, SPEED, low_pass, running, seen_axis
 from frictool.verify.norms import norm
 from frictool.verify.observer_loop import shown_speeds
@@ -146,11 +147,13 @@ def _templates(weights: CertifiedWeights, gamma: float, frequencies: Vector, per
 
 def _worst(controller: Controller, vertices: tuple[Vertex, ...], weights: CertifiedWeights, gamma: float) -> dict[Name, Worst]:
     """By norms, not by the grid of frequencies."""
+    weighted = Weights(_first_order(weights.error), weights.disturbance, weights.drive)
+    loops = [_closed(controller, vertex, weighted) for vertex in vertices]
     found: dict[Name, Worst] = {}
-    for vertex in vertices:
-        loop = _closed(controller, vertex, Weights(_first_order(weights.error), weights.disturbance, weights.drive))
-        for name, (row, column) in ENTRIES.items():
-            level, frequency = norm(Lti(loop.a, loop.b[:, [column]], loop.c[[row]], loop.d[[row]][:, [column]], loop.period))
-            if level > 0.0 and (name not in found or level / gamma > found[name].ratio):
-                found[name] = Worst(level / gamma, vertex.name, frequency)
+    for name, (row, column) in ENTRIES.items():
+        entries = (Lti(one.a, one.b[:, [column]], one.c[[row]], one.d[[row]][:, [column]], one.period) for one in loops)
+        peaks = [norm(entry) for entry in entries]
+        level, at = largest(peak for peak, _ in peaks)
+        if level > 0.0:
+            found[name] = Worst(level / gamma, vertices[at].name, peaks[at][1])
     return found

@@ -69,6 +69,21 @@ def test_all_outputs_at_once(rig: Rig) -> None:
     assert table.read_text().startswith("### clutch: MET")
 
 
+def test_of_vertices_that_agree_the_first_is_named_whatever_rounding_says(rig: Rig) -> None:
+    """v00, v01 and v02 are one plant here, so that they have one margin; each in turn is made the smallest in its tenth digit."""
+    honest = truthful(controller())
+    for lowest in range(3):
+        vertices = [
+            msgspec.structs.replace(one, modulus_margin=one.modulus_margin * (1.0 - 1e-9 * (index == lowest)))
+            for index, one in enumerate(honest.verified.vertices)
+        ]
+        verified = msgspec.structs.replace(honest.verified, vertices=tuple(vertices))
+        path = rig.document("rounded.yaml", msgspec.structs.replace(honest, verified=verified))
+        result = run("report", rig.log, "--spec", rig.spec, "--controller", path, "--json")
+        margin = next(one for one in json.loads(result.stdout)["requirements"] if one["name"] == "modulus_margin")
+        assert margin["where"]["vertex"] == "v00"
+
+
 def test_what_is_not_met_is_exit_1_and_the_page_is_written(rig: Rig) -> None:
     log = rig.record("soft.mcap", Log((stream(damping=0.4),), {}, "soft"))
     page = rig.folder / "report.html"

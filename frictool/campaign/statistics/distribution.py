@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from frictool.campaign.drawing.sampling import Method
 from frictool.campaign.playing.trials import BROKEN, MET, UNDECIDED, Metric, Trials
 from frictool.campaign.statistics.binomial import CONFIDENCE, lower
+from frictool.ties import largest, smallest
 
 Vector = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -90,7 +91,7 @@ def distribution(trials: Trials, index: int, method: Method, confidence: float =
     metric, found, met = trials.metrics[index], trials.found[:, index], trials.met[:, index]
     finite, known = np.isfinite(found), ~np.isnan(found)
     upward = metric.relation == "<="
-    worst = int(np.argmax(np.where(known, found if upward else -found, -np.inf))) if known.any() else None
+    worst, worst_trial = (largest if upward else smallest)(found) if known.any() else (None, None)
     whole = method == "vertices"
     passed, broken, undecided = (int(np.count_nonzero(met == mark)) for mark in (MET, BROKEN, UNDECIDED))
     return Distribution(
@@ -103,8 +104,8 @@ def distribution(trials: Trials, index: int, method: Method, confidence: float =
         quantiles=_quantiles(np.sort(found[known]), None if whole else method, confidence),
         bound=None if whole else _bound(found, upward, method, confidence),
         trials_for_bound=fewest(method, confidence),
-        worst=None if worst is None else float(found[worst]),
-        worst_trial=worst,
+        worst=worst,
+        worst_trial=worst_trial,
         histogram=_histogram(found[finite], metric),
     )
 

@@ -22,6 +22,7 @@ from frictool.campaign.statistics.regional import Region, region
 from frictool.campaign.statistics.slices import TENTHS, Draws, few_slices_for, slices_for
 from frictool.campaign.statistics.variance_shares import Share, chance_of_ranks, rank_correlation, scores_of, variance_share
 from frictool.campaign.statistics.whole import within_whole
+from frictool.ties import largest
 
 Mask = NDArray[np.bool_]
 LEVEL = 0.05  # of a table: the probability that it names a factor without influence
@@ -210,4 +211,4 @@ def _pair(trials: Trials, draws: Draws, drawn: bool) -> Pair | None:
     each = int(np.clip(round(n**0.25), 2, FINEST))
     slices = [draws.sliced(factor, each, decided) for factor in range(trials.space.size)]
     pairs = [Pair(i, j, *joint_share(slices[i], slices[j], failing, drawn)) for i, j in combinations(range(trials.space.size), 2)]
-    return max(pairs, key=lambda pair: pair.joint, default=None)
+    return pairs[largest(pair.joint for pair in pairs)[1]] if pairs else None
