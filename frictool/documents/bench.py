@@ -26,6 +26,7 @@ from frictool.documents.quantity import (
 
 PositiveNumber = Annotated[float, msgspec.Meta(gt=0)]
 SHORTEST_PERIOD, LONGEST_PERIOD = 1e-6, 10.0  # s; what lies outside is a unit that was mistaken
+FEWEST_COUNTS = 4  # in one period of a position that wraps: a step has to be shorter than half of it
 SamplePeriod = Annotated[float, msgspec.Meta(ge=SHORTEST_PERIOD, le=LONGEST_PERIOD)]
 LineNumber = Annotated[int, msgspec.Meta(ge=0)]
 Name = Annotated[str, msgspec.Meta(min_length=1, max_length=80)]
@@ -36,12 +37,14 @@ Signal = Literal["position", "reference", "velocity", "current", "current_comman
 class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """The position sensor: either counts per revolution (rotary) or the step, and its counter: where it wraps, and how it is read.
 
+    wrap: the sensor shows the position modulo this period, in whatever unit the log has it. wrap_bits: the same for a counter of so many bits.
     signed: how a counter of `wrap_bits` is meant, where the log's first count depends on it. index_reset: an index pulse sets the counter.
     """
 
     counts_per_revolution: PositiveNumber | None = None
     step: PositiveLength | None = None
     direction: Literal[1, -1] = 1
+    wrap: PositiveLength | None = None
     wrap_bits: Annotated[int, msgspec.Meta(ge=8, le=32)] | None = None
     signed: bool | None = None
     index_reset: bool = False
@@ -51,6 +54,17 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
             raise ValueError("signed says how a counter of wrap_bits is meant; give wrap_bits")
         if (self.counts_per_revolution is None) == (self.step is None):
             raise ValueError("give exactly one of counts_per_revolution and step")
+        if self.wrap is not None and self.wrap_bits is not None:
+            raise ValueError("give wrap or wrap_bits, not both")
+        if self.wrap is not None and self.wrap.value < FEWEST_COUNTS * self.resolution:
+            raise ValueError(f"wrap is shorter than {FEWEST_COUNTS} counts of the encoder")
+
+    @property
+    def period(self) -> float | None:
+        """Period of the position that the sensor shows, rad or m; None where it does not wrap."""
+        if self.wrap is not None:
+            return self.wrap.value
+        return None if self.wrap_bits is None else self.resolution * 2.0**self.wrap_bits
 
     @property
     def resolution(self) -> float:

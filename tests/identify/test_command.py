@@ -146,12 +146,12 @@ def test_one_absurd_position_is_named(tmp_path: Path) -> None:
     refused(run("identify", log, "--bench", CLUTCH), 3, "log.csv:1001:", "2^53 counts")
 
 
-def test_a_counter_that_wraps_is_warned_of(tmp_path: Path) -> None:
+def test_a_counter_that_wraps_is_refused_until_the_bench_says_so(tmp_path: Path) -> None:
     header, *rows = SINES.read_text().splitlines()
     log = tmp_path / "log.csv"
     cells = [row.split(",") for row in rows]
     log.write_text("\n".join([header, *(f"{time},{int(count) % 256},{current}" for time, count, current in cells)]) + "\n")
-    assert "encoder.wrap_bits, here to 8" in run("identify", log, "--bench", CLUTCH).stderr
+    refused(run("identify", log, "--bench", CLUTCH), 3, "the position wraps", "under encoder in the bench: wrap_bits: 8")
     aware = changed(tmp_path, "counts_per_revolution: 56 ", "counts_per_revolution: 56\n  wrap_bits: 8 ")
     result = run("identify", log, "--bench", aware, "--json")
     assert result.stderr == ""

@@ -52,7 +52,7 @@ class Counter:
         self._time = self._counts = self._step = 0.0
         self._index: float | None = None  # the count to which pulses set the counter
         self._start: float | None = None  # counts minus the counter at the last pulse
-        self.jumps, self.resets, self.lost = Jumps(unwrapped=self._bits is not None), 0, 0.0
+        self.jumps, self.resets, self.lost = Jumps(unwrapped=bench.encoder.period is not None), 0, 0.0
 
     def follow(self, time: Vector, raw: Vector) -> Vector:
         """The counts (n,) of the counter's next samples: time (n,) in s, increasing; raw (n,) finite and within `outside`."""

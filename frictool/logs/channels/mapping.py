@@ -1,7 +1,7 @@
 """Raw columns to channels: `bench.columns` says which column is what, in which unit; here it becomes SI, block by block.
 
-A channel is (scale * raw + offset) in the unit of the bench. In `count`, it is times the encoder's resolution and direction, and a
-position is unwrapped first where the counter wraps.
+A channel is (scale * raw + offset) in the unit of the bench. In `count`, it is times the encoder's resolution and direction, and the
+counter of a position is followed first (encoder.py). Positions and references that wrap are unwrapped (unwrapping.py).
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from frictool.errors import LogError
 from frictool.logs.canonical.mcap_layout import LATEST, NS, Head, message_path
 from frictool.logs.channels.encoder import Counter, outside
 from frictool.logs.channels.ledger import Dropped, Ledger, Rows
+from frictool.logs.channels.unwrapping import POSITION, Unwrapping
 from frictool.logs.clocks.drift import TwoClocks
 from frictool.logs.clocks.increasing import increasing
 from frictool.logs.clocks.intervals import Intervals
@@ -93,6 +94,9 @@ class Mapper:
         """Forgets what has been read."""
         self.done, self.losses, self.warnings = 0, Losses(), ()
         self._counter, self._intervals, self._opening = Counter(self._bench), Intervals(), Opening(self.head)
+        count = next((one.factor * one.column.scale for one in self._sources if _in_counts(one)), None)
+        columns = {one.channel: one.name for one in self._sources}
+        self._unwrapping = Unwrapping(self.source, self._bench, columns, count)
         self._clocks = TwoClocks()
         self._rounding = 0.0  # s, of the times: that of the double which holds the number in the file
         self._ledger = Ledger(self.losses, self._paths, tuple(message_path(self.head.topic, name) for name in self.head.fields))
@@ -115,9 +119,12 @@ class Mapper:
                 self._clocks.take(block.time_ns, block.recorded_ns)
             if time.size:
                 self._opening.take(mapped)
+                if POSITION in self.head.fields:
+                    self._unwrapping.check(time / NS, mapped.values[self.head.fields.index(POSITION)])
                 yield mapped
         self._ledger.take(inbox, self._last)
         self._ledger.close()
+        self._unwrapping.finish()
         if self._intervals.samples < 2:
             raise LogError(self.source, f"has {self._intervals.samples} row{'s' * (not self._intervals.samples)}; a log has at least 2")
         sign = sign_of(self._opening.stream).text
@@ -191,7 +198,10 @@ class Mapper:
         values: dict[str, Vector] = {}
         for one in self._sources:
             raw = block.columns[one.name] if every else block.columns[one.name][rows]
-            values[one.channel] = one.si(self._counted(block, one, rows, time, raw) if _in_counts(one) else raw)
+            if _in_counts(one):
+                values[one.channel] = one.si(self._counted(block, one, rows, time, self._unwrapping.follow(one.channel, raw)))
+            else:
+                values[one.channel] = self._unwrapping.follow(one.channel, one.si(raw))
         if self._drive is not None:
             values[EFFORT] = self._bench.actuator.constant.value * values[self._drive]
         return Samples(time, tuple(values.values()))
@@ -210,7 +220,7 @@ class Mapper:
 
 
 def _in_counts(source: Source) -> bool:
-    return source.channel == "position" and source.column.unit == COUNT
+    return source.channel == POSITION and source.column.unit == COUNT
 
 
 def _factor(table: Table, bench: Bench, channel: str, name: str, column: Column) -> float:

@@ -18,6 +18,7 @@ from frictool.logs.channels.mapping import EFFORT, check_rate
 from frictool.logs.clocks.resampling import RESAMPLED
 from frictool.logs.log import Log, Stream, Vector
 from frictool.logs.quality.quality import time_base
+from frictool.logs.quality.wraps import Wraps
 
 ROUNDING = 1e-9  # relative: an effort that follows the drive so closely was computed from it
 SAME_CONSTANT = 1e-6  # relative
@@ -26,11 +27,12 @@ SAME_CONSTANT = 1e-6  # relative
 def matched(log: Log, bench: Bench) -> Log:
     """The log with its main stream's effort made with the bench's constant, where the log's own was computed from the drive.
 
-    Raises LogError where a unit is one of the other kind of axis, or the period differs from the bench's by more than 20 %. What is
-    merely odd, and a constant that has changed, are warnings of the log.
+    Raises LogError where a unit is one of the other kind of axis, the period differs from the bench's by more than 20 %, or the position
+    wraps. What is merely odd, and a constant that has changed, are warnings of the log.
     """
     stream = log.main
     _check_units(log, stream, bench)
+    _check_wraps(log, stream, bench)
     noted = [*log.warnings, *check_rate(log.source, time_base(stream.time), bench.sample_period_s)]
     if _is_measured(log, stream, bench):
         return replace(log, warnings=tuple(dict.fromkeys(noted)))
@@ -55,6 +57,16 @@ def _check_units(log: Log, stream: Stream, bench: Bench) -> None:
         if unit != wanted:
             found = f"{message_path(stream.topic, name)} is in {unit!r}, the {bench.axis} axis of bench {bench.name!r} has it in {wanted!r}"
             raise LogError(log.source, f"{found}; is this the bench of this log?")
+
+
+def _check_wraps(log: Log, stream: Stream, bench: Bench) -> None:
+    if "position" in stream.signals:
+        wraps = Wraps(bench)
+        wraps.take(stream.time, stream.signals["position"])
+        wraps.finish()
+        wrap = wraps.found()
+        if wrap is not None:
+            raise LogError(log.source, f"{wrap.text}, and ingest the raw log again")
 
 
 def _is_measured(log: Log, stream: Stream, bench: Bench) -> bool:

@@ -1,0 +1,108 @@
+"""Unwrapping of positions and references that a sensor shows modulo a period, block after block: each step is the shorter way round.
+
+    x[k] = y[k] - P n[k],   n[k] = n[k-1] + round((y[k] - y[k-1]) / P)
+
+The period is `encoder.wrap`; of a position that is not in counts, also the range of a counter of `encoder.wrap_bits`. A position that
+wraps although the bench does not say so is refused (quality/wraps.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.errors import LogError
+from frictool.logs.log import Vector
+from frictool.logs.quality.wraps import Wraps
+
+POSITION, REFERENCE = "position", "reference"
+SLACK = 0.01  # of the period: by so much the range of the numbers may be longer
+
+
+class Periodic:
+    """A signal of one period, in the unit of its numbers, as far as it has been followed."""
+
+    def __init__(self, period: float) -> None:
+        self._period = period
+        self._last: float | None = None
+        self._turns = 0.0
+        self._low, self._high = math.inf, -math.inf
+
+    def follow(self, shown: Vector) -> Vector:
+        """Return the next samples (n,) without the jumps of the period.
+
+        Raises
+        ------
+        ValueError
+            if a step is longer than half a period although the numbers cover more than one period, so that they do not wrap there.
+        """
+        if not shown.size:
+            return shown
+        steps = np.diff(shown, prepend=shown[0] if self._last is None else self._last)
+        turns = self._turns + np.cumsum(np.rint(steps / self._period))
+        self._low, self._high = min(self._low, float(shown.min())), max(self._high, float(shown.max()))
+        if turns.any() and self._high - self._low > (1.0 + SLACK) * self._period:
+            raise ValueError(f"found {self._low:.6g} and {self._high:.6g}, farther apart than one period of {self._period:.6g}")
+        self._last, self._turns = float(shown[-1]), float(turns[-1])
+        return shown - self._period * turns
+
+
+class Unwrapping:
+    """Unwrapping of the position and the reference of one stream.
+
+    Parameters
+    ----------
+    source
+        The file, for messages.
+    bench
+        The rig.
+    columns
+        Channel -> name of its column, of all channels of the stream.
+    count
+        What one number of the position's column is in rad or m where it is in counts, else None.
+    """
+
+    def __init__(self, source: str, bench: Bench, columns: Mapping[str, str], count: float | None) -> None:
+        self._source, self._bench, self._columns = source, bench, columns
+        encoder = bench.encoder
+        periods: dict[str, float] = {}
+        if encoder.period is not None:
+            periods = {name: encoder.period for name in (POSITION, REFERENCE) if name in columns}
+            if count is not None and encoder.wrap is not None:
+                periods[POSITION] = encoder.wrap.value / abs(count)
+            elif count is not None:  # the counter of wrap_bits is followed in encoder.py
+                periods.pop(POSITION, None)
+        self._periodic = {name: Periodic(period) for name, period in periods.items()}
+        self._wraps = Wraps(bench, count is not None and math.isclose(abs(count), encoder.resolution))
+
+    def follow(self, channel: str, shown: Vector) -> Vector:
+        """Return the next samples (n,) of a channel without the jumps of its period: raw numbers of a position in counts, else rad or m.
+
+        Raises LogError where the numbers cover more than the period of the bench.
+        """
+        if channel not in self._periodic:
+            return shown
+        try:
+            return self._periodic[channel].follow(shown)
+        except ValueError as error:
+            key = "wrap" if self._bench.encoder.wrap is not None else "wrap_bits"
+            allowed = f"the numbers of one period of encoder.{key} in bench {self._bench.name!r}"
+            raise LogError(self._source, f"column {self._columns[channel]!r}: {error}; allowed: {allowed}") from None
+
+    def check(self, time: Vector, position: Vector) -> None:
+        """Raise LogError where a wrap is left in the position: the next samples (n,) in s, and rad or m."""
+        self._wraps.take(time, position)
+        self._refuse()
+
+    def finish(self) -> None:
+        """Raise LogError where a wrap is left at the end of the position: no samples follow."""
+        self._wraps.finish()
+        self._refuse()
+
+    def _refuse(self) -> None:
+        wrap = self._wraps.found()
+        if wrap is not None:
+            raise LogError(self._source, f"column {self._columns[POSITION]!r}: {wrap.text}")
