@@ -37,7 +37,7 @@ Signal = Literal["position", "reference", "velocity", "current", "current_comman
 class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """The position sensor: either counts per revolution (rotary) or the step, and its counter: where it wraps, and how it is read.
 
-    wrap: the sensor shows the position modulo this period, in whatever unit the log has it. wrap_bits: the same for a counter of so many bits.
+    wrap: the sensor shows the position modulo this period, in any unit of the log. wrap_bits: the same for a counter of so many bits.
     signed: how a counter of `wrap_bits` is meant, where the log's first count depends on it. index_reset: an index pulse sets the counter.
     """
 

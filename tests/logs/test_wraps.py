@@ -186,8 +186,9 @@ def test_motion_steps_and_glitches_are_no_wraps(seed: int, amplitude: float, gli
     position = amplitude * shape[kind] + rng.normal(0.0, noise, TIME.size)
     places = rng.integers(0, TIME.size, glitches)
     position[places] = np.where(rng.integers(0, 2, glitches), 0.0, rng.uniform(-40.0, 40.0, glitches))
-    if kind == "sawtooth" and abs(amplitude / TURN * 2 - round(amplitude / TURN * 2)) < 0.1:
-        return  # a sawtooth of whole half turns is what a wrap looks like
+    periods = [*(TURN / COUNTS * 2.0 ** np.arange(8, 33)), *(TURN * 2.0 ** np.arange(-1, 17))]
+    if kind == "sawtooth" and min(abs(amplitude / period - 1.0) for period in periods) < 0.02:
+        return  # a sawtooth as high as a period is what a wrap looks like
     assert found(position) is None
 
 
