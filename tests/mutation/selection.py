@@ -8,6 +8,8 @@ from pathlib import Path
 
 FROM = re.compile(r"^\s*from ((?:frictool|tests)[\w.]*) import \(?([^#\n]*(?:\n    [^)]*)?)", re.MULTILINE)
 PLAIN = re.compile(r"^\s*import ((?:frictool|tests)[\w.]*)", re.MULTILINE)
+QUOTED = re.compile(r"\"(frictool\.[\w.]+)\"")  # a table of modules that are imported when they are used
+OF_PACKAGE = re.compile(r"import_module\(f\"(frictool[\w.]*)\.\{")
 
 
 def import_graph(root: Path) -> dict[str, set[str]]:
@@ -16,7 +18,9 @@ def import_graph(root: Path) -> dict[str, set[str]]:
     graph = {}
     for name, path in paths.items():
         text = path.read_text()
-        imported = set(PLAIN.findall(text))
+        imported = {*PLAIN.findall(text), *QUOTED.findall(text)}
+        for package in OF_PACKAGE.findall(text):
+            imported |= {module for module in paths if module.startswith(f"{package}.")}
         for package, names in FROM.findall(text):
             imported |= {package, *(f"{package}.{word}" for word in re.findall(r"\w+", names))}
         graph[name] = (imported & paths.keys()) - {name}
