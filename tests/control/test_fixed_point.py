@@ -202,6 +202,6 @@ def test_a_product_that_rounding_carries_beyond_its_word_is_refused(side: tuple[
     """Near the finest fraction 2^-60 a product of 2.7 rounds to 3, by more than the 2 % of a word that are kept free for rounding."""
     program = Program()
     tiny = program.input("position", *side) * program.constant(0.675)
-    program.output = tiny * program.constant(1.01 * 2.0 / 3.0)
+    program.output = tiny * program.constant(1.01 * 2.0 / 3.0 * 2.0**32)
     with pytest.raises(DoesNotFit, match=r"value 4 \(mul\) needs more than 32 bits"):
         fixed_program(program, 31)
