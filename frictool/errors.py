@@ -4,7 +4,7 @@
 code  meaning
 ====  =========================================================================
 0     done
-1     done, and the answer is no: specification not met, parameter not identifiable
+1     done, and the answer is no or undecided: specification not met, parameter not identifiable
 2     the command line is wrong (click raises it)
 3     an input file is wrong, or was read with data lost
 4     no solution: infeasible, not converged, not verified

@@ -16,6 +16,7 @@ from frictool.cli.output import (
     STDOUT,
     FiniteRange,
     NamedPath,
+    allow_undecided_option,
     check_output,
     check_targets,
     command_line,
@@ -62,7 +63,9 @@ DIR/worst_REQUIREMENT.yaml: a scenario that `frictool simulate` plays again to t
 Trials are kept in OUTPUT.trials, or in --keep, as they are done. After a kill or Ctrl-C the same command goes on from there.
 
 -o writes a page (.html) or YAML (.yaml); --table all trials as CSV.
-Exit code 1 where a trial fails, or, with --at-least, where the lower confidence bound of the pass rate is below it.
+The campaign is PASS, FAIL, UNDECIDED (nothing fails, and a trial is undecided, or no trial decides a requirement) or NOT SHOWN (with
+--at-least: more draws might show the rate).
+Exit codes: 0 pass; 1 fail or undecided, or, with --at-least, the lower confidence bound of the pass rate is below it.
 """
 
 
@@ -81,6 +84,7 @@ class Options:
     table: Path | None
     keep: Path | None
     number: Number
+    allow_undecided: bool
     cores: int | None
     cluster: str | None
     as_json: bool
@@ -122,6 +126,7 @@ class Options:
 @click.option("--table", type=NamedPath(writes=("CSV",)), help="All trials, a row each (CSV).")
 @workers_options
 @output_option(required=False, help="The page (.html) or what it says (.yaml); - is YAML on stdout.", writes=("HTML", "YAML"), chooses=True)
+@allow_undecided_option
 @json_option
 @click.pass_context
 def command(
@@ -168,7 +173,7 @@ def _campaign(paths: Paths, options: Options) -> int:
         if options.keep is None:
             store.remove()
     _tell(found, options)
-    return EXIT_DONE if found.answer else EXIT_NO
+    return EXIT_DONE if found.acceptable(options.allow_undecided) else EXIT_NO
 
 
 def _check_targets(paths: Paths, options: Options) -> None:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def observe_fleet(given: Given, logs: Sequence[Path]) -> int:
-    """The exit code: EXIT_NO where a limit is exceeded, else EXIT_INPUT where a log was lost, in part or whole."""
+    """Return EXIT_NO if the limit is exceeded or undecided, else EXIT_INPUT if a log was lost, in part or whole, else EXIT_DONE."""
     from frictool.cli.standard_input import kept
     from frictool.documents.provenance import record
     from frictool.logs.fleet import members
@@ -45,7 +45,7 @@ def observe_fleet(given: Given, logs: Sequence[Path]) -> int:
         print_json({"logs": [row.as_json() for row in table], "wear_limit": given.limit, **counts(table)}, given.stdout)
     else:
         _tell(table, given)
-    if any(row.alarm for row in table):
+    if any(row.verdict is not None and given.refuses(row.verdict.exceeded) for row in table):
         return EXIT_NO
     return EXIT_INPUT if any(one.lost for one in found) else EXIT_DONE
 

@@ -34,6 +34,11 @@ class Given:
     as_json: bool
     cores: int | None = None
     cluster: str | None = None
+    allow_undecided: bool = False
+
+    def refuses(self, exceeded: bool | None) -> bool:
+        """Whether a verdict on the wear limit, None if undecided, is exit code 1."""
+        return not self.allow_undecided if exceeded is None else exceeded
 
     @property
     def inputs(self) -> list[Path]:

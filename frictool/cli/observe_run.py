@@ -51,8 +51,9 @@ With a folder or several logs, one row a log: unit, date, wear, interval, verdic
 --plot draws the wear over the date. The ratio is to the unit's earliest log, or to --commissioning. A log that cannot be read is a row
 with its reason. They are shared among the cores, or the workers of a Dask --cluster, which changes no row.
 
-Exit code 1 where the wear limit is exceeded, whatever else there is; else 3 where a log could not be read or has lost data. What was found
-is written and told all the same; --json counts each of them: above_limit, not_read, data_lost, of one log alarm and lost.
+Exit codes: 1 if the wear limit is exceeded, or a log leaves that undecided (not with --allow-undecided); else 3 if a log could not be read
+or has lost data; else 0. The outputs are written in every case; --json counts each of them: above_limit, undecided, not_read, data_lost, of
+one log alarm (null: undecided) and lost.
 """
 
 
@@ -75,6 +76,7 @@ is written and told all the same; --json counts each of them: above_limit, not_r
 @click.option("--salvage", is_flag=True, help="Keep what can be read of a damaged file; exit code 3.")
 @workers_options
 @output_option(required=False, help="The estimates (.mcap), or of several logs the table (.csv, .parquet); - is stdout.")
+@click.option("--allow-undecided", is_flag=True, help="Exit code 0 also if a log leaves the wear limit undecided.")
 @json_option
 @click.pass_context
 def command(
@@ -95,6 +97,7 @@ def command(
     cores: int | None,
     cluster: str | None,
     output: Path | None,
+    allow_undecided: bool,
     as_json: bool,
 ) -> None:
     waiting.compiling = lambda: tell_of_compiling(everywhere=True)
@@ -108,7 +111,7 @@ def command(
     named |= {"--confidence": confidence, "--from": start, "--to": end, "--stream": topic, "--unit": unit, "--date": date}
     words = command_line("observe run", {**named, "--salvage": salvage})
     settings = Settings(window_of(start, end), topic, salvage, confidence, Patterns(pattern("--unit", unit), pattern("--date", date)))
-    given = Given(words, model, load(model, Model), settings, wear_limit, commissioning, observer, plot, output, as_json, cores, cluster)
+    given = Given(words, model, load(model, Model), settings, wear_limit, commissioning, observer, plot, output, as_json, cores, cluster, allow_undecided)
     refuse_both(cores, cluster)
     several = is_fleet(logs) or (output is not None and output.suffix.lower() in TABLES)
     check_outputs(given, logs, several)
@@ -153,8 +156,8 @@ def _single(given: Given, log: Path) -> int:
             say(line, given.stdout)
     if outcome.losses:
         note(f"warning: {Path(outcome.source).name} was read with data lost: {counted(list(outcome.losses))}")
-    exceeded = outcome.verdict is not None and outcome.verdict.exceeded
-    return EXIT_NO if exceeded else EXIT_INPUT if outcome.losses else EXIT_DONE
+    refused = outcome.verdict is not None and given.refuses(outcome.verdict.exceeded)
+    return EXIT_NO if refused else EXIT_INPUT if outcome.losses else EXIT_DONE
 
 
 def _run(given: Given, one: OneLog, picture: Picture | None, provenance: Provenance, tick: Callable[[float], None]) -> None:

@@ -46,6 +46,9 @@ def output_option(
     return click.option("-o", "--output", type=NamedPath(True, writes, chooses), required=required, help=help)
 
 
+allow_undecided_option = click.option(
+    "--allow-undecided", is_flag=True, help="Exit code 0 also if requirements are undecided, none is broken and one is met."
+)
 json_option = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout instead of text.")
 
 

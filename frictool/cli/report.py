@@ -13,6 +13,7 @@ import click
 from frictool.cli.output import (
     STDOUT,
     NamedPath,
+    allow_undecided_option,
     check_targets,
     command_line,
     existing,
@@ -23,6 +24,7 @@ from frictool.cli.output import (
     save_text,
     say,
 )
+from frictool.errors import EXIT_NO
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
@@ -41,11 +43,12 @@ Measure the steps of simulated or measured logs and judge them against the speci
 server, Markdown for a merge request, JSON for programs.
 
 Each requirement is judged by its worst value over all steps of all streams (/axis and every variant /axis/NAME) and is MET, NOT MET or
-CANNOT TELL with the reason: a smooth reference has no step, and a log alone has no modulus margin (give --controller).
+UNDECIDED with the reason: a smooth reference has no step, and a log alone has no modulus margin (give --controller). The verdict is FAIL
+if a requirement is not met, else UNDECIDED if one is undecided, else PASS.
 Raw CSV and MAT logs are read by the columns of --bench, or else of the controller's own bench, which tells the drive's limit and the
 backlash too. Several logs are laid over each other, aligned at the steps that they have in common.
 
-Exit code 1 where a requirement is not met, or none can be decided; the outputs are written all the same.
+Exit codes: 0 pass; 1 fail or undecided. The outputs are written in either case.
 """
 
 
@@ -57,6 +60,7 @@ Exit code 1 where a requirement is not met, or none can be decided; the outputs 
 @output_option(required=False, help="The page (HTML); - is stdout.", writes=("HTML",))
 @click.option("--junit", type=NamedPath(writes=("XML",)), help="JUnit XML, one test case per requirement.")
 @click.option("--markdown", type=NamedPath(writes=("Markdown", "text")), help="Markdown table.")
+@allow_undecided_option
 @json_option
 @click.pass_context
 def command(
@@ -68,6 +72,7 @@ def command(
     output: Path | None,
     junit: Path | None,
     markdown: Path | None,
+    allow_undecided: bool,
     as_json: bool,
 ) -> None:
     inputs = [*logs, spec, *(path for path in (controller, bench) if path is not None)]
@@ -86,12 +91,16 @@ def command(
     arguments = {"logs": logs, "--spec": spec, "--controller": controller, "--bench": bench}
     provenance = record(command_line("report", arguments), inputs)
     transfers = _transfers(documents.controller)
-    contents = _contents(verdict, documents, read, transfers, provenance, (output, junit, markdown))
+    contents = _contents(verdict, documents, read, transfers, provenance, (output, markdown))
+    if junit is not None:
+        from frictool.report.junit import junit as as_junit
+
+        contents[junit] = as_junit(verdict, allow_undecided)
     for target, text in contents.items():
         save_text(target, text, inputs)
     _tell(verdict, documents.spec, transfers, STDOUT if STDOUT in targets else None, as_json)
-    if not verdict.passed:
-        ctx.exit(1)
+    if not verdict.acceptable(allow_undecided):
+        ctx.exit(EXIT_NO)
 
 
 @dataclass(frozen=True)
@@ -164,19 +173,15 @@ def _contents(
     logs: list[Log],
     transfers: Sensitivities | str | None,
     provenance: Provenance,
-    targets: tuple[Path | None, Path | None, Path | None],
+    targets: tuple[Path | None, Path | None],
 ) -> dict[Path, str]:
-    """What is to be written where: all of it is made before the first byte is written."""
-    output, junit, markdown = targets
+    """Return the page and the Markdown by their targets; everything is made before the first byte is written."""
+    output, markdown = targets
     contents: dict[Path, str] = {}
     if output is not None:
         from frictool.report.page import page
 
         contents[output] = page(verdict, documents.spec, logs, documents.controller, provenance, transfers)
-    if junit is not None:
-        from frictool.report.junit import junit as as_junit
-
-        contents[junit] = as_junit(verdict)
     if markdown is not None:
         from frictool.report.markdown import markdown as as_markdown
 

@@ -145,5 +145,5 @@ def _velocity(outcome: Outcome, unit: str) -> list[str]:
 
 
 def _told(verdict: Verdict) -> str:
-    word = {True: "EXCEEDED", False: "not exceeded", None: "CANNOT TELL"}[verdict.exceeded]
+    word = {True: "EXCEEDED", False: "not exceeded", None: "UNDECIDED"}[verdict.exceeded]
     return f"wear limit {verdict.limit:g}: {word}: {verdict.reason}"

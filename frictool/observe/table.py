@@ -112,9 +112,10 @@ def _row(one: Found, limit: float | None, given: Commissioning | None, first: di
 
 
 def counts(table: Sequence[Row]) -> dict[str, int]:
-    """How many logs are above the limit, could not be read, or were read with data lost: an exit code tells one of them."""
+    """Return how many logs are above the limit, undecided, unreadable, or read with data lost; an exit code tells one of these only."""
     return {
         "above_limit": sum(bool(row.alarm) for row in table),
+        "undecided": sum(row.verdict is not None and row.verdict.exceeded is None for row in table),
         "not_read": sum(row.outcome is None for row in table),
         "data_lost": sum(row.outcome is not None and bool(row.outcome.losses) for row in table),
     }
@@ -131,7 +132,8 @@ def headline(table: Sequence[Row], limit: float | None) -> str:
         return told
     above = [row for row in table if row.alarm]
     worn = f": {', '.join(dict.fromkeys(row.unit or row.file for row in above))}" if above else ""
-    return f"{told}; above the limit {limit:g}: {len(above)}{worn}"
+    undecided = counts(table)["undecided"]
+    return f"{told}; above the limit {limit:g}: {len(above)}{worn}" + (f"; undecided: {undecided}" if undecided else "")
 
 
 def shown(table: Sequence[Row]) -> tuple[list[str], list[list[str]]]:

@@ -15,15 +15,18 @@ from frictool.report.worst import NEVER
 if TYPE_CHECKING:
     from frictool.verify.sensitivity import Sensitivities
 
+FORMAT = "report/2"  # 2: the verdict has three states
+
 
 def as_json(verdict: Verdict, spec: Spec, transfers: Sensitivities | str | None = None) -> dict[str, Any]:
-    """`verdict` is `pass` where no requirement is broken and one is met at least; what the logs cannot tell is under `undecided`.
+    """Return the verdict, `pass`, `fail` or `undecided`, with the names of the undecided requirements.
 
     A metric without a value is null, and `missing` says why; one that is only known to lie between two values is null, with `bounds`.
-    `sensitivity` is null without a controller. A stream `meets_all` where it breaks none of the logs' requirements by itself.
+    `sensitivity` is null without a controller. A stream `meets_all` if it meets every requirement of the logs by itself.
     """
     return {
-        "verdict": "pass" if verdict.passed else "fail",
+        "format": FORMAT,
+        "verdict": verdict.state,
         "name": verdict.name,
         "summary": verdict.headline,
         "plants": len(verdict.plants),

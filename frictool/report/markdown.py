@@ -7,7 +7,7 @@ import re
 from frictool.report.requirement import Verdict, number, unit_shown
 from frictool.report.text import printable
 
-MARKS = {"MET": "✅ met", "NOT MET": "❌ **not met**", "CANNOT TELL": "❔ cannot tell"}
+MARKS = {"MET": "✅ met", "NOT MET": "❌ **not met**", "UNDECIDED": "❔ undecided"}
 
 
 def markdown(verdict: Verdict) -> str:

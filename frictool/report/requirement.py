@@ -1,14 +1,17 @@
-"""The verdict's vocabulary."""
+"""Requirements with their outcomes, and the verdict that they add up to."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from frictool.logs.log import MAIN_TOPIC
 from frictool.report.evidence import Evidence
 from frictool.report.measure import Measured
+
+State = Literal["pass", "fail", "undecided"]
+STATES: tuple[State, ...] = get_args(State)
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,7 @@ class Where:
 
 @dataclass(frozen=True)
 class Requirement:
-    """One key of the specification. `met` is None where the logs cannot tell; `value` is None there, and where no finite value exists."""
+    """One key of the specification. `met` is None if the requirement is undecided; `value` is None without a finite value."""
 
     name: str
     key: str
@@ -47,8 +50,8 @@ class Requirement:
 
     @property
     def outcome(self) -> str:
-        """MET, NOT MET or CANNOT TELL."""
-        return "CANNOT TELL" if self.met is None else "MET" if self.met else "NOT MET"
+        """MET, NOT MET or UNDECIDED."""
+        return "UNDECIDED" if self.met is None else "MET" if self.met else "NOT MET"
 
     def as_json(self) -> dict[str, Any]:
         """The machine's view."""
@@ -60,7 +63,7 @@ class Requirement:
 class Verdict:
     """All requirements in the specification's order, and the evidence with the metrics of each hold.
 
-    meets: for each stream, whether it breaks none of them by itself and meets one; the modulus margin, which is the controller's, aside.
+    meets: for each stream, whether it meets every requirement by itself, apart from the modulus margin, which is the controller's.
     """
 
     name: str
@@ -70,20 +73,24 @@ class Verdict:
 
     @property
     def undecided(self) -> tuple[str, ...]:
-        """The requirements that the logs cannot tell."""
+        """The names of the requirements that are neither met nor broken."""
         return tuple(r.name for r in self.requirements if r.met is None)
 
     @property
-    def passed(self) -> bool:
-        """No requirement is broken and at least one is met."""
-        return all(r.met is not False for r in self.requirements) and any(r.met for r in self.requirements)
+    def state(self) -> State:
+        """`fail` if a requirement is broken, else `undecided` if one is undecided, else `pass`."""
+        if any(r.met is False for r in self.requirements):
+            return "fail"
+        return "undecided" if self.undecided or not self.requirements else "pass"
 
     @property
-    def outcome(self) -> str:
-        """MET, NOT MET, or CANNOT TELL where the logs decide nothing."""
-        if any(r.met is False for r in self.requirements):
-            return "NOT MET"
-        return "MET" if self.passed else "CANNOT TELL"
+    def passed(self) -> bool:
+        """Whether every requirement is met."""
+        return self.state == "pass"
+
+    def acceptable(self, allow_undecided: bool) -> bool:
+        """Whether the verdict is `pass`, or undecided requirements are allowed, none is broken and one is met."""
+        return self.passed or (allow_undecided and self.state == "undecided" and any(r.met for r in self.requirements))
 
     @property
     def plants(self) -> frozenset[str]:
@@ -101,16 +108,15 @@ class Verdict:
 
     @property
     def headline(self) -> str:
-        """One sentence for people; it begins with the outcome."""
-        if self.outcome == "CANNOT TELL":
-            return "CANNOT TELL: the logs decide none of the requirements"
+        """One sentence for people; it begins with the state."""
+        if all(r.met is None for r in self.requirements):
+            return "UNDECIDED: the logs decide none of the requirements"
         met, broken, undecided = (sum(r.met is state for r in self.requirements) for state in (True, False, None))
         parts = [f"{met} of {len(self.requirements)} requirements met"]
         parts += [f"{broken} broken"] if broken else []
         parts += [f"{undecided} undecided"] if undecided else []
-        caveat = " as far as the logs tell" if undecided and not broken else ""
         counted = f"; {sum(self.meets)} of {len(self.meets)} streams meet them all" if broken and len(self.meets) > 1 else ""
-        return f"{self.outcome}{caveat}: {', '.join(parts)}, on {self.played_on}{counted}"
+        return f"{self.state.upper()}: {', '.join(parts)}, on {self.played_on}{counted}"
 
 
 def number(value: float | None) -> str:

@@ -6,13 +6,13 @@ import click
 
 from frictool.report.requirement import Requirement, Verdict, number, unit_shown
 
-COLOURS = {"MET": "green", "NOT MET": "red", "CANNOT TELL": "yellow"}
+COLOURS = {"MET": "green", "NOT MET": "red", "UNDECIDED": "yellow", "pass": "green", "fail": "red", "undecided": "yellow"}
 
 
 def lines(verdict: Verdict, colour: bool = False) -> list[str]:
     """One line per requirement, then the verdict."""
     shown = [_line(requirement, colour) for requirement in verdict.requirements]
-    return [*shown, _painted(printable(verdict.headline), verdict.outcome, colour)]
+    return [*shown, _painted(printable(verdict.headline), verdict.state, colour)]
 
 
 def _painted(text: str, outcome: str, colour: bool) -> str:

@@ -44,9 +44,8 @@ def _asked(spec: Spec) -> dict[str, Judge]:
 
 
 def _meets(spec: Spec, stream: tuple[Evidence, tuple[Measured, ...]], judges: list[Judge]) -> bool:
-    """Whether one stream, by itself, breaks nothing and meets something."""
-    found = [make(spec, (stream,), None).met for make in judges]
-    return False not in found and True in found
+    """Whether one stream by itself meets every requirement."""
+    return bool(judges) and all(make(spec, (stream,), None).met for make in judges)
 
 
 def _modulus_margin(spec: Spec, evidence: Judged, controller: Controller | None) -> Requirement:

@@ -31,7 +31,7 @@ def trials_of(
     for index, row in enumerate(found):
         met = tuple(MET if value <= limit else BROKEN for value, limit in zip(row, limits, strict=True))
         if index in failed:
-            trials.append(Trial(index, (), (), BROKEN, "the plant is out of range"))
+            trials.append(Trial(index, (), (), "the plant is out of range"))
         else:
-            trials.append(Trial(index, tuple(map(float, row)), met, min(met)))
+            trials.append(Trial(index, tuple(map(float, row)), met))
     return gathered(space, metrics, units, trials)

@@ -20,12 +20,12 @@ from tests.campaign.findings_example import CORNERS, HOSTILE, findings, stopped,
 
 def test_every_trial_has_to_pass_unless_a_rate_is_asked_for() -> None:
     some = findings(trials())
-    assert not some.answer
-    assert some.outcome == "NOT MET"
-    assert findings(trials(slow=9.0)).answer is False  # the slowest never settle
+    assert not some.passed
+    assert some.outcome == "FAIL"
+    assert findings(trials(slow=9.0)).passed is False  # the slowest never settle
     fine = findings(_told(trials(slow=np.inf)))
-    assert fine.answer
-    assert fine.outcome == "MET"
+    assert fine.passed
+    assert fine.outcome == "PASS"
 
 
 def _told(made):
@@ -41,11 +41,11 @@ def test_a_rate_is_reached_by_its_lower_bound_and_not_by_the_rate(share: float) 
     passed[: int(400 * share)] = MET
     found = find(dataclasses.replace(made, passed=passed), "random", at_least=share)
     assert found.rate.share == share
-    assert not found.answer
+    assert not found.passed
     assert found.outcome == "NOT SHOWN"
     bound = lower(int(400 * share), 400)
-    assert find(dataclasses.replace(made, passed=passed), "random", at_least=bound).answer
-    assert find(dataclasses.replace(made, passed=passed), "random", at_least=0.999).outcome == "NOT MET"
+    assert find(dataclasses.replace(made, passed=passed), "random", at_least=bound).reached
+    assert find(dataclasses.replace(made, passed=passed), "random", at_least=0.999).outcome == "FAIL"
 
 
 def test_the_draws_that_would_show_a_rate_are_told() -> None:
@@ -54,18 +54,18 @@ def test_the_draws_that_would_show_a_rate_are_told() -> None:
     assert found.outcome == "NOT SHOWN"
     assert found.draws_needed == 2995
     assert "2995 draws would do" in headline(found)
-    assert find(made, "random", at_least=0.99).answer
+    assert find(made, "random", at_least=0.99).passed
     assert "which no number of draws shows" in headline(find(made, "random", at_least=1.0))
 
 
 def test_what_cannot_be_told_is_no_pass() -> None:
     made = _told(trials())
     none = dataclasses.replace(made, passed=np.full(400, UNDECIDED, dtype=np.int8))
-    assert find(none, "random").outcome == "CANNOT TELL"
+    assert find(none, "random").outcome == "UNDECIDED"
     half = np.where(np.arange(400) < 200, UNDECIDED, MET).astype(np.int8)
     found = find(dataclasses.replace(made, passed=half), "random")
-    assert not found.answer
-    assert found.outcome == "CANNOT TELL"
+    assert not found.passed
+    assert found.outcome == "UNDECIDED"
     assert "200 undecided" in headline(found)
     assert found.rate.low < 0.5 < found.rate.high == 1.0
 
@@ -73,16 +73,16 @@ def test_what_cannot_be_told_is_no_pass() -> None:
 def test_a_requirement_that_no_trial_tells_is_said_in_the_first_line() -> None:
     found = findings(trials(slow=np.inf))
     assert found.untold == ("limit_cycle",)
-    assert headline(found).startswith("MET as far as the trials tell: all 400 draws pass; at most 0.75 % fail (95 % confidence)")
-    assert headline(found).endswith("no trial tells: limit cycle")
+    assert headline(found).startswith("UNDECIDED: all 400 draws pass; at most 0.75 % fail (95 % confidence)")
+    assert headline(found).endswith("no trial decides: limit cycle")
 
 
 def test_vertices_are_counted_and_have_no_rate() -> None:
     found = findings(trials(units=CORNERS), "vertices")
-    assert headline(found).startswith("NOT MET: 4 of 8 vertices pass, 4 fail; no trial tells")
+    assert headline(found).startswith("FAIL: 4 of 8 vertices pass, 4 fail; no trial decides")
     assert as_json(found)["pass_rate"]["low"] is None
     asked = findings(trials(units=CORNERS), "vertices", 0.5)
-    assert asked.answer
+    assert asked.reached
     assert "50.0 % of them" in headline(asked)
     part = findings(trials(units=CORNERS[[0, 1, 6]]), "vertices")
     assert "of all vertices" in headline(part)
@@ -110,14 +110,14 @@ def test_the_text_says_what_fails_where_and_why() -> None:
         "requirement",
         "met",
         "broken",
-        "cannot tell",
+        "undecided",
         "median",
         "5 to 95 %",
         "95 % keep (95 % sure)",
         "worst",
         "limit",
     ]
-    assert told[-1].startswith("NOT MET: ")
+    assert told[-1].startswith("FAIL: ")
     assert "(2 could not be simulated)" in told[-1]
     assert "  2 x the position is beyond 1e3 rad (first: draw 5)" in told
     row = next(line for line in told if line.strip().startswith("Coulomb friction  high"))

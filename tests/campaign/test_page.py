@@ -29,7 +29,7 @@ def _full() -> str:
 def test_the_answer_comes_first_then_what_passes_where_failures_come_from_and_the_pictures(full: str) -> None:
     text = Page(full).text
     parts = [
-        "NOT MET: ",
+        "FAIL: ",
         "Requirements",
         "What passes",
         "Where failures come from",

@@ -16,9 +16,9 @@ from frictool.errors import InputFileError, OutputError
 
 HEADER = {"frictool": "1", "method": "random", "seed": 4, "model": "a" * 64}
 TRIALS = [
-    Trial(0, (0.1 + 0.2, math.nan, math.inf), (MET, UNDECIDED, BROKEN), BROKEN),
-    Trial(7, (), (), BROKEN, "v: a plant of “glass”\nbroke"),
-    Trial(3, (-math.inf, 1e-300, 5.0), (BROKEN, MET, MET), BROKEN),
+    Trial(0, (0.1 + 0.2, math.nan, math.inf), (MET, UNDECIDED, BROKEN)),
+    Trial(7, (), (), "v: a plant of “glass”\nbroke"),
+    Trial(3, (-math.inf, 1e-300, 5.0), (BROKEN, MET, MET)),
 ]
 ASKED = ("overshoot", 300, 1000)
 WORST = Worst("overshoot", math.inf, 4.5, (0.0, 0.1 + 0.7, 1.0), 12, 300, 2)

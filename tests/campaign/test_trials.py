@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from frictool.campaign.drawing.space import Factor, Space, plant_factors, space_of
-from frictool.campaign.playing.trials import BROKEN, MET, UNDECIDED, Metric, Trial, gathered
+from frictool.campaign.playing.trials import BROKEN, MET, UNDECIDED, Metric, Trial, gathered, passed_of
 from frictool.documents.quantity import Quantity
 from frictool.simulate.plant import Range
 from tests.campaign.example import factors, trials_of
@@ -17,7 +17,7 @@ METRIC = Metric("overshoot", "overshoot_percent", "%", 5.0, "<=")
 
 def test_trials_are_in_the_order_of_their_indices() -> None:
     units = np.array([[0.1], [0.2], [0.3]])
-    of = [Trial(0, (1.0,), (MET,), MET), Trial(1, (9.0,), (BROKEN,), BROKEN), Trial(2, (np.nan,), (UNDECIDED,), UNDECIDED)]
+    of = [Trial(0, (1.0,), (MET,)), Trial(1, (9.0,), (BROKEN,)), Trial(2, (np.nan,), (UNDECIDED,))]
     for order in ([0, 1, 2], [2, 0, 1], [1, 2, 0]):
         trials = gathered(factors(1), [METRIC], units, [of[k] for k in order])
         np.testing.assert_array_equal(trials.found[:, 0], [1.0, 9.0, np.nan])
@@ -27,7 +27,7 @@ def test_trials_are_in_the_order_of_their_indices() -> None:
 
 def test_a_trial_that_is_missing_is_named() -> None:
     with pytest.raises(ValueError, match="trial 1 is missing"):
-        gathered(factors(1), [METRIC], np.zeros((3, 1)), [Trial(0, (1.0,), (MET,), MET), Trial(2, (1.0,), (MET,), MET)])
+        gathered(factors(1), [METRIC], np.zeros((3, 1)), [Trial(0, (1.0,), (MET,)), Trial(2, (1.0,), (MET,))])
 
 
 def test_what_could_not_be_simulated_has_not_passed_and_no_metric_of_it_is_decided() -> None:
@@ -67,3 +67,11 @@ def test_values_fill_their_range_and_whole_numbers_are_equally_likely() -> None:
 def test_what_does_not_vary_is_no_factor() -> None:
     fixed = Factor("inertia", 1.0, 1.0, "kg", "inertia", 1.0, "plant")
     assert space_of([fixed, *factors(2).factors]).names == ("x1", "x2")
+
+
+def test_a_trial_is_undecided_by_what_another_trial_decides() -> None:
+    """Of three requirements nobody decides the last; the second trial leaves the second one open."""
+    met = np.array([[MET, MET, UNDECIDED], [MET, UNDECIDED, UNDECIDED], [UNDECIDED, BROKEN, UNDECIDED], [UNDECIDED] * 3], dtype=np.int8)
+    np.testing.assert_array_equal(passed_of(met), [MET, UNDECIDED, BROKEN, UNDECIDED])
+    np.testing.assert_array_equal(passed_of(met, (0,)), [BROKEN, UNDECIDED, BROKEN, UNDECIDED])
+    np.testing.assert_array_equal(passed_of(met[:, 2:]), [UNDECIDED] * 4)

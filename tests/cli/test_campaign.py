@@ -191,6 +191,23 @@ def test_vertices_of_a_mechanism(tmp_path: Path) -> None:
     assert (float(second["overshoot [%]"]), float(second["static_error [rad]"])) == (values["overshoot"], values["static_error"])
 
 
+def test_a_requirement_that_no_trial_decides_makes_the_campaign_undecided(tmp_path: Path) -> None:
+    """The step is too short for `rest`: every plant passes what the scenario decides, and the campaign does not pass."""
+    loose = {"overshoot_percent": 1000.0, "static_error": None, "oscillations": None}
+    command = [*write(tmp_path, played(WEAR), **loose), "--cores", "1", "-n", "4", "-o", tmp_path / "found.yaml"]
+    result = run(*command)
+    assert result.code == 1
+    assert result.stdout.splitlines()[-1].startswith("UNDECIDED: all 4 draws pass")
+    assert result.stdout.splitlines()[-1].endswith("no trial decides: rest")
+    assert yaml.safe_load((tmp_path / "found.yaml").read_text())["verdict"] == "undecided"
+    allowed = run(*command, "--allow-undecided")
+    assert (allowed.code, allowed.stdout) == (0, result.stdout)
+    strict = write(tmp_path / "strict", played(WEAR), **(loose | {"overshoot_percent": 0.0, "response_time_95_s": 1e-3}))
+    failing = run(*strict, "--cores", "1", "-n", "4", "--allow-undecided", "--json")
+    assert failing.code == 1
+    assert json.loads(failing.stdout)["verdict"] == "fail"
+
+
 def test_at_least_asks_for_a_rate_that_is_shown(tmp_path: Path) -> None:
     command = [
         *write(tmp_path, played(WEAR), **NO_REST, overshoot_percent=1000.0, static_error=None, oscillations=None),

@@ -231,7 +231,14 @@ def test_a_log_that_tells_nothing_says_so(rig: SimpleNamespace, tmp_path: Path) 
     log = Log((Stream("/axis", stream.time, still, {"position": "rad", "current": "A"}),), {})
     result = observe(rig.model, save(log, tmp_path / "still.mcap"), "--wear-limit", "1.25", "-o", tmp_path / "found.mcap", "--json")
     facts = json.loads(result.stdout)
-    assert result.code == 0
+    assert result.code == 1
+    words = (rig.model, tmp_path / "still.mcap", "--wear-limit", "1.25")
+    assert "UNDECIDED: no move tells" in observe(*words).stdout
+    assert observe(*words, "--allow-undecided").code == 0
+    assert observe(*words[:2]).code == 0
+    fleet = observe(*words, "-o", tmp_path / "fleet.csv")
+    assert (fleet.code, fleet.stdout.splitlines()[0]) == (1, "1 log; above the limit 1.25: 0; undecided: 1")
+    assert observe(*words, "--allow-undecided", "-o", tmp_path / "fleet.csv").code == 0
     assert "no move tells the wear" in result.stderr
     assert (facts["moves"], facts["alarm"]) == (0, None)
     assert facts["wear"]["low"] < 1.0 < facts["wear"]["high"]

@@ -60,13 +60,13 @@ def test_all_outputs_at_once(rig: Rig) -> None:
     assert all(r["met"] for r in view["requirements"])
     assert [s["stream"] for s in view["streams"]] == ["/axis", "/axis/v00"]
     html = page.read_text()
-    assert "MET: 7 of 7 requirements met" in html
+    assert "PASS: 7 of 7 requirements met" in html
     assert view["sensitivity"]["gamma_is"] == "asked"
     assert html.count('at every vertex"') == 4
     assert str(rig.folder) not in html
     assert "frictool report run.mcap --spec spec.yaml --controller controller.yaml" in html
     assert ET.parse(suite).getroot().get("tests") == "7"
-    assert table.read_text().startswith("### clutch: MET")
+    assert table.read_text().startswith("### clutch: PASS")
 
 
 def test_of_vertices_that_agree_the_first_is_named_whatever_rounding_says(rig: Rig) -> None:
@@ -91,14 +91,14 @@ def test_what_is_not_met_is_exit_1_and_the_page_is_written(rig: Rig) -> None:
     assert result.code == 1
     assert result.stderr == ""
     assert "NOT MET     overshoot" in result.stdout
-    assert "CANNOT TELL modulus margin" in result.stdout
+    assert "UNDECIDED   modulus margin" in result.stdout
     assert "NOT MET" in page.read_text()
 
 
 def test_the_same_inputs_give_the_same_files(rig: Rig) -> None:
     first, second = rig.folder / "a.html", rig.folder / "b.html"
     for page in (first, second):
-        assert run("report", rig.log, "--spec", rig.spec, "-o", page).code == 0
+        assert run("report", rig.log, "--spec", rig.spec, "--controller", rig.controller, "-o", page).code == 0
     assert first.read_bytes() == second.read_bytes()
 
 
@@ -106,7 +106,7 @@ def test_the_page_on_stdout_leaves_the_text_to_stderr(rig: Rig) -> None:
     result = run("report", rig.log, "--spec", rig.spec, "-o", "-")
     assert result.stdout.startswith("<!DOCTYPE html>")
     assert result.stdout.rstrip().endswith("</html>")
-    assert "MET as far as the logs tell" in result.stderr
+    assert "UNDECIDED: 6 of 7 requirements met, 1 undecided" in result.stderr
 
 
 def test_json_alone_writes_nothing(rig: Rig) -> None:
@@ -123,8 +123,8 @@ def test_json_alone_does_not_load_the_plotting(rig: Rig) -> None:
         "print([name for name in ('matplotlib', 'numba', 'jinja2', 'cvxpy') if name in sys.modules], file=sys.stderr)"
     )
     words = [sys.executable, "-c", code, "report", str(rig.log), "--spec", str(rig.spec), "--json"]
-    done = subprocess.run(words, capture_output=True, text=True, check=True)
-    assert json.loads(done.stdout)["verdict"] == "pass"
+    done = subprocess.run([*words, "--allow-undecided"], capture_output=True, text=True, check=True)
+    assert json.loads(done.stdout)["verdict"] == "undecided"
     assert done.stderr.strip() == "[]"
 
 
@@ -132,18 +132,51 @@ def test_a_smooth_reference_is_reported_with_reasons(rig: Rig) -> None:
     log = rig.record("sines.mcap", smooth_log())
     result = run("report", log, "--spec", rig.spec, "--json")
     view = json.loads(result.stdout)
-    assert result.code == 0
+    assert result.code == 1
+    assert view["verdict"] == "undecided"
     assert {r["name"] for r in view["requirements"] if r["met"] is None} == set(view["undecided"])
     assert len(view["undecided"]) == 6
     assert all(r["reason"] for r in view["requirements"] if r["met"] is None)
 
 
-def test_nothing_to_decide_is_exit_1(rig: Rig) -> None:
+def test_one_undecided_requirement_is_exit_1_in_every_output_unless_it_is_allowed(rig: Rig) -> None:
+    suite, table, page = (rig.folder / f"report.{kind}" for kind in ("xml", "md", "html"))
+    words = ("report", rig.log, "--spec", rig.spec, "--junit", suite, "--markdown", table, "-o", page)
+    result = run(*words)
+    assert result.code == 1
+    headline = "UNDECIDED: 6 of 7 requirements met, 1 undecided, on 2 recorded streams"
+    assert result.stdout.splitlines()[-1] == headline
+    assert table.read_text().startswith(f"### clutch: {headline}")
+    assert f'<p class="banner open">{headline}</p>' in page.read_text()
+    root = ET.parse(suite).getroot()
+    assert (root.get("errors"), root.get("skipped")) == ("1", "0")
+    assert {p.get("name"): p.get("value") for p in root.iter("property")} == {"verdict": "undecided", "summary": headline}
+    assert json.loads(run(*words, "--json").stdout)["verdict"] == "undecided"
+    allowed = run(*words, "--allow-undecided")
+    assert allowed.code == 0
+    assert allowed.stdout == result.stdout
+    root = ET.parse(suite).getroot()
+    assert (root.get("errors"), root.get("skipped")) == ("0", "1")
+
+
+def test_what_is_broken_stays_exit_1_with_undecided_allowed(rig: Rig) -> None:
+    log = rig.record("soft.mcap", Log((stream(damping=0.4),), {}, "soft"))
+    suite = rig.folder / "report.xml"
+    result = run("report", log, "--spec", rig.spec, "--junit", suite, "--allow-undecided")
+    assert result.code == 1
+    assert result.stdout.splitlines()[-1].startswith("FAIL: ")
+    root = ET.parse(suite).getroot()
+    assert (root.get("errors"), root.get("skipped")) == ("1", "0")
+    assert root.get("failures") == str(result.stdout.count("NOT MET")) != "0"
+
+
+@pytest.mark.parametrize("options", [(), ("--allow-undecided",)])
+def test_nothing_to_decide_is_exit_1(rig: Rig, options: tuple[str, ...]) -> None:
     log = rig.record("sines.mcap", smooth_log())
     spec = rig.document("steps_only.yaml", clutch_spec(drive_peak=None))
-    result = run("report", log, "--spec", spec)
+    result = run("report", log, "--spec", spec, *options)
     assert result.code == 1
-    assert result.stdout.endswith("CANNOT TELL: the logs decide none of the requirements\n")
+    assert result.stdout.endswith("UNDECIDED: the logs decide none of the requirements\n")
 
 
 def test_the_measured_record_is_reported_on_with_the_same_command(tmp_path: Path) -> None:
@@ -155,7 +188,7 @@ def test_the_measured_record_is_reported_on_with_the_same_command(tmp_path: Path
     result = run(
         "report", data, "--spec", ROOT / "configs/emps/spec.yaml", "--bench", ROOT / "configs/emps/bench.yaml", "-o", page, "--json"
     )
-    assert result.code == 0, result.stderr
+    assert result.code == 1, result.stderr
     view = json.loads(result.stdout)
     assert view["undecided"] == ["response_time_95", "overshoot", "static_error", "modulus_margin"]
     assert next(r["value"] for r in view["requirements"] if r["name"] == "drive_peak") == pytest.approx(4.3, abs=0.05)
@@ -165,7 +198,7 @@ def test_the_measured_record_is_reported_on_with_the_same_command(tmp_path: Path
     assert 0.0 < only["drive_rms"] < only["drive_peak"]
     assert (only["saturation_time"], only["holds"]) == (0.0, [])
     html = page.read_text()
-    assert html.count("CANNOT TELL") == 4
+    assert html.count(">UNDECIDED<") == 4
     for picture in ("position", "error", "voltage", "velocity"):
         assert f'aria-label="{picture} over ' in html
     assert page.stat().st_size < 500_000
@@ -192,7 +225,7 @@ def test_a_raw_log_is_read_by_the_bench(rig: Rig) -> None:
     raw.write_text("time [s],encoder [count],current [A]\n" + "".join(f"{t:.3f},{c},{i:.4f}\n" for t, c, i in rows))
     refused(run("report", raw, "--spec", rig.spec, "--json"), 3, "steps.csv", "--bench")
     for option, document in (("--bench", ROOT / "configs/clutch/bench.yaml"), ("--controller", rig.controller)):
-        result = run("report", raw, "--spec", rig.spec, option, document, "--json")
+        result = run("report", raw, "--spec", rig.spec, option, document, "--json", "--allow-undecided")
         assert result.code == 0, result.stderr
         by_name = {r["name"]: r for r in json.loads(result.stdout)["requirements"]}
         assert by_name["overshoot"]["reason"] == "steps.csv /axis: the log has no reference"

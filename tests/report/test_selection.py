@@ -38,7 +38,7 @@ def _verdict() -> Verdict:
 
 def test_the_plants_that_meet_everything_are_counted(verdict: Verdict) -> None:
     assert [k for k, meets in enumerate(verdict.meets) if not meets] == list(SOFT)
-    assert verdict.headline == "NOT MET: 4 of 5 requirements met, 1 broken, on 120 plants; 117 of 120 streams meet them all"
+    assert verdict.headline == "FAIL: 4 of 5 requirements met, 1 broken, on 120 plants; 117 of 120 streams meet them all"
     view = json.loads(json.dumps(as_json(verdict, SPEC), allow_nan=False))
     assert view["streams_meeting_all"] == 117
     assert [found["meets_all"] for found in view["streams"]].count(False) == 3
@@ -48,7 +48,7 @@ def test_the_plants_that_meet_everything_are_counted(verdict: Verdict) -> None:
 def test_a_plant_that_only_the_controller_s_margin_fails_meets_the_logs_requirements() -> None:
     log = Log((stream(), stream("/axis/v00")), {}, "run.mcap")
     verdict = judge(clutch_spec(), [log], controller((0.4,)))
-    assert verdict.outcome == "NOT MET"
+    assert verdict.state == "fail"
     assert verdict.meets == (True, True)
 
 

@@ -40,7 +40,7 @@ def test_every_key_of_the_specification_has_its_judge_in_order() -> None:
     assert [r.key for r in verdict.requirements] == list(JUDGES)
     assert all(r.met for r in verdict.requirements)
     assert verdict.passed
-    assert verdict.headline == "MET: 13 of 13 requirements met, on 1 recorded stream"
+    assert verdict.headline == "PASS: 13 of 13 requirements met, on 1 recorded stream"
 
 
 def simulated(*topics: str) -> Log:
@@ -60,7 +60,7 @@ def simulated(*topics: str) -> Log:
 )
 def test_the_verdict_says_on_what_it_was_found(logs: list[Log], told: str) -> None:
     verdict = judge(clutch_spec(modulus_margin=None), logs)
-    assert verdict.headline == f"MET: 6 of 6 requirements met, on {told}"
+    assert verdict.headline == f"PASS: 6 of 6 requirements met, on {told}"
     assert lines(verdict)[-1] == verdict.headline
     assert as_json(verdict, clutch_spec())["plants"] == (int(told.partition(" ")[0]) if "plant" in told else 0)
 
@@ -95,14 +95,15 @@ def test_a_value_at_its_limit_is_met() -> None:
     assert named(judge(clutch_spec(), [clutch_log()], controller((0.5,))), "modulus_margin").met is True
 
 
-def test_without_a_controller_the_margin_is_undecided_and_the_pass_says_so() -> None:
+def test_without_a_controller_the_margin_is_undecided_and_so_is_the_verdict() -> None:
     verdict = judge(clutch_spec(), [clutch_log()])
     margin = named(verdict, "modulus_margin")
     assert (margin.met, margin.value) == (None, None)
     assert "--controller" in margin.reason
-    assert verdict.passed
+    assert not verdict.passed
+    assert verdict.state == "undecided"
     assert verdict.undecided == ("modulus_margin",)
-    assert verdict.headline == "MET as far as the logs tell: 6 of 7 requirements met, 1 undecided, on 1 recorded stream"
+    assert verdict.headline == "UNDECIDED: 6 of 7 requirements met, 1 undecided, on 1 recorded stream"
 
 
 def test_the_worst_vertex_gives_the_margin_and_an_unstable_one_is_worse_than_any() -> None:
@@ -125,7 +126,7 @@ def test_a_smooth_reference_decides_only_the_drive() -> None:
 def test_where_nothing_is_decided_it_is_no_pass() -> None:
     verdict = judge(clutch_spec(drive_peak=None), [smooth_log()])
     assert not verdict.passed
-    assert verdict.outcome == "CANNOT TELL"
+    assert verdict.state == "undecided"
 
 
 @pytest.mark.parametrize(

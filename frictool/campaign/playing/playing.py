@@ -68,9 +68,9 @@ class CampaignTrial:
         try:
             return trial_of(draw, self.judged(self.scenario(unit, draw)))
         except FrictoolError as error:
-            return Trial(draw, (), (), BROKEN, str(error))
+            return Trial(draw, (), (), str(error))
         except (ArithmeticError, ValueError, TypeError, LookupError) as error:
-            return Trial(draw, (), (), BROKEN, f"{type(error).__name__}: {error}")
+            return Trial(draw, (), (), f"{type(error).__name__}: {error}")
 
     def nominal(self) -> tuple[Requirement, ...]:
         """What is found with nothing varied. Raises FrictoolError where that cannot be simulated, or the documents do not fit."""
@@ -94,10 +94,9 @@ def metrics_of(requirements: tuple[Requirement, ...]) -> tuple[Metric, ...]:
 
 
 def trial_of(draw: int, requirements: tuple[Requirement, ...]) -> Trial:
-    """The trial that these were found of; it passes where `report` would say so."""
+    """Return draw number `draw` with these outcomes."""
     met = tuple(UNDECIDED if one.met is None else MET if one.met else BROKEN for one in requirements)
-    passed = BROKEN if BROKEN in met else MET if MET in met else UNDECIDED
-    return Trial(draw, tuple(_value(one) for one in requirements), met, passed)
+    return Trial(draw, tuple(_value(one) for one in requirements), met)
 
 
 def _value(one: Requirement) -> float:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from frictool.campaign.drawing.space import Space
 from frictool.campaign.playing.store import Asked, Store
-from frictool.campaign.playing.trials import BROKEN, Metric, Trial, Trials, gathered
+from frictool.campaign.playing.trials import Metric, Trial, Trials, gathered
 from frictool.campaign.playing.worst import Worst
 
 Vector = NDArray[np.float64]
@@ -58,7 +58,7 @@ def run_trials(
 
 
 def _not_outlived(job: Job, reason: str) -> Trial:
-    return Trial(job[0], (), (), BROKEN, reason)
+    return Trial(job[0], (), (), reason)
 
 
 class SearchJob(Protocol):

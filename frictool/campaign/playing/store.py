@@ -1,6 +1,6 @@
 """Trials kept in a file while a campaign runs, so that a kill loses a batch at most, and the same command goes on from there.
 
-JSON, a line each: the header, which says of what campaign; a trial [draw, passed, found, met] or [draw, why it could not be simulated];
+JSON, a line each: the header, which says of what campaign; a trial [draw, found, met] or [draw, why it could not be simulated];
 {"worst": ..} of a search that has ended. Lines are appended; one that a kill has cut off is played again.
 """
 
@@ -14,11 +14,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, TextIO
 
-from frictool.campaign.playing.trials import BROKEN, Trial
+from frictool.campaign.playing.trials import Trial
 from frictool.campaign.playing.worst import Worst
 from frictool.errors import FrictoolError, InputFileError, OutputError
 
-FORMAT = "campaign-trials/1"
+FORMAT = "campaign-trials/2"
 NO_TRIALS = "holds no kept trials; name another file, or remove this one"
 Header = Mapping[str, Any]
 Asked = tuple[str, int, int]  # of a search: metric, how many plants it may try, how many draws it knew
@@ -143,15 +143,15 @@ def _same_campaign(path: Path, found: Any, header: Header) -> None:
 def _row(trial: Trial) -> list[Any]:
     if trial.failed:
         return [trial.draw, trial.failed]
-    return [trial.draw, trial.passed, [_number(value) for value in trial.found], list(trial.met)]
+    return [trial.draw, [_number(value) for value in trial.found], list(trial.met)]
 
 
 def _trial(row: Any) -> Trial:
     if len(row) == 2:
         draw, failed = row
-        return Trial(int(draw), (), (), BROKEN, str(failed))
-    draw, passed, found, met = row
-    return Trial(int(draw), tuple(map(_float, found)), tuple(map(int, met)), int(passed))
+        return Trial(int(draw), (), (), str(failed))
+    draw, found, met = row
+    return Trial(int(draw), tuple(map(_float, found)), tuple(map(int, met)))
 
 
 def _worst(row: Mapping[str, Any]) -> Worst:

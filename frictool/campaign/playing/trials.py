@@ -36,7 +36,6 @@ class Trial(NamedTuple):
     draw: int
     found: tuple[float, ...]
     met: tuple[int, ...]
-    passed: int
     failed: str = ""
 
 
@@ -45,9 +44,9 @@ class Trials:
     """n trials of d factors, judged by m metrics.
 
     units (n, d): the draws in the unit cube; values (n, d): the same in SI (space.py). found (n, m): the worst value over a trial's run,
-    inf where it is beyond any (an axis that never settles), nan where the metric does not exist or nothing was simulated. met (n, m),
-    passed (n,): MET 1, BROKEN 0, UNDECIDED -1, as `report` decides. failed: index -> why a trial could not be simulated; it has not passed
-    (BROKEN), and of no metric is it decided.
+    inf where it is beyond any (an axis that never settles), nan where the metric does not exist or nothing was simulated. met (n, m):
+    MET 1, BROKEN 0, UNDECIDED -1, as `report` decides. passed (n,): the same of the whole trial (`passed_of`). failed: index -> why a trial
+    could not be simulated; it has not passed (BROKEN), and of no metric is it decided.
     """
 
     space: Space
@@ -68,15 +67,29 @@ class Trials:
 def gathered(space: Space, metrics: Sequence[Metric], units: Vector, trials: Iterable[Trial]) -> Trials:
     """All trials of the draws `units` (n, d), which come in any order. Raises ValueError where one is missing."""
     n, m = units.shape[0], len(metrics)
-    found, met, passed = np.full((n, m), np.nan), np.full((n, m), UNDECIDED, dtype=np.int8), np.full(n, UNDECIDED, dtype=np.int8)
+    found, met = np.full((n, m), np.nan), np.full((n, m), UNDECIDED, dtype=np.int8)
     there, failed = np.zeros(n, dtype=bool), dict[int, str]()
     for trial in trials:
         there[trial.draw] = True
-        passed[trial.draw] = trial.passed
         if trial.failed:
             failed[trial.draw] = trial.failed
         else:
             found[trial.draw], met[trial.draw] = trial.found, trial.met
     if not there.all():
         raise ValueError(f"trial {int(np.argmin(there))} is missing")
+    passed = passed_of(met, tuple(failed))
     return Trials(space, tuple(metrics), units, space.values(units), found, met, passed, dict(sorted(failed.items())))
+
+
+def passed_of(met: Marks, failed: Sequence[int] = ()) -> Marks:
+    """Return for each trial of `met` (n, m): BROKEN if it breaks a requirement or failed, UNDECIDED if one is undecided, else MET (n,).
+
+    A requirement that no trial decides is left out: the scenario cannot decide it, which is the campaign's answer and not a plant's.
+    """
+    decidable = met[:, (met != UNDECIDED).any(axis=0)]
+    passed = np.where((decidable == UNDECIDED).any(axis=1), UNDECIDED, MET).astype(np.int8)
+    if not decidable.shape[1]:
+        passed[:] = UNDECIDED
+    passed[(decidable == BROKEN).any(axis=1)] = BROKEN
+    passed[list(failed)] = BROKEN
+    return passed

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Literal, Protocol
 
 from frictool.campaign.drawing.sampling import Method
 from frictool.campaign.playing.trials import Trials
@@ -15,6 +15,8 @@ from frictool.campaign.statistics.binomial import CONFIDENCE, draws_to_show
 from frictool.campaign.statistics.distribution import Distribution, distribution
 from frictool.campaign.statistics.pass_rate import Rate, pass_rate
 from frictool.campaign.statistics.sensitivity import Sensitivity, sensitivity
+
+Outcome = Literal["PASS", "FAIL", "UNDECIDED", "NOT SHOWN"]
 
 
 class Worst(Protocol):
@@ -54,27 +56,34 @@ class Findings:
     asked: float | None
 
     @property
-    def answer(self) -> bool:
-        """Whether the campaign is passed: all trials pass, or the rate that was asked for is shown."""
+    def reached(self) -> bool:
+        """Whether all trials pass, or the requested rate is shown."""
         if self.asked is None:
             return 0 < self.rate.count == self.rate.passed
         return self.rate.count > 0 and self.rate.reaches(self.asked)
 
     @property
-    def outcome(self) -> str:
-        """MET, NOT MET, CANNOT TELL (nothing fails, something is undecided), or NOT SHOWN: more draws might show the rate that was asked
-        for.
-        """
-        if self.answer:
-            return "MET"
+    def outcome(self) -> Outcome:
+        """PASS, FAIL, UNDECIDED (nothing fails, and something is undecided), or NOT SHOWN: more draws might show the requested rate."""
+        if self.reached:
+            return "UNDECIDED" if self.untold else "PASS"
         if self.rate.count == 0 or self.rate.undecided == self.rate.count or (self.asked is None and self.rate.failed == 0):
-            return "CANNOT TELL"
+            return "UNDECIDED"
         high = self.rate.high
-        return "NOT SHOWN" if self.asked is not None and high is not None and high >= self.asked else "NOT MET"
+        return "NOT SHOWN" if self.asked is not None and high is not None and high >= self.asked else "FAIL"
+
+    @property
+    def passed(self) -> bool:
+        """Whether the campaign passes: every requirement is decided, and all trials pass or the requested rate is shown."""
+        return self.outcome == "PASS"
+
+    def acceptable(self, allow_undecided: bool) -> bool:
+        """Whether the campaign passes, or undecided requirements are allowed, nothing fails and something is met."""
+        return self.passed or (allow_undecided and self.outcome == "UNDECIDED" and any(one.met for one in self.distributions))
 
     @property
     def untold(self) -> tuple[str, ...]:
-        """The requirements that no trial could decide; they are not among what passes."""
+        """The names of the requirements that no trial decides."""
         return tuple(one.metric.name for one in self.distributions if one.undecided == self.rate.count)
 
     @property

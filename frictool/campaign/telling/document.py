@@ -12,12 +12,10 @@ from frictool.campaign.telling.machine import as_json
 from frictool.documents.provenance import Provenance
 from frictool.documents.writing import tree_to_yaml
 
-FORMAT = "campaign/1"
-
 
 def as_document(found: Findings, provenance: Provenance) -> str:
     """The text; the same inputs give the same bytes. What has no value, or is beyond any, is null."""
-    tree = {"format": FORMAT, **as_json(found), "provenance": msgspec.to_builtins(provenance)}
+    tree = {**as_json(found), "provenance": msgspec.to_builtins(provenance)}
     return tree_to_yaml(_finite(tree))
 
 

@@ -7,17 +7,24 @@ from typing import Any
 
 from frictool.campaign.playing.trials import Trials
 from frictool.campaign.statistics.distribution import COVERED, Distribution
-from frictool.campaign.statistics.findings import Findings, Worst
+from frictool.campaign.statistics.findings import Findings, Outcome, Worst
 from frictool.campaign.statistics.regional import Region
 from frictool.campaign.statistics.sensitivity import Influence, Question
 from frictool.campaign.telling.words import caveat, headline
 
+FORMAT = "campaign/2"  # 2: the verdict has three states
+VERDICTS: dict[Outcome, str] = {"PASS": "pass", "FAIL": "fail", "UNDECIDED": "undecided", "NOT SHOWN": "fail"}
+
 
 def as_json(found: Findings) -> dict[str, Any]:
-    """Counts, rate, each metric, where failures and variance come from; `verdict` is `pass` where the campaign's answer is yes."""
+    """Counts, rate, each metric, where failures and variance come from; `verdict` is `pass`, `fail` or `undecided`.
+
+    A requested rate that is not shown is a `fail`; `outcome` then is NOT SHOWN.
+    """
     rate, pair, factors = found.rate, found.sensitivity.pair, found.trials.space.factors
     return {
-        "verdict": "pass" if found.answer else "fail",
+        "format": FORMAT,
+        "verdict": VERDICTS[found.outcome],
         "outcome": found.outcome,
         "summary": headline(found),
         "method": rate.method,

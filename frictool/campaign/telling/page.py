@@ -16,7 +16,7 @@ from frictool.campaign.telling.words import caveat, chance_told, given, headline
 from frictool.documents.provenance import Provenance
 from frictool.page import filled
 
-TONES = {"MET": "met", "NOT MET": "broken", "CANNOT TELL": "open", "NOT SHOWN": "open"}
+TONES = {"PASS": "met", "FAIL": "broken", "UNDECIDED": "open", "NOT SHOWN": "open"}
 FACTORS, MORE = 12, 40  # columns of the table of shares; rows of a table of factors or of reasons
 
 
@@ -37,7 +37,7 @@ def page(found: Findings, provenance: Provenance) -> str:
         Path(__file__).parent,
         provenance,
         headline=headline(found),
-        tone="open" if found.answer and found.untold else TONES[found.outcome],
+        tone=TONES[found.outcome],
         caveat=caveat(found),
         noun=found.rate.noun,
         rates=_embedded(rates(found)),

@@ -12,7 +12,7 @@ from frictool.campaign.statistics.regional import Region
 from frictool.campaign.statistics.sensitivity import Influence, Question
 from frictool.campaign.telling.words import caveat, chance_told, given, headline, number, quantity, unit_shown
 
-COLOURS = {"MET": "green", "NOT MET": "red", "CANNOT TELL": "yellow", "NOT SHOWN": "yellow"}
+COLOURS = {"PASS": "green", "FAIL": "red", "UNDECIDED": "yellow", "NOT SHOWN": "yellow"}
 REASONS = 5  # told why trials could not be simulated
 MOST = 8  # factors told of one question
 
@@ -96,7 +96,7 @@ def _requirements(found: Findings) -> list[str]:
         "requirement",
         "met",
         "broken",
-        "cannot tell",
+        "undecided",
         "median",
         "5 to 95 %",
         f"{given(COVERED)} keep ({given(found.rate.confidence)} sure)",

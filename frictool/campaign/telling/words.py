@@ -55,9 +55,8 @@ def headline(found: Findings) -> str:
     """One sentence that begins with the outcome."""
     rate = found.rate
     untold = [name.replace("_", " ") for name in found.untold]
-    partly = " as far as the trials tell" if found.answer and untold else ""
-    return f"{found.outcome}{partly}: {_counted(rate)}{_rated(rate)}{_asked(found)}" + (
-        f"; no trial tells: {', '.join(untold)}" if untold else ""
+    return f"{found.outcome}: {_counted(rate)}{_rated(rate)}{_asked(found)}" + (
+        f"; no trial decides: {', '.join(untold)}" if untold else ""
     )
 
 
