@@ -111,7 +111,21 @@ def command(
     named |= {"--confidence": confidence, "--from": start, "--to": end, "--stream": topic, "--unit": unit, "--date": date}
     words = command_line("observe run", {**named, "--salvage": salvage})
     settings = Settings(window_of(start, end), topic, salvage, confidence, Patterns(pattern("--unit", unit), pattern("--date", date)))
-    given = Given(words, model, load(model, Model), settings, wear_limit, commissioning, observer, plot, output, as_json, cores, cluster, allow_undecided)
+    given = Given(
+        words,
+        model,
+        load(model, Model),
+        settings,
+        wear_limit,
+        commissioning,
+        observer,
+        plot,
+        output,
+        as_json,
+        cores,
+        cluster,
+        allow_undecided,
+    )
     refuse_both(cores, cluster)
     several = is_fleet(logs) or (output is not None and output.suffix.lower() in TABLES)
     check_outputs(given, logs, several)
