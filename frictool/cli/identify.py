@@ -58,8 +58,9 @@ Each log, or all logs of each folder (--each folder), give a model of their own,
 parameters.csv (-o FILE.csv, FILE.parquet: the table alone). What the parameters scatter is held against their intervals: whether they are
 of one population, which units differ, what drifts. A log that cannot be used is a row with its reason.
 
-Exit code 1, and no model, where the logs are in order and give nothing at all; with --each where this is so of any, else 3 where a log
-cannot be used.
+Exit code 1, and no model, where the logs are in order and no fit is possible. Exit code 4, and no model, where a fit gives neither
+inertia nor friction, or where position and drive have opposite signs. --keep-bench-values writes a model of the bench's values instead
+(exit code 0); it says so, and synth refuses it. With --each: 4 where this is so of any log, else 1, else 3 where a log cannot be used.
 """
 
 
@@ -84,6 +85,7 @@ cannot be used.
 @click.option("--padding", type=click.IntRange(0), help="inverse-dynamic: samples that pad either end. [default: 12]")
 @click.option("--skip", type=click.IntRange(0), help="inverse-dynamic: samples left out at the start. [default: 49]")
 @click.option("--decimate", type=click.IntRange(1, 1000), help="inverse-dynamic: one sample in so many. [default: 10]")
+@click.option("--keep-bench-values", is_flag=True, help="Write a model, marked as such, even if nothing was identified.")
 @click.option("--each", type=click.Choice(["log", "folder"]), help="A model for each log, or for the logs of each folder.")
 @click.option("--unit", metavar="REGEX", help="--each: where the logs do not say their unit, what it finds in a file's name.")
 @click.option("--date", metavar="REGEX", help="--each: the same of the date: year, month, day, and hour, minute, second.")
@@ -103,6 +105,7 @@ def command(
     time_constant: float | None,
     threshold: float | None,
     forgetting: float | None,
+    keep_bench_values: bool,
     each: str | None,
     unit: str | None,
     date: str | None,
@@ -117,9 +120,8 @@ def command(
         raise click.UsageError("Missing argument 'LOG...'.")
     own: dict[str, Any] = {"window": window, "time_constant": time_constant, "threshold": threshold, "forgetting": forgetting}
     _check_options(method, own, filters)
-    _check_each(
-        each, {"--ramp": ramp, "--loops": loops, "--plot": plot}, {"--unit": unit, "--date": date, "--cores": cores, "--cluster": cluster}
-    )
+    alone = {"--ramp": ramp, "--loops": loops, "--plot": plot, "--keep-bench-values": keep_bench_values or None}
+    _check_each(each, alone, {"--unit": unit, "--date": date, "--cores": cores, "--cluster": cluster})
     refuse_both(cores, cluster)
     inputs = [*logs, *ramp, *loops, bench]
     if each is None:
@@ -133,8 +135,9 @@ def command(
     document, settings = load(bench, Bench), Settings(confidence, pipeline=_pipeline(filters), **own)
     given = {f"--{name.replace('_', '-')}": value for name, value in {**own, **filters}.items()}
     found_by: dict[str, Any] = {"--measurement": measurement, "--method": method, "--confidence": confidence, **given}
+    found_by["--keep-bench-values"] = keep_bench_values
     if each is None:
-        _alone(Alone(logs, ramp, loops, bench, document, method, settings, measurement, found_by, plot, output, as_json))
+        _alone(Alone(logs, ramp, loops, bench, document, method, settings, measurement, keep_bench_values, found_by, plot, output, as_json))
         return
     from frictool.cli.identify_each import Asked, identify_each
     from frictool.logs.origin import Patterns
@@ -156,6 +159,7 @@ class Alone:
     method: str
     settings: Settings
     measurement: bool
+    keep_bench_values: bool
     shown: dict[str, Any]
     plot: Path | None
     output: Path | None
@@ -182,6 +186,7 @@ def _alone(asked: Alone) -> None:
             measurement=asked.measurement,
             method=asked.method,
             settings=asked.settings,
+            keep_bench_values=asked.keep_bench_values,
             provenance=record(command_line("identify", shown), inputs),
             tell=lambda warning: note(f"warning: {warning}"),
         )
@@ -205,6 +210,8 @@ def _tell(result: Identification, bench: Bench, as_json: bool, output: Path | No
     """Warnings, and the machine's view, which holds the reasons where nothing is identified."""
     for warning in result.warnings:
         note(f"warning: {warning}")
+    if model is not None and model.bench_values_only is not None:
+        note(f"warning: the model holds the bench's values only, and synth refuses it: {model.bench_values_only}")
     if as_json:
         from frictool.identify.machine import as_view
 

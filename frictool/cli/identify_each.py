@@ -13,7 +13,7 @@ import click
 from frictool.cli.endings import TABLES, says_file
 from frictool.cli.output import STDOUT, check_output, command_line, note, print_json, refuse_inputs, replacing, save_text, say
 from frictool.cli.progress import progress
-from frictool.errors import EXIT_DONE, EXIT_INPUT, EXIT_NO, OutputError
+from frictool.errors import EXIT_DONE, EXIT_INPUT, EXIT_NO, EXIT_NO_SOLUTION, OutputError
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
@@ -56,7 +56,7 @@ class Asked:
 
 
 def identify_each(asked: Asked, logs: Sequence[Path]) -> int:
-    """The exit code: EXIT_NO where one has given nothing, else EXIT_INPUT where a log could not be used."""
+    """Return the exit code: the first of 4, 1 and 3 (`frictool.errors`) that a log or folder ended with, else 0."""
     from frictool.cli.standard_input import STDIN
     from frictool.documents.provenance import Input, digest
     from frictool.documents.writing import to_yaml
@@ -89,9 +89,8 @@ def identify_each(asked: Asked, logs: Sequence[Path]) -> int:
             batch[place] = one
             _save_model(asked, one, inputs)  # as it comes: what is done stays, whatever happens to the rest
     _tell(asked, ordered([batch[place] for place in range(len(jobs))]), inputs)
-    if any(one.found is None and not one.lost for one in batch.values()):
-        return EXIT_NO
-    return EXIT_INPUT if any(one.lost for one in batch.values()) else EXIT_DONE
+    codes = {one.code for one in batch.values()}
+    return next((code for code in (EXIT_NO_SOLUTION, EXIT_NO, EXIT_INPUT) if code in codes), EXIT_DONE)
 
 
 def _members(asked: Asked, logs: Sequence[Path]) -> list[Any]:

@@ -50,6 +50,7 @@ class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
     `laws`: what friction does beyond the parameters, by direction, speed, position and time at rest. `presliding`: before it breaks away.
     `measurement`: of the bench itself. `resonances`: of links that yield, which a controller is verified with and one axis cannot play.
+    `bench_values_only`: the reason why nothing was identified, so that every parameter is the bench's; `synth` refuses such a model.
     """
 
     format: Literal["model/1"]
@@ -67,6 +68,7 @@ class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     presliding: Presliding | None = None
     measurement: Measurement | None = None
     resonances: Resonances | None = None
+    bench_values_only: str | None = None
 
     def __post_init__(self) -> None:
         if (self.law == "stribeck") != (self.parameters.stribeck_velocity is not None):

@@ -17,7 +17,7 @@ from frictool.documents.bench import Bench
 from frictool.documents.provenance import Input, Provenance, digest
 from frictool.documents.reading import Reader, compose
 from frictool.documents.writing import to_yaml
-from frictool.errors import FrictoolError, LogError
+from frictool.errors import EXIT_DONE, EXIT_INPUT, FrictoolError, LogError
 from frictool.identify.from_files import Read, read, with_measurement
 from frictool.identify.identification import identify
 from frictool.identify.machine import as_view
@@ -59,13 +59,18 @@ class Found:
 
 @dataclass(frozen=True)
 class One:
-    """What a group has given, or why it has no model. lost: whether a log could not be used."""
+    """Result of a group, or the reason why it has no model. code: exit code of that reason, 0 with a model."""
 
     group: Group
     origin: Origin
     found: Found | None
     reason: str = ""
-    lost: bool = False
+    code: int = EXIT_DONE
+
+    @property
+    def lost(self) -> bool:
+        """Whether a log could not be used."""
+        return self.code == EXIT_INPUT
 
 
 def groups(members: Sequence[Member], each: str) -> list[Group]:
@@ -122,16 +127,16 @@ class Identify:
         try:
             return self._identified(paths, group)
         except NothingUsable as error:
-            return self._without(group, _named(str(error), paths, group), lost=False)
+            return self._without(group, _named(str(error), paths, group), error.exit_code)
         except FrictoolError as error:
-            return self._without(group, _named(str(error), paths, group), lost=True)
+            return self._without(group, _named(str(error), paths, group), EXIT_INPUT)
         except MemoryError:
-            return self._without(group, "needs more memory than there is", lost=True)
+            return self._without(group, "needs more memory than there is", EXIT_INPUT)
         except OSError as error:
-            return self._without(group, f"cannot be read: {error.strerror or error}", lost=True)
+            return self._without(group, f"cannot be read: {error.strerror or error}", EXIT_INPUT)
         except Exception as error:  # a mistake of ours with one log must not take the others along
             reason = f"could not be identified ({type(error).__name__}: {error}); identify it alone to see more"
-            return self._without(group, _named(reason, paths, group), lost=True)
+            return self._without(group, _named(reason, paths, group), EXIT_INPUT)
 
     def _identified(self, paths: Paths, group: Group) -> One:
         bench = _bench(self.bench)
@@ -159,10 +164,10 @@ class Identify:
 
     def gone(self, group: Group, reason: str) -> One:
         """In place of what it would have given."""
-        return self._without(group, reason, lost=True)
+        return self._without(group, reason, EXIT_INPUT)
 
-    def _without(self, group: Group, reason: str, lost: bool) -> One:
-        return One(group, origin_by_name(group.members[0].name, self.patterns), None, reason, lost)
+    def _without(self, group: Group, reason: str, code: int) -> One:
+        return One(group, origin_by_name(group.members[0].name, self.patterns), None, reason, code)
 
 
 @functools.lru_cache(maxsize=4)

@@ -13,7 +13,7 @@ from frictool.identify.from_files import Currents, taken, with_measurement
 from frictool.identify.identification import Identification, NothingIdentified
 from frictool.identify.identification import identify as identified
 from frictool.identify.methods import DEFAULT, Settings
-from frictool.identify.model import model_of
+from frictool.identify.model import bench_model, model_of
 from frictool.identify.outcome import NothingUsable
 from frictool.identify.presliding.document import with_presliding
 from frictool.identify.record import Record
@@ -39,6 +39,7 @@ def identify(
     measurement: bool = False,
     method: str = DEFAULT,
     settings: Settings | None = None,
+    keep_bench_values: bool = False,
     provenance: Provenance | None = None,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Identified:
@@ -46,21 +47,28 @@ def identify(
 
     logs: of motion, or of breakaway ramps, which are recognised. ramps: those that are known to be. loops: slow loops of the effort below
     the breakaway, for presliding. measurement: what the logs tell of the bench itself, too. method: a key of METHODS.
+    keep_bench_values: where the logs give neither inertia nor friction, return a model of the bench's values, marked as such, instead of
+    raising NothingIdentified.
     `tell` is told what is odd about the logs.
-    Raises NothingIdentified (a NothingUsable) with the reasons where the logs give nothing at all; LogError where a log is given twice, or
-    cannot be one of this bench.
+    Raises NothingIdentified (a NothingUsable) with the reasons where the logs give neither inertia nor friction; LogError where a log is
+    given twice, or cannot be one of this bench.
     """
     currents: list[Currents] = []
     records, slopes, slow = (_records(group, bench, currents, tell) for group in (logs, ramps, loops))
     refuse_twice([*records, *slopes, *slow])
     alone = not (logs or ramps)
+    origin = provenance or called("frictool.identify.identify", bench=bench)
     try:
         result = identified(records, slopes, bench, method, settings or Settings())
+        model = model_of(result, bench, origin)
     except NothingIdentified as error:
-        if not alone or not loops:
+        result = error.result
+        if alone and loops:
+            model = model_of(result, bench, origin)  # the loops give presliding friction
+        elif keep_bench_values:
+            model = bench_model(error, bench, origin)
+        else:
             raise
-        result = error.result  # loops alone: all else is the bench's
-    model = model_of(result, bench, provenance or called("frictool.identify.identify", bench=bench))
     if loops:
         model = with_presliding(model, slow)
         if alone and model.presliding is None:

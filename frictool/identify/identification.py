@@ -11,9 +11,11 @@ from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
 from frictool.documents.load_terms import LoadTerms
 from frictool.documents.quantity import Quantity
+from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION
 from frictool.identify import methods
 from frictool.identify.breakaway.breakaway import Breakaway, breakaway, is_ramp
 from frictool.identify.estimators.auto import inertia_over_position
+from frictool.identify.orientation import negative_work, opposite_signs, reversed_sign
 from frictool.identify.outcome import CURVE, PARAMETERS, SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.plausible import implausible
 from frictool.identify.record import Record
@@ -23,6 +25,7 @@ from frictool.plant.axis_model import load_law
 
 SLIDING_LOG, RAMP_LOG = "sliding", "ramp"
 NEVER_NEGATIVE = ("inertia", "viscous", "coulomb", "breakaway", "stribeck_velocity")
+PHYSICAL = frozenset(NEVER_NEGATIVE)  # at least one of them is in every model that `identify` writes
 LARGEST_FORCE_ERROR = 0.5  # above it the model leaves more than a quarter of the effort's mean square unexplained
 DOUBTFUL_FORCE_ERROR = 0.2  # above it the effort is noisy, or something in it is not in the model, of which no interval knows
 POSITION_HIDES_INERTIA = (
@@ -50,18 +53,22 @@ class Identification:
 
 
 class NothingIdentified(NothingUsable):
-    """No parameter at all; `result` holds the reason for each."""
+    """The logs give neither inertia nor friction; `result` holds the reason for each parameter.
 
-    def __init__(self, result: Identification) -> None:
+    exit_code: 1 where no fit was possible; 4 where a fit gave neither, or where position and drive have opposite signs.
+    """
+
+    def __init__(self, result: Identification, exit_code: int = EXIT_NO) -> None:
         self.result = result
+        self.exit_code = exit_code
         super().__init__("; ".join(f"{', '.join(names)}: {reason}" for reason, names in _by_reason(result.refused).items()))
 
 
 def identify(records: list[Record], ramps: list[Record], bench: Bench, method: str, settings: methods.Settings) -> Identification:
     """What `records`, whose kind is found, and `ramps`, which are known to be breakaway ramps, give about the axis of `bench`.
 
-    Raises NothingIdentified with the reasons where they give no parameter at all; LogError where a log is given twice, or cannot be one
-    of this axis.
+    Raises NothingIdentified with the reasons where they give neither inertia nor friction, or where position and drive have opposite
+    signs; LogError where a log is given twice, or cannot be one of this axis.
     """
     refuse_twice([*records, *ramps])
     given = ramps
@@ -69,6 +76,7 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
     ramp_like = [record for record in records if record.velocity is None and is_ramp(record, bench)]
     sliding = [record for record in records if not any(record is other for other in ramp_like)]
     ramps = [*ramps, *ramp_like]
+    kinds = {**{r.name: SLIDING_LOG for r in sliding}, **{r.name: RAMP_LOG for r in ramps}}
     found: dict[str, Interval] = {}
     refused: dict[str, str] = {}
     fit, onsets = None, None
@@ -77,10 +85,17 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
         _accept(fit.parameters, fit.refused, bench, found, refused)
     except NothingUsable as error:
         refused.update(dict.fromkeys(SLIDING, str(error)))
+    if not {"viscous", "coulomb"} <= found.keys() or _any_negative(fit):
+        reason = reversed_sign(sliding, bench, settings)
+        if reason is not None:
+            raise _reversed(reason, method, settings, kinds, odd)
     if fit is not None and fit.laws is not None:
         ramps = [without_load(record, fit.laws) for record in ramps]
     try:
         onsets = _break_away(ramps, bench, found, settings.confidence)
+        if onsets.interval.high < 0.0:
+            shown = f"the breakaway is in [{onsets.interval.low:.4g}, {onsets.interval.high:.4g}]"
+            raise _reversed(opposite_signs(ramps, shown, bench), method, settings, kinds, odd)
         _accept({"breakaway": onsets.interval}, {}, bench, found, refused)
     except NothingUsable as error:
         if "breakaway" not in found:
@@ -93,13 +108,30 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
         fit, onsets, laws = _by_position(sliding, ramps, fit, onsets, bench, method, settings, found, refused)
     elif onsets is not None and onsets.rising is not None:
         laws = _rising(onsets, bench, found, laws)
-    kinds = {**{r.name: SLIDING_LOG for r in sliding}, **{r.name: RAMP_LOG for r in ramps}}
     ordered = {name: found[name] for name in (*PARAMETERS, *CURVE) if name in found}
     warnings = (*odd, *_surprises(ordered, bench), *_doubts(fit))
     result = Identification((fit and fit.method) or method, settings.confidence, kinds, ordered, refused, fit, onsets, warnings, laws)
-    if not found:
-        raise NothingIdentified(result)
+    if not PHYSICAL & found.keys():
+        reason = negative_work([*sliding, *ramps], bench)
+        if reason is not None:
+            raise _reversed(reason, method, settings, kinds, odd)
+        if "offset" in found:
+            refused["offset"] = f"the fit gives {found['offset'].value:.4g} and neither inertia nor friction"
+        result = replace(result, identified={})
+        raise NothingIdentified(result, EXIT_NO if fit is None else EXIT_NO_SOLUTION)
     return result
+
+
+def _any_negative(fit: Fit | None) -> bool:
+    """Return whether a parameter that cannot be negative is."""
+    return fit is not None and any(name in NEVER_NEGATIVE and interval.value < 0.0 for name, interval in fit.parameters.items())
+
+
+def _reversed(reason: str, method: str, settings: methods.Settings, kinds: dict[str, str], warnings: list[str]) -> NothingIdentified:
+    """Return the error for a log whose position or drive is negated: no parameter is believed."""
+    refused = dict.fromkeys(PARAMETERS, reason)
+    result = Identification(method, settings.confidence, kinds, {}, refused, None, None, tuple(warnings))
+    return NothingIdentified(result, EXIT_NO_SOLUTION)
 
 
 def _surprises(found: Mapping[str, Interval], bench: Bench) -> list[str]:

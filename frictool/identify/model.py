@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from msgspec.structs import replace as with_fields
+
 from frictool.documents.bench import Bench
 from frictool.documents.model import Fit as FitSummary
 from frictool.documents.model import Model, Parameters
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Estimate, Quantity, si_unit
-from frictool.identify.identification import Identification
+from frictool.identify.identification import Identification, NothingIdentified
 from frictool.identify.outcome import CURVE, DIMENSIONS, PARAMETERS
 
 BREAKAWAY_RATIO, LARGEST_BREAKAWAY_RATIO = 1.1, 1.5  # over Coulomb friction where nothing is known: beta of table 4.8; of table 4.1
@@ -34,6 +38,12 @@ def model_of(result: Identification, bench: Bench, provenance: Provenance) -> Mo
         fit=summary,
         laws=result.laws,
     )
+
+
+def bench_model(refused: NothingIdentified, bench: Bench, provenance: Provenance) -> Model:
+    """Return the model that holds the bench's values only, with the reason."""
+    model = model_of(replace(refused.result, identified={}, laws=None, fit=None), bench, provenance)
+    return with_fields(model, bench_values_only=str(refused))
 
 
 def unit_of(name: str, bench: Bench) -> str:

@@ -10,6 +10,7 @@ from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance, called
 from frictool.documents.registry import same_axis
 from frictool.documents.spec import Spec
+from frictool.errors import NoSolutionError
 from frictool.synth.design import Designed, designed
 
 
@@ -25,9 +26,14 @@ def synthesise(
     """A controller for every plant that the model's and the bench's intervals span, verified as it will run.
 
     vertices_only: quicker, without bounds over the whole box and without a certificate. `progress` is told what is being done.
-    Raises NoSolutionError (exit 4) where the method finds none, or what it finds is not verified; InputFileError where the documents
-    are not of one kind of axis.
+    Raises NoSolutionError (exit 4) where the method finds none, or what it finds is not verified, or where nothing of the model was
+    identified; InputFileError where the documents are not of one kind of axis.
     """
+    if model.bench_values_only is not None:
+        raise NoSolutionError(
+            f"bench_values_only: the model {model.name} holds the bench's values only, since nothing was identified "
+            f"({model.bench_values_only}); identify the axis from a log that gives its inertia or its friction"
+        )
     same_axis({Path("model"): model, Path("spec"): spec, Path("design"): design})
     origin = provenance or called("frictool.synth.synthesise", model=model, spec=spec, design=design)
     return designed(model, spec, design, origin, beyond=not vertices_only, progress=progress)

@@ -143,13 +143,6 @@ def test_a_log_given_twice_is_refused() -> None:
     assert identify([one, other], [], clutch(), DEFAULT, Settings()).fit is not None
 
 
-def test_a_reversed_encoder_is_hinted_at() -> None:
-    log = record(sines(1))
-    result = identify([replace(log, position=-log.position)], [], clutch(), DEFAULT, Settings())
-    for name in ("viscous", "coulomb"):
-        assert "which is negative; do position and drive have one sign (encoder.direction)?" in result.refused[name]
-
-
 @pytest.mark.parametrize(
     ("name", "interval", "known", "words"),
     [

@@ -116,7 +116,7 @@ def simulation_error(records: list[Record], bench: Bench, settings: Settings, te
     half = _half_widths(simulated, found, known, settings.confidence)
     intervals = {name: Interval(found.values[name], found.values[name] - w, found.values[name] + w) for name, w in half.items()}
     inertia = start.parameters.get("inertia")
-    if servo is None and inertia is not None and inertia.half_width < KNOWN_BETTER * half["inertia"]:
+    if servo is None and inertia is not None and inertia.low > 0.0 and inertia.half_width < KNOWN_BETTER * half["inertia"]:
         simulated, found, intervals = _with_inertia(simulated, found, known, inertia, settings.confidence)
     return _fit(simulated, found, intervals)
 
@@ -200,6 +200,8 @@ def refined(records: list[Record], bench: Bench, settings: Settings, fit: Fit) -
     sides = halves(records)
     if sides is None or fit.method is None or any(name not in fit.parameters for name in SLIDING):
         return fit
+    if any(fit.parameters[name].value < 0.0 for name in SLIDING if name != "offset"):
+        return fit  # no axis to simulate
     try:
         seen = [start_values(run(fit.method, side, bench, settings), bench) for side in sides]
         regressed = [stroke_squares(Simulated(compared(other), bench), values) for other, values in zip(reversed(sides), seen, strict=True)]

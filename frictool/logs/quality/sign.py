@@ -50,11 +50,11 @@ def sign_of(stream: Stream) -> Sign:
     effort = next((name for name in ("effort", "current", "voltage") if name in signals), None)
     if position is None or position.size < 4 or np.ptp(position) == 0.0:
         return Sign(None)
-    window = max(1, min(64, position.size // WINDOWS))
+    window = _window(position)
     wrong = []
     if velocity is not None and _correlation(velocity[window:] + velocity[:-window], position[window:] - position[:-window]) < -AGREES:
         wrong.append("velocity")
-    work = None if effort is None else _work(position, signals[effort], window)
+    work = None if effort is None else net_work(position, signals[effort])
     if effort is not None and work is not None and work <= -CLEAR:
         wrong.append(_culprit(effort, signals))
     return Sign(work, tuple(wrong))
@@ -69,8 +69,17 @@ def _culprit(effort: str, signals: dict[str, Vector]) -> str:
     return "position" if together < -AGREES else f"position or {effort}"
 
 
-def _work(position: Vector, effort: Vector, window: int) -> float | None:
-    """Net over absolute work between the first and the last stand; None where they span too little of the log, or nothing moves."""
+def _window(position: Vector) -> int:
+    """Number of samples over which differences of a position (n,) are taken."""
+    return max(1, min(64, position.size // WINDOWS))
+
+
+def net_work(position: Vector, effort: Vector) -> float | None:
+    """Return the work of the effort between the first and the last stand over its absolute work, -1 to 1; both arguments (n,).
+
+    None if the stands span too little of the log, or nothing moves.
+    """
+    window = _window(position)
     speed = np.abs(position[window:] - position[:-window])
     stands = np.flatnonzero(speed <= STANDS * speed.max()) + window // 2
     if stands.size < 2 or stands[-1] - stands[0] < LEAST_SPAN * position.size:

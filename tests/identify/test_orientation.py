@@ -1,0 +1,184 @@
+"""Logs whose position or drive is negated: the command refuses them, whatever the method."""
+
+from __future__ import annotations
+
+import csv as table
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from frictool.documents.model import Model
+from frictool.documents.quantity import Quantity
+from frictool.documents.registry import load
+from frictool.identify.identification import NothingIdentified, identify
+from frictool.identify.methods import DEFAULT, METHODS, Settings
+from frictool.identify.orientation import reversed_sign
+from frictool.identify.outcome import PARAMETERS
+from frictool.plant.axis import AxisParameters
+from sample_logs.make import ramp, sines
+from tests.cli.run import Result, run
+from tests.identify.benches import CLUTCH, ROOT, clutch, record
+from tests.identify.linear_axis import linear_axis, linear_bench
+from tests.identify.loaded_axis import loaded_axis
+from tests.identify.test_output_error import driven, plain
+
+SAMPLES = ROOT / "sample_logs"
+CONFIG = ROOT / "configs" / "clutch"
+ENCODER, CURRENT = 1, 2  # columns of the sample logs
+
+
+def negated(folder: Path, log: str, column: int) -> Path:
+    """A sample log with one column negated."""
+    with (SAMPLES / log).open() as stream:
+        head, *rows = table.reader(stream)
+    path = folder / f"negated_{log}"
+    with path.open("w") as stream:
+        writer = table.writer(stream)
+        writer.writerow(head)
+        writer.writerows([*row[:column], f"{-float(row[column]):g}", *row[column + 1 :]] for row in rows)
+    return path
+
+
+def unmade(result: Result, target: Path) -> None:
+    """Asserts exit code 4 with one error line that names the signs, and that nothing was written."""
+    assert result.code == 4, result.stderr
+    errors = [line for line in result.stderr.splitlines() if line.startswith("error: ")]
+    assert len(errors) == 1
+    assert "position and drive have opposite signs" in errors[0]
+    assert "set encoder.direction: -1 in the bench (found: 1)" in errors[0]
+    assert not target.exists()
+
+
+@pytest.mark.parametrize("column", [ENCODER, CURRENT])
+@pytest.mark.parametrize("method", ["auto", "least-squares", "sines", "weak", "ordinary"])
+def test_a_negated_log_is_no_solution(tmp_path: Path, column: int, method: str) -> None:
+    target = tmp_path / "model.yaml"
+    log = negated(tmp_path, "sines.csv", column)
+    unmade(run("identify", log, "--bench", CLUTCH, "--method", method, "-o", target), target)
+
+
+@pytest.mark.parametrize("options", [("--method", "least-squares"), ("--ramp",)])
+def test_a_negated_ramp_is_no_solution(tmp_path: Path, options: tuple[str, ...]) -> None:
+    target = tmp_path / "model.yaml"
+    unmade(run("identify", *options, negated(tmp_path, "ramp.csv", ENCODER), "--bench", CLUTCH, "-o", target), target)
+
+
+def test_one_negated_log_of_two_is_named(tmp_path: Path) -> None:
+    target = tmp_path / "model.yaml"
+    wrong = negated(tmp_path, "sines.csv", ENCODER)
+    result = run("identify", wrong, SAMPLES / "ramp.csv", "--bench", CLUTCH, "-o", target)
+    unmade(result, target)
+    assert "negated_sines.csv: position and drive" in result.stderr
+
+
+def test_the_bench_that_the_message_asks_for_mends_it(tmp_path: Path) -> None:
+    bench = tmp_path / "bench.yaml"
+    bench.write_text(CLUTCH.read_text().replace("counts_per_revolution: 56 ", "direction: -1\n  counts_per_revolution: 56 "))
+    mended = run("identify", negated(tmp_path, "sines.csv", ENCODER), "--bench", bench, "--json")
+    assert mended.code == 0, mended.stderr
+    asked = run("identify", SAMPLES / "sines.csv", "--bench", CLUTCH, "--json")
+    assert json.loads(mended.stdout)["parameters"] == json.loads(asked.stdout)["parameters"]
+
+
+def test_a_model_of_the_benchs_values_says_so_and_is_refused_by_synth(tmp_path: Path) -> None:
+    target, controller = tmp_path / "model.yaml", tmp_path / "controller.yaml"
+    log = negated(tmp_path, "sines.csv", CURRENT)
+    kept = run("identify", log, "--bench", CLUTCH, "--keep-bench-values", "-o", target)
+    assert kept.code == 0, kept.stderr
+    assert "warning: the model holds the bench's values only, and synth refuses it: " in kept.stderr
+    model = load(target, Model)
+    assert model.bench_values_only is not None
+    assert "opposite signs" in model.bench_values_only
+    assert {name: getattr(model.parameters, name).source for name in PARAMETERS} == {
+        **dict.fromkeys(("inertia", "viscous", "coulomb"), "bench"),
+        **dict.fromkeys(("offset", "breakaway"), "assumed"),
+    }
+    design = CONFIG / "designs" / "speed.yaml"
+    refused = run("synth", target, "--spec", CONFIG / "spec.yaml", "--design", design, "-o", controller)
+    assert refused.code == 4
+    assert refused.stderr.startswith("error: bench_values_only: ")
+    assert not controller.exists()
+
+
+def test_the_option_changes_no_model_that_is_identified(tmp_path: Path) -> None:
+    target = tmp_path / "model.yaml"
+    assert run("identify", SAMPLES / "sines.csv", "--bench", CLUTCH, "--keep-bench-values", "-o", target).code == 0
+    assert load(target, Model).bench_values_only is None
+
+
+def test_each_ends_with_the_same_code_and_a_row_with_the_reason(tmp_path: Path) -> None:
+    negated(tmp_path, "sines.csv", ENCODER)
+    still = tmp_path / "still.csv"
+    still.write_text("time [s],encoder [count],current [A]\n" + "".join(f"{k / 1000:.3f},5,0.1\n" for k in range(2000)))
+    target = tmp_path / "models"
+    result = run("identify", "--each", "log", tmp_path, "--bench", CLUTCH, "-o", target)
+    assert result.code == 4, result.stderr
+    with (target / "parameters.csv").open() as stream:
+        rows = {row["file"]: row for row in table.DictReader(stream)}
+    assert rows["negated_sines.csv"]["model"] == ""
+    assert "opposite signs" in rows["negated_sines.csv"]["reason"]
+    alone = run("identify", "--each", "log", tmp_path, "--bench", CLUTCH, "--keep-bench-values", "-o", target)
+    assert alone.code == 2
+    assert "--keep-bench-values belongs to the logs of one model" in alone.stderr
+
+
+def test_a_fit_that_gives_an_offset_alone_is_no_solution() -> None:
+    """Every friction is known better by the bench than the log tells it."""
+    known = {
+        "inertia": Quantity(1.32e-5, 1.3199e-5, 1.3201e-5, "kg m^2"),
+        "viscous": Quantity(3.81e-4, 3.80999e-4, 3.81001e-4, "N m s/rad"),
+        "coulomb": Quantity(0.099, 0.098999, 0.099001, "N m"),
+    }
+    bench = clutch()
+    bench = msgspec.structs.replace(bench, mechanics=msgspec.structs.replace(bench.mechanics, **known))
+    with pytest.raises(NothingIdentified, match=r"the fit gives .* and neither inertia nor friction") as raised:
+        identify([record(sines(1))], [], bench, "least-squares", Settings())
+    assert raised.value.exit_code == 4
+    assert raised.value.result.identified == {}
+
+
+def test_a_breakaway_alone_is_friction() -> None:
+    assert list(identify([], [record(ramp(1))], clutch(), DEFAULT, Settings()).identified) == ["breakaway"]
+
+
+SLOW = {"output-error", "inverse-dynamic", "stribeck-curve", "friction-force", "instrumental"}  # of their own kinds of log, or slow
+
+
+@pytest.mark.parametrize("method", [name for name in METHODS if name not in SLOW])
+def test_a_fine_encoder_is_judged_as_a_coarse_one(method: str) -> None:
+    _, log = linear_axis(3)
+    with pytest.raises(NothingIdentified, match="opposite signs") as raised:
+        identify([replace(log, effort=-log.effort)], [], linear_bench(), method, Settings())
+    assert raised.value.exit_code == 4
+
+
+AXES = {
+    "weight": plain(offset=6.0),
+    "light": plain(viscous=0.5, coulomb=0.1, breakaway=0.1, offset=0.0),
+    "dry": plain(inertia=0.2),
+}
+
+
+@pytest.mark.parametrize("axis", AXES.values(), ids=list(AXES))
+def test_a_weight_a_light_axis_and_a_dry_one(axis: AxisParameters) -> None:
+    log = driven(axis)
+    assert reversed_sign([log], linear_bench(), Settings()) is None
+    assert reversed_sign([replace(log, position=-log.position)], linear_bench(), Settings()) is not None
+
+
+@pytest.mark.parametrize("late", [-3, 3])
+def test_a_drive_logged_early_or_late_is_not_a_reversed_one(late: int) -> None:
+    """On a light axis three samples of delay change the sign of the small friction, and not that of the inertia."""
+    log = driven(AXES["light"])
+    assert reversed_sign([replace(log, effort=np.roll(log.effort, late))], linear_bench(), Settings()) is None
+
+
+@pytest.mark.parametrize("kind", ["spring", "gravity"])
+def test_a_load_that_the_bench_names_does_not_hide_the_sign(kind: str) -> None:
+    axis = loaded_axis(2, kind)
+    assert reversed_sign([axis.record], axis.bench, Settings()) is None
+    assert reversed_sign([replace(axis.record, effort=-axis.record.effort)], axis.bench, Settings()) is not None
