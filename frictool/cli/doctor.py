@@ -22,15 +22,16 @@ is tried: a kernel is compiled and run, a matrix inequality solved and its answe
 ok is in order; note works with something less, such as a log format whose library is not installed; wrong does not work. Whatever is not
 ok has the line to try, and so has what takes room to no use. Text for a bug report: frictool doctor -o doctor.txt.
 
---clean removes the compiled kernels of former versions, those that a process uses, or used within the hour, excepted. The kernels of this
-version are kept; an upgrade cleans up after itself, but for the last eight within a fortnight.
+--clean removes the compiled kernels of former versions, except those that a process uses or used within the hour. The kernels of this
+version are kept; an upgrade cleans up after itself, but for the last eight within a fortnight. It also removes, in the current folder,
+the unfinished outputs (.NAME.xxxxxxxx.part) of processes that were killed; the next command that writes there does the same.
 
 Exit code 1 where something is wrong.
 """
 
 
 @click.command("doctor", help=HELP)
-@click.option("--clean", is_flag=True, help="Remove the compiled kernels of former versions.")
+@click.option("--clean", is_flag=True, help="Remove compiled kernels of former versions and unfinished outputs.")
 @output_option(required=False, help="The text, as a file too; - is stdout.", writes=("text", "Markdown"))
 @json_option
 @click.pass_context
@@ -69,11 +70,15 @@ def _verdict(checks: list[Check]) -> str:
 
 def _cleaned() -> tuple[list[str], dict[str, Any]]:
     """What was removed and what was left, for people and for machines."""
+    from frictool.part_files import remove_stale_parts
+
+    parts = [str(path) for path in remove_stale_parts(Path.cwd())]
+    told = [f"removed: {len(parts)} unfinished output{'' if len(parts) == 1 else 's'} in this folder"]
     try:
         from frictool.doctor.compiled import clean
     except ImportError as error:  # the checks tell what is broken
-        return [f"removed: nothing ({error})"], {"removed": [], "left": []}
+        return [*told, f"removed: no kernels ({error})"], {"removed": parts, "left": []}
     gone, left = clean()
-    told = [f"removed: the kernels of {len(gone)} former version{'' if len(gone) == 1 else 's'}"]
+    told.append(f"removed: the kernels of {len(gone)} former version{'' if len(gone) == 1 else 's'}")
     told += [f"left: {one.folder.path} ({one.kept_by or 'cannot be removed'})" for one in left]
-    return told, {"removed": [str(path) for path in gone], "left": [str(one.folder.path) for one in left]}
+    return told, {"removed": [*parts, *(str(path) for path in gone)], "left": [str(one.folder.path) for one in left]}

@@ -5,12 +5,12 @@ from __future__ import annotations
 import io
 import sys
 import tarfile
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
 from frictool.cli.output import STDOUT, refuse_inputs
 from frictool.errors import OutputError
+from frictool.part_files import part_folder
 
 
 def save_folder(target: Path, files: Mapping[str, str | bytes], inputs: list[Path], *, overwrite: bool) -> None:
@@ -25,8 +25,8 @@ def save_folder(target: Path, files: Mapping[str, str | bytes], inputs: list[Pat
     _refuse(target, [target / name for name in files], inputs, overwrite)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{target.name}.", suffix=".part") as temporary:
-            staged = Path(temporary) / "files"
+        with part_folder(target) as temporary:
+            staged = temporary / "files"
             for name, text in files.items():
                 (staged / name).parent.mkdir(parents=True, exist_ok=True)
                 (staged / name).write_bytes(_bytes(text))

@@ -7,7 +7,11 @@ from __future__ import annotations
 
 import io
 import os
+import signal
 import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import click
 
@@ -52,7 +56,7 @@ Example, the whole chain:
 From the bench logs of an actuator with dry friction to identified parameters, a verified robust controller, C code and a verdict.
 
 Exit codes: 0 done; 1 done, and the answer is no; 2 wrong command line; 3 an input file is wrong; 4 no solution or not verified;
-130 interrupted.
+130 interrupted (SIGINT, SIGTERM).
 """
 
 
@@ -66,9 +70,28 @@ def group(debug: bool) -> None:
 
 
 def main() -> None:
-    """The entry point: runs the group; every failure that is foreseen is one line on stderr and its exit code."""
+    """Run the command line: the entry point of `frictool`."""
     debug = "--debug" in sys.argv[1:]
     _prepare()
+    with _terminated_as_interrupted():
+        _run(debug)
+
+
+@contextmanager
+def _terminated_as_interrupted() -> Iterator[None]:
+    """Make SIGTERM raise KeyboardInterrupt, as SIGINT does, so that nothing half written is left behind."""
+    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGTERM) != signal.SIG_DFL:
+        yield  # the program that calls this has its own way
+        return
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+def _run(debug: bool) -> None:
+    """Run the group; turn every foreseen failure into one line and an exit code."""
     try:
         group(prog_name="frictool", standalone_mode=True)
         sys.stdout.flush()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import yaml
 
 from frictool.documents.scalars import Dumper
 from frictool.errors import OutputError
+from frictool.part_files import part_file
 
 FLOW_WIDTH = 110
 
@@ -62,12 +62,11 @@ def to_yaml(document: msgspec.Struct) -> str:
 def save(document: msgspec.Struct, path: Path | str) -> None:
     """Writes a document to `path`, whole or not at all. Raises OutputError where it cannot."""
     path = Path(path)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
+    text = to_yaml(document)
     try:
-        temporary.write_text(to_yaml(document), encoding="utf-8")
-        temporary.replace(path)
+        with part_file(path) as stream:
+            stream.write(text.encode())
     except OSError as error:
-        temporary.unlink(missing_ok=True)
         raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 

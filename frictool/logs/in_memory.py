@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import get_args
@@ -14,6 +13,7 @@ from frictool.documents.quantity import CHANNEL_DIMENSIONS, Axis, si_unit
 from frictool.errors import LogError, OutputError
 from frictool.logs.canonical.mcap_format import write_mcap
 from frictool.logs.log import MAIN_TOPIC, Log, Stream
+from frictool.part_files import part_file
 
 
 def log_of(time: ArrayLike, signals: Mapping[str, ArrayLike], axis: Axis, name: str = "log") -> Log:
@@ -47,12 +47,8 @@ def _vector(name: str, channel: str, given: ArrayLike) -> np.ndarray:
 def write_log(log: Log, path: Path | str) -> None:
     """Writes a log as canonical MCAP to `path`, whole or not at all. Raises LogError as `write_mcap`, OutputError where it cannot."""
     path = Path(path)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        with temporary.open("wb") as stream:
+        with part_file(path) as stream:
             write_mcap(log, stream)
-        temporary.replace(path)
     except OSError as error:
         raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from None
-    finally:
-        temporary.unlink(missing_ok=True)

@@ -20,7 +20,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from multiprocessing import connection, get_context
 from multiprocessing.connection import Connection
-from typing import Any, Literal
+from typing import Any
 from weakref import finalize
 
 from frictool import waiting
@@ -42,7 +42,7 @@ class Held:
     deaths: int = 0
 
 
-def start_method() -> Literal["forkserver", "spawn"]:
+def start_method() -> str:
     """Return how processes are started here. A fork of this process would take its threads' locks along; Windows has no fork server."""
     return "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 
@@ -51,7 +51,7 @@ class Process:
     """One process, and what it has been given."""
 
     def __init__(self, function: bytes) -> None:
-        context = get_context(start_method())
+        context: Any = get_context(start_method())
         self.connection, theirs = context.Pipe()
         # not a daemon: readers of logs start processes of their own
         self.process = context.Process(target=_serve, args=(theirs, function))
