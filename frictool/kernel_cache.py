@@ -13,6 +13,7 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
+import stat
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -53,6 +54,38 @@ def folder_name(package: Path, rooms: tuple[str, ...], toolchain: str) -> str:
         for source in sorted((package / room).glob("*.py")):
             seen.update(source.name.encode() + b"\0" + source.read_bytes() + b"\0")
     return PREFIX + seen.hexdigest()[:16]
+
+
+def distrust(folder: Path, sources: Path) -> str:
+    """Return why code in `folder` is not loaded; "" where this user, root, or the owner of `sources` alone can write there.
+
+    What is kept is machine code and pickles: whoever writes it runs as whoever loads it.
+    """
+    if not hasattr(os, "geteuid"):
+        return ""  # Windows: the user's folders are the user's
+    trusted = {0, os.geteuid(), sources.stat().st_uid}
+    parent = folder.parent.stat()
+    if parent.st_mode & stat.S_IWOTH and not parent.st_mode & stat.S_ISVTX:
+        return f"everybody can write in {folder.parent}"
+    inside = [Path(entry.path) for entry in os.scandir(folder) if entry.is_dir()]
+    for path in (folder, *inside):
+        for status in (path.lstat(), path.stat()):  # of a link, and of what it leads to
+            if status.st_uid not in trusted:
+                return f"{path} belongs to user {status.st_uid}"
+        if path.stat().st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+            return f"others can write in {path}"
+    return ""
+
+
+@contextmanager
+def private() -> Iterator[None]:
+    """Keep others from writing what is made in the block, whatever the process's umask is."""
+    before = os.umask(0o022)
+    os.umask(before | 0o022)
+    try:
+        yield
+    finally:
+        os.umask(before)
 
 
 def folders(place: Path) -> list[Folder]:
@@ -212,7 +245,7 @@ def guard(cache: Any, folder: Path) -> None:
             return None
 
     def save_overload(signature: Any, compiled: Any) -> None:
-        with writing(folder) as mine, suppress(OSError):  # what cannot be kept is compiled again next time
+        with private(), writing(folder) as mine, suppress(OSError):  # what cannot be kept is compiled again next time
             if mine:
                 save(signature, compiled)
 

@@ -2,8 +2,8 @@
 
 numba's own cache looks at the file of the outer function only, so that a kernel goes on calling the old form of one that was
 changed in another file. The cache here is a folder named after the digest of every kernel source and of what compiles them: another
-source, another folder (kernel_cache.py). It lies beside the package, or in the user's cache folder where the installation is read-only,
-or where NUMBA_CACHE_DIR says; with none of them, nothing is kept.
+source, another folder (kernel_cache.py). It lies where NUMBA_CACHE_DIR says, else beside the package. Where that cannot be written, or
+others can write there, it is the user's cache folder; with none of them, nothing is kept.
 """
 
 from __future__ import annotations
@@ -50,31 +50,36 @@ def toolchain() -> str:
 
 def _usable(folder: Path) -> bool:
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        tempfile.TemporaryFile(dir=folder).close()
+        with kernel_cache.private():
+            folder.mkdir(parents=True, exist_ok=True)
+            tempfile.TemporaryFile(dir=folder).close()
     except OSError:
         return False
     return True
 
 
 def places() -> list[Path]:
-    """Where the folders of kernels may lie, the first that can be written being the one that is used."""
-    if settings.CACHE_DIR:
-        return [Path(settings.CACHE_DIR).absolute()]
+    """Return where the folder of kernels may lie; the first that is trusted and can be written is used."""
     user = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "frictool")
-    return [Path(__file__).parent / "__pycache__", *([user] if user.is_absolute() else [])]
+    first = Path(settings.CACHE_DIR).absolute() if settings.CACHE_DIR else Path(__file__).parent / "__pycache__"
+    return [first, *([user] if user.is_absolute() else [])]
 
 
 def _cache_folder() -> Path | None:
-    """Where compiled kernels are kept, held for this process; None where no folder can be written.
+    """Return the folder of compiled kernels, held for this process; None where no folder can be used.
 
-    Whoever makes it anew removes what former states left over.
+    Whoever makes it anew removes what former states left over. A folder in which others can write is not loaded (`UNTRUSTED`).
     """
+    UNTRUSTED.clear()
     name = kernel_cache.folder_name(Path(__file__).parent, ROOMS, toolchain())
     for place in places():
         folder = place / name
         is_new = not folder.exists()
         if _usable(folder):
+            reason = kernel_cache.distrust(folder, Path(__file__))
+            if reason:
+                UNTRUSTED[folder] = reason
+                continue
             kernel_cache.hold(folder)
             if is_new:
                 kernel_cache.prune(place, folder)
@@ -82,6 +87,7 @@ def _cache_folder() -> Path | None:
     return None
 
 
+UNTRUSTED: dict[Path, str] = {}  # folders that are not loaded -> why
 FOLDER = _cache_folder()
 
 

@@ -188,3 +188,66 @@ def test_a_full_disk_keeps_nothing_and_stops_nothing(source: Path, monkeypatch: 
 
     monkeypatch.setattr(function._cache._cache_file, "_save_index", full)
     assert function(2.0) == 4.0
+
+
+POSIX = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="owners and modes of POSIX")
+ASK = "from frictool import kernels; print(kernels.FOLDER); print(*kernels.UNTRUSTED.values())"
+
+
+def place_of_kernels(place: Path, user: Path) -> tuple[str, str]:
+    """The folder that a new process uses where NUMBA_CACHE_DIR says `place`, and why another is not loaded."""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(place), "XDG_CACHE_HOME": str(user)}
+    done = subprocess.run([sys.executable, "-c", ASK], capture_output=True, text=True, env=environment, check=True)
+    folder, reason = done.stdout.splitlines()
+    return folder, reason
+
+
+@POSIX
+@pytest.mark.parametrize("damage", ["folder", "inside", "place"])
+def test_kernels_that_others_can_write_are_not_loaded(damage: str, tmp_path: Path) -> None:
+    place, user = tmp_path / "place", tmp_path / "user"
+    first, reason = place_of_kernels(place, user)
+    folder = Path(first)
+    assert (folder.parent, reason) == (place, "")
+    (folder / "engine_0123").mkdir(mode=0o755)
+    assert place_of_kernels(place, user) == (first, "")
+    {"folder": folder, "inside": folder / "engine_0123", "place": place}[damage].chmod(0o777)
+    used, reason = place_of_kernels(place, user)
+    assert Path(used).parent == user / "frictool"
+    assert "can write in" in reason
+
+
+@POSIX
+def test_kernels_of_another_user_are_not_loaded_and_doctor_says_so(tmp_path: Path) -> None:
+    if os.geteuid() != 0:
+        pytest.skip("only root can give a folder away")
+    place, user = tmp_path / "place", tmp_path / "user"
+    folder = Path(place_of_kernels(place, user)[0])
+    os.chown(folder, 4321, -1)
+    assert place_of_kernels(place, user) == (str(user / "frictool" / folder.name), f"{folder} belongs to user 4321")
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(place), "XDG_CACHE_HOME": str(user)}
+    done = subprocess.run([sys.executable, "-m", "frictool", "doctor"], capture_output=True, text=True, env=environment, check=False)
+    (line,) = (line for line in done.stdout.splitlines() if line.startswith("note  kernels"))
+    assert f"{folder} is not loaded: {folder} belongs to user 4321" in line
+    assert str(user) in line
+
+
+@POSIX
+def test_the_owner_of_the_sources_is_trusted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder, sources = tmp_path / "kernels-1", tmp_path / "kernels.py"
+    folder.mkdir(mode=0o755)
+    sources.touch()
+    assert kernel_cache.distrust(folder, sources) == ""
+    monkeypatch.setattr(os, "geteuid", lambda: 4321)
+    assert kernel_cache.distrust(folder, sources) == ""
+
+
+@POSIX
+def test_what_is_kept_is_writable_by_its_owner_alone_whatever_the_umask(tmp_path: Path) -> None:
+    before = os.umask(0)
+    try:
+        folder, _ = place_of_kernels(tmp_path / "place", tmp_path / "user")
+        assert place_of_kernels(tmp_path / "place", tmp_path / "user") == (folder, "")
+        assert Path(folder).stat().st_mode & 0o022 == 0
+    finally:
+        os.umask(before)

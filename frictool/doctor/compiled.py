@@ -42,6 +42,8 @@ def _polynomial(x: float, order: int) -> float:
 def check_kept() -> Check:
     """The folder that this state of the installation uses."""
     folder = kernels.FOLDER
+    if kernels.UNTRUSTED:
+        return _distrusted(folder)
     if folder is None:
         tried = " nor ".join(str(place) for place in kernels.places())
         return Check(
@@ -53,6 +55,14 @@ def check_kept() -> Check:
     facts = {"folder": str(folder), "bytes": size, "functions": count}
     told = f"{folder}: {count} functions, {_megabytes(size)}"
     return Check("kernels", "ok", told if count else f"{folder}: none yet; each is compiled at its first use, and kept", facts=facts)
+
+
+def _distrusted(folder: Path | None) -> Check:
+    """Which folder is not loaded, and which one stands in for it."""
+    refused = "; ".join(f"{one} is not loaded: {reason}" for one, reason in kernels.UNTRUSTED.items())
+    used = f"kept in {folder}" if folder is not None else "kept nowhere, so that every command compiles"
+    facts = {"folder": None if folder is None else str(folder), "not_loaded": [str(one) for one in kernels.UNTRUSTED]}
+    return Check("kernels", "note", f"{used}; {refused}", "remove it, or set NUMBA_CACHE_DIR to a folder of your own", facts)
 
 
 def left_over() -> list[Left]:
