@@ -1,8 +1,9 @@
-"""One step of 1.1 s of the clutch, and of 1000 clutches drawn at random: the closed loop against scipy's `solve_ivp` with events.
+"""One step of 1.1 s of the clutch, alone and under a load, and of 1000 clutches drawn at random: the closed loop against `solve_ivp`.
 
 The peer gets the commands that the closed loop computed and only moves the plant (its controller would come on top): a quantiser
 in the loop amplifies any difference, so that trajectories are compared in replay. Errors are those of the position at the samples,
-against DOP853 at a relative tolerance of 1e-12 and steps of at most 0.1 ms.
+against DOP853 at a relative tolerance of 1e-12 and steps of at most 0.1 ms. Gravity makes the plant unstable, so that under the load each
+sample is compared from the state at its beginning.
 """
 
 from __future__ import annotations
@@ -20,13 +21,13 @@ from frictool.control.machine import Machine, copied, machine, start_at
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Quantity
 from frictool.documents.scenario import Scenario, Step
-from frictool.engine.closed_loop import COMMAND, RECORD_SIZE, TRUE_POSITION, measure, run
+from frictool.engine.closed_loop import COMMAND, LOAD, RECORD_SIZE, TRUE_DRIVE, TRUE_POSITION, TRUE_VELOCITY, measure, run
 from frictool.engine.conditions import NO_CONDITIONS
 from frictool.plant.axis import AxisParameters, rest
-from frictool.plant.load import Load
+from frictool.plant.load import Harmonic, Load
 from frictool.simulate.step_test import step_test
 from tests.control.example import clutch_controller
-from tests.engine.reference import TIGHT, event_integration
+from tests.engine.reference import TIGHT, UNLOADED, event_integration
 from tests.synth.example import clutch_model
 
 PERIOD, SAMPLES, TARGET, START = 1e-3, 1100, 55.0, 5.0
@@ -34,16 +35,17 @@ CLUTCH = AxisParameters(
     inertia=1.32e-5, viscous=3.8e-4, coulomb=0.099, breakaway=0.109, constant=0.0134, lag=3e-3, drive_limit=50.0,
     backlash=3.0, backlash_coulomb=0.05, backlash_breakaway=0.055, encoder_step=2 * math.pi / 56,
 )  # fmt: skip
+LOADED = Load(0.002, (Harmonic(1.0, 0.03, -0.01), Harmonic(7.0, 0.01, 0.0)))  # N m/rad, N m: a spring, gravity and ripple
 USUAL: dict[str, Any] = {"method": "RK45", "rtol": 1e-6, "max_step": np.inf}
-ROUNDS, STEPS, PLANTS = 5, 200, 1000
+ROUNDS, STEPS, LOADED_STEPS, PLANTS = 5, 200, 20, 1000
 
 
-def closed_loop(controller: Machine) -> NDArray[np.float64]:
+def closed_loop(controller: Machine, load: Load = UNLOADED) -> NDArray[np.float64]:
     """The record (n, 7) of one step under a controller."""
     record = np.zeros((SAMPLES, RECORD_SIZE))
     own = copied(controller)
     start_at(own, measure(START, CLUTCH.encoder_step))
-    run(CLUTCH.as_array(), rest(START), own, np.full(SAMPLES, TARGET), PERIOD, 1, record, Load().as_array(), NO_CONDITIONS)
+    run(CLUTCH.as_array(), rest(START), own, np.full(SAMPLES, TARGET), PERIOD, 1, record, load.as_array(), NO_CONDITIONS)
     return record
 
 
@@ -73,6 +75,38 @@ def simulate_clutch_step() -> dict[str, Any]:
         "unit": "s",
         "ratio": theirs / ours,
         "accuracy": f"position within {error:.1e} rad, peer {their_error:.1e} rad; {SAMPLES * PERIOD / ours:.2g} times real time",
+    }
+
+
+def each_sample(record: NDArray[np.float64], commands: NDArray[np.float64], options: dict[str, Any]) -> NDArray[np.float64]:
+    """Positions (n - 1,) under LOADED after each sample of a record, from the state at its beginning, by `solve_ivp`."""
+    positions = np.empty(commands.size - 1)
+    for k, command in enumerate(commands[:-1]):
+        x, speed, drive, behind = record[k, [TRUE_POSITION, TRUE_VELOCITY, TRUE_DRIVE, LOAD]]
+        state = np.array([x, speed, drive, x - behind])
+        positions[k] = event_integration(CLUTCH, state, float(command), PERIOD, options, LOADED)[0]
+    return positions
+
+
+def simulate_loaded_step() -> dict[str, Any]:
+    """Wall time of one step of 1.1 s under a spring, gravity and ripple, which are integrated with the motion."""
+    controller = machine(controller_program(clutch_controller()))
+    record = closed_loop(controller, LOADED)
+    acting = np.concatenate([[0.0], record[:-1, COMMAND]])
+    many, theirs = pair(
+        lambda: [closed_loop(controller, LOADED) for _ in range(LOADED_STEPS)], lambda: each_sample(record, acting, USUAL), ROUNDS
+    )
+    ours, exact = many / LOADED_STEPS, each_sample(record, acting, TIGHT)
+    error = float(np.max(np.abs(record[1:, TRUE_POSITION] - exact)))
+    their_error = float(np.max(np.abs(each_sample(record, acting, USUAL) - exact)))
+    return {
+        "id": "simulate.loaded_step",
+        "peer": "scipy solve_ivp",
+        "ours": ours,
+        "theirs": theirs,
+        "unit": "s",
+        "ratio": theirs / ours,
+        "accuracy": f"a sample within {error:.1e} rad, peer {their_error:.1e} rad; {SAMPLES * PERIOD / ours:.2g} times real time",
     }
 
 
@@ -107,4 +141,4 @@ def simulate_random_plants() -> dict[str, Any]:
     }
 
 
-ROWS = [simulate_clutch_step, simulate_random_plants]
+ROWS = [simulate_clutch_step, simulate_loaded_step, simulate_random_plants]

@@ -5,7 +5,8 @@
 
 With laws (plant/axis_laws.py) a slip also ends at a knee, at the layer of the Stribeck curve, at an end of the position's polynomials and
 at an end stop; a breakaway that grows with the time at rest is met by the drive's exponential (engine/drive_lag.py). Where friction
-curves over speed or position, the slip is integrated in steps (engine/curved_slip.py); everywhere else it stays in closed form.
+curves over speed or position, or a load follows the position (plant/load.py), the slip is integrated in steps (engine/curved_slip.py);
+everywhere else it stays in closed form.
 
 The sign of the friction belongs to the phase: no integrator ever sees sign(v). After a stop the axis sticks where the effort is
 within the breakaway and slips in the effort's direction where it is not. Parameters and state are those of plant/axis.py.
@@ -29,7 +30,7 @@ from frictool.engine.axis_friction import (
     strength,
     threshold,
 )
-from frictool.engine.curved_slip import FAILED, FASTER, HELD, PLACE, SLOWER, curved_slip
+from frictool.engine.curved_slip import CONTACT, FAILED, FASTER, HELD, PLACE, SLOWER, curved_slip
 from frictool.engine.drive_lag import outgrowing_time, relaxed
 from frictool.engine.slip import NEVER, Phase, distance, fall_time, rise_time, speed, travel_time
 from frictool.engine.status import NOT_FINITE, OK, STEP_TOO_SMALL, TOO_MANY_EVENTS
@@ -57,6 +58,7 @@ from frictool.plant.axis import (
     VELOCITY,
 )
 from frictool.plant.axis_laws import MAP_HIGH, MAP_LOW, PLAIN_SIZE, RESTITUTION, RISE_TIME, STOP_PAIR
+from frictool.plant.load import is_loaded, opposing_effort
 
 Vector = NDArray[np.float64]
 ROUNDING = 2.0**-50  # efforts smaller than this part of their terms are zero
@@ -64,8 +66,11 @@ MAX_EVENTS = 100  # a held command makes a handful: its effort is monotone
 MAX_REBOUNDS = 10_000  # and where end stops throw the axis back
 SHORTEST_FLIGHT = 1e-6  # s; a rebound that would last less rests at its end stop
 
-# how a piece of slip ends, beside those of engine/curved_slip.py
-CONTACT = 5
+
+@inner_kernel
+def _opposing(p: Vector, laws: Laws, x: float) -> float:
+    """Offset, with laws also the load, at x [N m | N]."""
+    return float(p[OFFSET]) if laws is None else opposing_effort(laws, x)
 
 
 @inner_kernel
@@ -74,18 +79,18 @@ def _rest(state: Vector, command: float, p: Vector, laws: Laws, remaining: float
 
     `refused`: a direction in which it has just not got going, its effort being on the threshold to rounding and no longer rising.
     """
-    lag, drive = p[LAG], state[DRIVE]
+    lag, drive, opposing = p[LAG], state[DRIVE], _opposing(p, laws, state[POSITION])
     forward, backward = threshold(state, p, laws, 1.0), threshold(state, p, laws, -1.0)
-    direction = breakaway_direction(p[CONSTANT] * drive - p[OFFSET], forward, backward)
+    direction = breakaway_direction(p[CONSTANT] * drive - opposing, forward, backward)
     if direction not in (0.0, refused):
         return 0.0, direction
-    direction = breakaway_direction(p[CONSTANT] * command - p[OFFSET], forward, backward)
+    direction = breakaway_direction(p[CONSTANT] * command - opposing, forward, backward)
     if direction not in (0.0, refused) and lag > 0.0:
         if laws is not None and p[RISE_TIME] > 0.0 and at_edge(state, p, direction):
             wait = _wait(state, command, p, direction, remaining)
             loosening = relaxed(drive, command, lag, max(wait, 0.0))
         else:
-            loosening = ((forward if direction > 0.0 else -backward) + p[OFFSET]) / p[CONSTANT]
+            loosening = ((forward if direction > 0.0 else -backward) + opposing) / p[CONSTANT]
             wait = max(0.0, -lag * math.log1p((loosening - drive) / (drive - command)))
         if wait != NEVER and wait < remaining:
             state[DRIVE] = loosening
@@ -98,7 +103,8 @@ def _rest(state: Vector, command: float, p: Vector, laws: Laws, remaining: float
 def _wait(state: Vector, command: float, p: Vector, direction: float, remaining: float) -> float:
     """Until the drive outgrows a breakaway that grows with the time at rest, or NEVER."""
     full, fresh = strength(p, direction, state[POSITION])
-    settled, losing = direction * (p[CONSTANT] * command - p[OFFSET]), direction * p[CONSTANT] * (command - state[DRIVE])
+    settled = direction * (p[CONSTANT] * command - opposing_effort(p, state[POSITION]))
+    losing = direction * p[CONSTANT] * (command - state[DRIVE])
     return outgrowing_time(full, fresh, p[RISE_TIME], state[RESTED], settled, losing, p[LAG], remaining)
 
 
@@ -167,7 +173,7 @@ def _arrive(state: Vector, p: Vector, direction: float, start: float) -> float:
     if direction * (wall - start) > 0.0:  # an axis that was put beyond its stop stays there
         state[POSITION] = wall
     state[VELOCITY] *= -p[RESTITUTION]
-    outwards = direction * (p[CONSTANT] * state[DRIVE] - p[OFFSET]) / p[INERTIA]
+    outwards = direction * (p[CONSTANT] * state[DRIVE] - opposing_effort(p, state[POSITION])) / p[INERTIA]
     if 2.0 * abs(state[VELOCITY]) <= outwards * SHORTEST_FLIGHT:
         state[VELOCITY] = 0.0
     return -direction
@@ -179,8 +185,8 @@ def _slip(state: Vector, command: float, p: Vector, laws: Laws, direction: float
     to_edge = 0.5 * p[BACKLASH] - direction * state[GAP]
     driving = to_edge <= 0.0
     w, x = direction * state[VELOCITY], state[POSITION]
-    if laws is not None and driving and is_curved(state, laws, direction):
-        spent, moved, after, kind = curved_slip(state, command, laws, direction, remaining)
+    if laws is not None and (is_loaded(laws) or (driving and is_curved(state, laws, direction))):
+        spent, moved, after, kind = curved_slip(state, command, laws, direction, remaining, to_edge)
     else:
         spent, moved, after, kind = _straight_slip(state, command, p, laws, direction, remaining, driving, to_edge)
     state[POSITION] += direction * moved
@@ -245,7 +251,8 @@ def drive_from_now(state: Vector, command: float, p: Vector) -> float:
 def advance(state: Vector, command: float, parameters: Vector, duration: float) -> int:
     """Advances `state` (7,), in place, by `duration` [s] under a held `command` [A or V]. Returns engine/status.py.
 
-    `parameters`: (14,), or (EXTENDED_SIZE,) with laws. The winding's bound is that of the speed at the beginning.
+    `parameters`: (14,), or (EXTENDED_SIZE,) with laws, or more with a load (plant/load.py `under_load`). The winding's bound is that of the
+    speed at the beginning.
     """
     total = command * 0.0 + duration
     for index in range(STATE_SIZE):

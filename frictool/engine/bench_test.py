@@ -19,18 +19,11 @@ from frictool.engine.closed_loop import measure
 from frictool.engine.servo import DERIVATIVE, INTEGRAL, PROPORTIONAL, REFERENCE_RATE
 from frictool.engine.status import OK
 from frictool.kernels import inner_kernel, kernel
-from frictool.plant.axis import CONSTANT, ENCODER_STEP, OFFSET, POSITION, VELOCITY
-from frictool.plant.load import load_effort
+from frictool.plant.axis import CONSTANT, ENCODER_STEP, POSITION
+from frictool.plant.load import under_load
 
 Vector = NDArray[np.float64]
 Rows = NDArray[np.int64]
-
-
-@inner_kernel
-def _moved(state: Vector, acting: float, p: Vector, offset: float, load: Vector, period: float) -> int:
-    """One period further, the load held at its value half a period ahead."""
-    p[OFFSET] = offset + load_effort(load, state[POSITION] + 0.5 * period * state[VELOCITY])
-    return int(advance(state, acting, p, period))
 
 
 class Follower(NamedTuple):
@@ -79,7 +72,7 @@ def play_reference(
 
     axis: plant/axis.py. load: plant/load.py. servo (5,): `Servo`, in effort, its limit that of the axis's drive.
     """
-    p, waiting = axis.copy(), np.zeros(delay + 1)
+    p, waiting = under_load(axis, load), np.zeros(delay + 1)
     memory = Follower(measure(state[POSITION], axis[ENCODER_STEP]), reference[0], 0.0)
     for k in range(reference.shape[0]):
         measured = measure(state[POSITION], axis[ENCODER_STEP])
@@ -87,7 +80,7 @@ def play_reference(
         waiting[k % (delay + 1)] = effort / axis[CONSTANT]
         acting = waiting[(k + 1) % (delay + 1)]
         position[k], drive[k] = measured, drive_from_now(state, acting, axis)
-        status = _moved(state, acting, p, axis[OFFSET], load, period)
+        status = advance(state, acting, p, period)
         if status != OK:
             return status
     return OK
@@ -114,7 +107,7 @@ def play_ramps(
     segment (n,): its sign is the direction. following, turning (n,): the first row of the next segment, and of the next segment in
     the other direction; n where there is none. rules (3,): distance to go on, lower and upper turn, rad | m.
     """
-    p, waiting = axis.copy(), np.zeros(delay + 1)
+    p, waiting = under_load(axis, load), np.zeros(delay + 1)
     place = Place(0, segment[0], measure(state[POSITION], axis[ENCODER_STEP]))
     for k in range(rows.shape[0]):
         measured = measure(state[POSITION], axis[ENCODER_STEP])
@@ -125,7 +118,7 @@ def play_ramps(
         acting = waiting[(k + 1) % (delay + 1)]
         position[k], drive[k] = measured, drive_from_now(state, acting, axis)
         played[0], place = k + 1, Place(place.row + 1, place.segment, place.start)
-        status = _moved(state, acting, p, axis[OFFSET], load, period)
+        status = advance(state, acting, p, period)
         if status != OK:
             return status
         if place.row == rows.shape[0]:

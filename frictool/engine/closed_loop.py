@@ -6,10 +6,10 @@ The counter of an incremental encoder changes at its edges: it reports the edge 
 from sample k + delay_samples on; before the first one arrives the command is zero. Both controller and axis limit the drive.
 A drive without lag jumps at the sample: the record holds the value that it has until the next one.
 
-A load that depends on position (plant/load.py) is held over a part of a period at its value half a part ahead, as in engine/replay.py: an
-error of second order in the part. At rest the position does not change, nor does the load: what rests stays where it is, exactly.
-The bound of a winding (plant/axis.py) is held over a part too, at the speed at its beginning. What happens from outside is given sample
-by sample (engine/conditions.py). A sensor of the speed, where the controller has one, shows the true speed at the sample.
+A load that depends on position (plant/load.py) is integrated with the motion. At rest neither position nor load changes, so that an axis at
+rest stays where it is, exactly. The bound of a winding (plant/axis.py) is held over a part of a period at the speed at its beginning.
+Disturbances, drifts and faults are rows of engine/conditions.py, one a sample. A sensor of the speed, where the controller has one,
+shows the true speed at the sample.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from frictool.engine.axis import advance, drive_from_now
 from frictool.engine.conditions import faulty, impose, true_command
 from frictool.engine.status import OK
 from frictool.kernels import inner_kernel, kernel
-from frictool.plant.axis import DRIVE_LIMIT, ENCODER_STEP, LOAD_POSITION, MODE, OFFSET, POSITION, RESISTANCE, VELOCITY
-from frictool.plant.load import load_effort
+from frictool.plant.axis import DRIVE_LIMIT, ENCODER_STEP, LOAD_POSITION, MODE, POSITION, RESISTANCE, VELOCITY
+from frictool.plant.load import under_load
 
 Vector = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ Vector = NDArray[np.float64]
 MEASURED, TRUE_POSITION, TRUE_VELOCITY, LOAD, COMMAND, TRUE_DRIVE, TRUE_MODE = 0, 1, 2, 3, 4, 5, 6
 RECORD_SIZE = 7
 
-PARTS = 4  # of a period, where there is a load or a winding
+PARTS = 4  # of a period, where there is a winding
 
 
 @kernel
@@ -60,12 +60,13 @@ def run(
     load: plant/load.py. conditions (n, 8): engine/conditions.py, or (0, 8) where nothing happens.
     Where the status is not OK the record is filled up to the failing sample.
     """
+    axis = under_load(axis, load)
     p, waiting = axis.copy(), np.zeros(delay_samples + 1)
     measured = measure(state[POSITION], axis[ENCODER_STEP])
     for k in range(reference.shape[0]):
         measured = seen(axis, state, measured, conditions, k)
         command = control_step(controller, reference[k], measured, state[VELOCITY])
-        status = answered(axis, state, p, waiting, k, measured, command, period, record[k], load, conditions)
+        status = answered(axis, state, p, waiting, k, measured, command, period, record[k], conditions)
         if status != OK:
             return status
     return OK
@@ -89,16 +90,14 @@ def answered(
     command: float,
     period: float,
     row: Vector,
-    load: Vector,
     conditions: Vector,
 ) -> int:
     """Sample k after the controller has given its command, up to the next: fills the record's row (7,), moves the state.
 
-    p (a,): the axis's parameters, a copy that conditions write into. waiting (delay_samples + 1,): commands that have yet to act. Both are
-    this loop's own from sample to sample. Returns engine/status.py.
+    axis (a,): the parameters, with their load behind them (plant/load.py `under_load`). p (a,): a copy that conditions write into.
+    waiting (delay_samples + 1,): commands that have yet to act. The loop keeps both from sample to sample. Returns engine/status.py.
     """
-    changing, loaded = conditions.shape[0] > 0, load.shape[0] > 0
-    parts = PARTS if loaded or axis[RESISTANCE] > 0.0 else 1
+    changing, parts = conditions.shape[0] > 0, PARTS if axis[RESISTANCE] > 0.0 else 1
     part, places = period / parts, waiting.shape[0]
     waiting[k % places] = command
     acting = waiting[(k + 1) % places]
@@ -112,12 +111,8 @@ def answered(
     row[COMMAND] = command
     row[TRUE_DRIVE] = drive_from_now(state, acting, p)
     row[TRUE_MODE] = state[MODE]
-    offset = p[OFFSET]
     for _ in range(parts):
-        if loaded:
-            p[OFFSET] = offset + load_effort(load, state[POSITION] + 0.5 * part * state[VELOCITY])
         status = advance(state, acting, p, part)
         if status != OK:
             return status
-    p[OFFSET] = offset
     return OK

@@ -1,9 +1,12 @@
-"""A slip whose friction depends on position or curves over speed: Dormand-Prince with error control, events on its dense output.
+"""A slip under a load, or with friction that depends on position or curves over speed, by Dormand-Prince with error control.
 
-    y' = w        w' = (d (K i(t) - offset) - F_c(x) - (F_s - F_c)(x) exp(-|w/v_s|^delta) - added - viscous w)/J        x = x0 + d y
+Events are roots of its dense output.
 
-in the direction d of the motion. The drive i(t) is the exponential that it is. Knees, layer and map ends are events: the field of one
-piece is smooth.
+    y' = w        w' = (d (K i(t) - offset - load(x)) - F_c(x) - (F_s - F_c)(x) exp(-|w/v_s|^delta) - added - viscous w)/J    x = x0 + d y
+
+in the direction d of the motion. Inside the backlash the friction is that of the backlash alone. The drive i(t) is an exponential, and the
+load (plant/load.py) follows the position. Knees, layer, map ends and the flank of the backlash are events, so that each piece has a smooth
+field.
 """
 
 from __future__ import annotations
@@ -59,13 +62,14 @@ from frictool.engine.drive_lag import relaxed
 from frictool.engine.polynomial import NEVER, first_fall
 from frictool.friction.stribeck import curve
 from frictool.kernels import inner_kernel, kernel
-from frictool.plant.axis import CONSTANT, DRIVE, INERTIA, LAG, OFFSET, POSITION, RESTED, VELOCITY
+from frictool.plant.axis import BACKLASH_BREAKAWAY, BACKLASH_COULOMB, CONSTANT, DRIVE, INERTIA, LAG, OFFSET, POSITION, RESTED, VELOCITY
 from frictool.plant.axis_laws import LAYER, STRIBECK_EXPONENT, STRIBECK_VELOCITY
+from frictool.plant.load import load_size, opposing_effort
 
 Vector = NDArray[np.float64]
 
 # how a piece of slip ends
-HELD, SLOWER, FASTER, PLACE, FAILED = 0, 1, 2, 3, 4
+HELD, SLOWER, FASTER, PLACE, FAILED, CONTACT = 0, 1, 2, 3, 4, 5
 
 TOLERANCE = 1e-12  # of the speed, or of what the efforts add to it within a step
 FLOOR = 2.0**-5  # of v_s: smaller speeds inside the layer are computed to the tolerance of this
@@ -75,19 +79,23 @@ GROWTH, SHRINKAGE, SAFETY = 5.0, 0.2, 0.9
 SHORTEST_STEP = 2.0**-50  # of the time that remains
 MAX_STEPS = 1_000_000
 DISTANCE, SPEED, ROWS, TERMS = 0, 1, 3, 5  # the dense output has a third row, not used here
+DRIVING = 5  # of the scratch: 1 where the motor carries the load, 0 inside the backlash
 
 
 @inner_kernel
 def _acceleration(
     state: Vector, command: float, p: Vector, direction: float, law: Vector, line: tuple[float, float], t: float, y: float, w: float
 ) -> float:
-    """w' at t since the start of the slip; `law` (5,): scratch for friction/stribeck.py; `line`: (added, viscous)."""
+    """w' at t since the start of the slip; `law` (6,): scratch for friction/stribeck.py, then DRIVING; `line`: (added, viscous)."""
     x = state[POSITION] + direction * y
-    friction = coulomb_at(p, direction, x)
-    if has_stribeck(p) and w < p[LAYER]:
-        law[0], law[1] = friction, breakaway_at(p, direction, x, state[RESTED])
-        friction = curve(w, law)
-    effort = direction * (p[CONSTANT] * relaxed(state[DRIVE], command, p[LAG], t) - p[OFFSET])
+    if law[DRIVING] > 0.0:
+        friction = coulomb_at(p, direction, x)
+        if has_stribeck(p) and w < p[LAYER]:
+            law[0], law[1] = friction, breakaway_at(p, direction, x, state[RESTED])
+            friction = curve(w, law)
+    else:
+        friction = p[BACKLASH_COULOMB]
+    effort = direction * (p[CONSTANT] * relaxed(state[DRIVE], command, p[LAG], t) - opposing_effort(p, x))
     return float((effort - friction - line[0] - line[1] * w) / p[INERTIA])
 
 
@@ -164,23 +172,37 @@ def _move(at: Vector, piece: Vector, spent: float) -> None:
 
 
 @kernel
-def curved_slip(state: Vector, command: float, p: Vector, direction: float, remaining: float) -> tuple[float, float, float, int]:
+def _gross(state: Vector, command: float, p: Vector, direction: float, driving: bool) -> float:
+    """Sum of the magnitudes of all efforts [N m | N] where the slip begins."""
+    held = breakaway_at(p, direction, state[POSITION], state[RESTED]) if driving else p[BACKLASH_BREAKAWAY]
+    drive = abs(p[CONSTANT]) * (abs(command) + abs(state[DRIVE]))
+    return float(drive + abs(p[OFFSET]) + held + load_size(p, state[POSITION]))
+
+
+@kernel
+def curved_slip(
+    state: Vector, command: float, p: Vector, direction: float, remaining: float, to_edge: float
+) -> tuple[float, float, float, int]:
     """Slips for up to `remaining` [s] from `state`, which stays as it is; returns how long, how far, the speed then, how it ended.
 
-    The level of speed that it fell or rose to is that of `speed_band`, the place that of `next_place`.
+    The level of speed that it fell or rose to is that of `speed_band`, the place that of `next_place`. `to_edge` [rad | m]: distance to the
+    flank of the backlash, not above 0 where the motor carries the load.
     """
     at, slopes, piece, probe = np.zeros(ROWS), np.zeros((ROWS, STAGES)), np.empty((ROWS, TERMS)), np.empty(TERMS)
-    law = np.array([0.0, 0.0, p[STRIBECK_VELOCITY], p[STRIBECK_EXPONENT], 0.0])
+    law = np.array([0.0, 0.0, p[STRIBECK_VELOCITY], p[STRIBECK_EXPONENT], 0.0, 1.0])
     at[SPEED] = abs(state[VELOCITY])
-    layered = at[SPEED] < p[LAYER]
-    line, (lower, upper) = straight_line(p, direction, at[SPEED]), speed_band(p, at[SPEED])
-    length = next_place(p, state[POSITION], direction)[0]
+    length, place = next_place(p, state[POSITION], direction)[0], PLACE
+    if to_edge > 0.0:
+        law[DRIVING] = 0.0
+        layered, line, (lower, upper) = False, (0.0, 0.0), (0.0, math.inf)
+        if to_edge <= length:
+            length, place = to_edge, CONTACT
+    else:
+        layered = at[SPEED] < p[LAYER]
+        line, (lower, upper) = straight_line(p, direction, at[SPEED]), speed_band(p, at[SPEED])
     if length <= 0.0:
-        return 0.0, 0.0, at[SPEED], PLACE
-    gross = (
-        abs(p[CONSTANT]) * (abs(command) + abs(state[DRIVE])) + abs(p[OFFSET]) + breakaway_at(p, direction, state[POSITION], state[RESTED])
-    )
-    gross /= p[INERTIA]
+        return 0.0, 0.0, at[SPEED], place
+    gross = _gross(state, command, p, direction, to_edge <= 0.0) / p[INERTIA]
     start = _acceleration(state, command, p, direction, law, line, 0.0, 0.0, at[SPEED])
     if at[SPEED] == 0.0 and abs(start) <= ROUNDING * gross:
         start = 0.0
@@ -197,6 +219,7 @@ def curved_slip(state: Vector, command: float, p: Vector, direction: float, rema
             continue
         dense_output(at, slopes, h, piece)
         spent, kind = _end_of(piece, h, lower, upper, length, probe)
+        kind = place if kind == PLACE else kind
         _move(at, piece, spent)
         t = t + spent if spent < remaining - t else remaining
         if kind != HELD or t >= remaining:

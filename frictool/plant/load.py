@@ -4,6 +4,8 @@
 
 It opposes a positive effort, as the offset does, which holds its constant part. Gravity is the harmonic of number 1 on a rotary axis
 (per rad; per m on a linear one, where `number` is a wave number). The kernels' array: [stiffness, number, sine, cosine, ...].
+
+The engine integrates the load with the motion: `under_load` puts it behind the parameters of an axis with laws (plant/axis_laws.py).
 """
 
 from __future__ import annotations
@@ -14,7 +16,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.kernels import kernel
+from frictool.kernels import inner_kernel, kernel
+from frictool.plant.axis import BREAKAWAY, COULOMB, OFFSET, VISCOUS
+from frictool.plant.axis_laws import (
+    BREAKAWAY_PAIR,
+    COULOMB_MAPS,
+    COULOMB_PAIR,
+    EXTENDED_SIZE,
+    FRESH,
+    PLAIN_SIZE,
+    REGIME_SIZE,
+    REGIMES,
+    STOP_PAIR,
+    STRIBECK_EXPONENT,
+    VISCOUS_PAIR,
+)
 
 Vector = NDArray[np.float64]
 TERM_SIZE = 3
@@ -58,3 +74,44 @@ def load_effort(load: Vector, x: float) -> float:
         angle = load[term] * x
         total += load[term + 1] * math.sin(angle) + load[term + 2] * math.cos(angle)
     return total
+
+
+@kernel
+def under_load(axis: Vector, load: Vector) -> Vector:
+    """Return a copy of the parameters `axis` with `load` behind them; a plain axis gets laws that change nothing in between."""
+    if load.shape[0] == 0:
+        return axis.copy()
+    out = np.zeros(EXTENDED_SIZE + load.shape[0])
+    out[: axis.shape[0]] = axis
+    out[EXTENDED_SIZE:] = load
+    if axis.shape[0] == PLAIN_SIZE:
+        for side in range(2):
+            out[VISCOUS_PAIR + side], out[COULOMB_PAIR + side] = axis[VISCOUS], axis[COULOMB]
+            out[BREAKAWAY_PAIR + side] = axis[BREAKAWAY]
+        out[STOP_PAIR], out[STOP_PAIR + 1] = -math.inf, math.inf
+        out[STRIBECK_EXPONENT], out[FRESH] = 2.0, 1.0
+        out[REGIMES:COULOMB_MAPS:REGIME_SIZE] = math.inf
+    return out
+
+
+@inner_kernel
+def is_loaded(p: Vector) -> bool:
+    """Whether a load stands behind the parameters."""
+    return bool(p.shape[0] > EXTENDED_SIZE)
+
+
+@inner_kernel
+def opposing_effort(p: Vector, x: float) -> float:
+    """Offset and load [N m | N] of an axis with laws at x [rad | m]."""
+    return float(p[OFFSET]) + load_effort(p[EXTENDED_SIZE:], x) if is_loaded(p) else float(p[OFFSET])
+
+
+@inner_kernel
+def load_size(p: Vector, x: float) -> float:
+    """Sum of the magnitudes of the load's terms at x [N m | N]."""
+    if not is_loaded(p):
+        return 0.0
+    total = abs(p[EXTENDED_SIZE] * x)
+    for term in range(EXTENDED_SIZE + 1, p.shape[0], TERM_SIZE):
+        total += abs(p[term + 1]) + abs(p[term + 2])
+    return float(total)

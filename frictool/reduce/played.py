@@ -12,15 +12,15 @@ from frictool.engine.mechanism.run import run
 from frictool.engine.mechanism.state import rest
 from frictool.engine.status import MESSAGES, OK
 from frictool.errors import NoSolutionError
-from frictool.plant.axis import OFFSET, POSITION, RESISTANCE, VELOCITY
+from frictool.plant.axis import POSITION, RESISTANCE
 from frictool.plant.axis import rest as axis_rest
 from frictool.plant.axis_model import axis_of, load_of
-from frictool.plant.load import load_effort
+from frictool.plant.load import under_load
 from frictool.reduce.seen import View
 
 Vector = NDArray[np.float64]
 
-PARTS = 4  # of a period, over which an axis's load is held (engine/closed_loop.py)
+PARTS = 4  # of a period, over which the bound of a winding is held (engine/closed_loop.py)
 
 
 def mechanism_positions(here: View, source: str, sensor: str, place: float, command: Vector) -> Vector:
@@ -41,15 +41,13 @@ def mechanism_positions(here: View, source: str, sensor: str, place: float, comm
 
 def model_positions(model: Model, place: float, command: Vector) -> Vector:
     """Positions (n,) of the axis that the model describes, from rest at `place` in the middle of its backlash."""
-    axis, load = axis_of(model).as_array(), load_of(model).as_array()
-    state, p, period = axis_rest(place), axis.copy(), model.bench.sample_period_s
-    parts = PARTS if load.shape[0] > 0 or axis[RESISTANCE] > 0.0 else 1
+    p = under_load(axis_of(model).as_array(), load_of(model).as_array())
+    state, period = axis_rest(place), model.bench.sample_period_s
+    parts = PARTS if p[RESISTANCE] > 0.0 else 1
     positions = np.empty(command.shape[0])
     for k, value in enumerate(command):
         positions[k] = state[POSITION]
         for _ in range(parts):
-            if load.shape[0] > 0:
-                p[OFFSET] = axis[OFFSET] + load_effort(load, state[POSITION] + 0.5 * period / parts * state[VELOCITY])
             status = advance_axis(state, value, p, period / parts)
             if status != OK:
                 raise NoSolutionError(f"{model.name}: not simulated: {MESSAGES[status]} (sample {k})")

@@ -12,7 +12,7 @@ from frictool.engine.closed_loop import RECORD_SIZE, answered, measure, seen
 from frictool.engine.status import MESSAGES, OK
 from frictool.errors import NoSolutionError
 from frictool.plant.axis import ENCODER_STEP, POSITION, VELOCITY, rest
-from frictool.plant.load import Load
+from frictool.plant.load import Load, under_load
 from frictool.simulate.target import Target
 from frictool.simulate.variants import Variant
 
@@ -46,13 +46,14 @@ def _run(
     axis: Vector, target: Target, controller: Controller, start: float, reference: Vector, record: Vector, load: Vector, conditions: Vector
 ) -> int:
     """engine/closed_loop.py `run`, the controller's step outside of it."""
+    axis = under_load(axis, load)
     state, p, waiting = rest(start), axis.copy(), np.zeros(controller.delay_samples + 1)
     measured = float(measure(state[POSITION], axis[ENCODER_STEP]))
     target.start(measured)
     for k in range(reference.size):
         measured = seen(axis, state, measured, conditions, k)
         command = target.step(reference[k], measured, state[VELOCITY])
-        status = answered(axis, state, p, waiting, k, measured, command, controller.sample_period_s, record[k], load, conditions)
+        status = answered(axis, state, p, waiting, k, measured, command, controller.sample_period_s, record[k], conditions)
         if status != OK:
             return int(status)
     return OK

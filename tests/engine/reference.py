@@ -1,7 +1,8 @@
 """Two slow ways to move an axis, neither in closed form, against which the engine is held.
 
 `time_stepping`: many small implicit steps in which friction is a projection (Moreau): no modes, no events. First order in the step.
-`event_integration`: scipy's Dormand-Prince of order 8 through each phase with its event functions. Accurate to about 1e-10.
+`event_integration`: scipy's Dormand-Prince of order 8 through each phase with its event functions. Accurate to about 1e-10. It also
+has the load, the Stribeck curve and the end stops.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from frictool.plant.axis import AxisParameters
+from frictool.plant.load import Load
 
 Vector = NDArray[np.float64]
 
@@ -44,10 +46,29 @@ def time_stepping(p: AxisParameters, state: Vector, command: float, duration: fl
 
 
 TIGHT: dict[str, Any] = {"method": "DOP853", "rtol": 1e-12, "max_step": 1e-4}
+UNLOADED = Load()
+STOPS = {-1.0: 0, 1.0: 1}  # index of the end stop ahead
+
+
+def opposing(p: AxisParameters, load: Load, x: float) -> float:
+    """Offset and load at x."""
+    total = p.offset + load.stiffness * x
+    for number, sine, cosine in load.harmonics:
+        total += sine * math.sin(number * x) + cosine * math.cos(number * x)
+    return total
+
+
+def friction_in_slip(p: AxisParameters, engaged: bool, w: float) -> float:
+    """Friction at the speed w >= 0; `engaged`: with the load carried along."""
+    if not engaged:
+        return p.backlash_coulomb
+    scale, exponent = p.laws.stribeck_velocity, p.laws.stribeck_exponent
+    falling = (p.breakaway - p.coulomb) * math.exp(-((abs(w) / scale) ** exponent)) if scale > 0.0 else 0.0
+    return p.coulomb + falling + p.viscous * w
 
 
 def event_integration(
-    p: AxisParameters, state: Vector, command: float, duration: float, options: dict[str, Any] = TIGHT
+    p: AxisParameters, state: Vector, command: float, duration: float, options: dict[str, Any] = TIGHT, load: Load = UNLOADED
 ) -> tuple[float, float, float, float]:
     """(position, velocity, drive, gap) after `duration`, phase by phase, with these options of `solve_ivp`."""
     x, v, drive, gap = (float(value) for value in state[:4])
@@ -57,14 +78,15 @@ def event_integration(
     direction = float(np.sign(v))
     while t < duration:
         if direction == 0.0:
-            t, drive, direction = _wait(p, drive, u, gap, half, t, duration)
+            t, drive, direction = _wait(p, (x, drive), u, gap, half, t, duration, load)
             continue
         engaged = direction * gap >= half
-        coulomb, viscous = (p.coulomb, p.viscous) if engaged else (p.backlash_coulomb, 0.0)
+        wall = p.laws.stops[STOPS[direction]]
 
-        def field(_: float, y: Vector, d: float = direction, c: float = coulomb, s: float = viscous) -> list[float]:
-            effort = p.constant * y[2] - p.offset
-            return [y[1], (effort - d * c - s * y[1]) / p.inertia, (u - y[2]) / p.lag if p.lag > 0 else 0.0]
+        def field(_: float, y: Vector, d: float = direction, e: bool = engaged) -> list[float]:
+            effort = p.constant * y[2] - opposing(p, load, float(y[0]))
+            friction = d * friction_in_slip(p, e, d * float(y[1]))
+            return [y[1], (effort - friction) / p.inertia, (u - y[2]) / p.lag if p.lag > 0 else 0.0]
 
         def stop(_: float, y: Vector, d: float = direction) -> float:
             return d * float(y[1])
@@ -72,11 +94,14 @@ def event_integration(
         def contact(_: float, y: Vector, d: float = direction, x0: float = x, g: float = gap, e: bool = engaged) -> float:
             return 1.0 if e else half - d * (g + float(y[0]) - x0)
 
-        for event in (stop, contact):
+        def end_stop(_: float, y: Vector, d: float = direction, place: float = wall) -> float:
+            return d * (place - float(y[0])) if math.isfinite(place) else 1.0
+
+        for event in (stop, contact, end_stop):
             event.terminal, event.direction = True, -1
         scale = np.array([1e-3, max(abs(v), 1.0), max(abs(u), 1.0)])
         absolute = 0.1 * options["rtol"] * scale
-        run = solve_ivp(field, (t, duration), [x, v, drive], events=(stop, contact), atol=absolute, **options)
+        run = solve_ivp(field, (t, duration), [x, v, drive], events=(stop, contact, end_stop), atol=absolute, **options)
         t, moved = float(run.t[-1]), float(run.y[0, -1]) - x
         x, v, drive = (float(value) for value in run.y[:, -1])
         gap = gap if engaged else gap + moved
@@ -84,19 +109,26 @@ def event_integration(
             v, direction = 0.0, 0.0
         elif run.t_events[1].size:
             gap = direction * half
+        elif run.t_events[2].size:
+            x, v = wall, -p.laws.restitution * v
+            direction = float(np.sign(v))
     return x, v, drive, gap
 
 
-def _wait(p: AxisParameters, drive: float, u: float, gap: float, half: float, t: float, end: float) -> tuple[float, float, float]:
+def _wait(
+    p: AxisParameters, at: tuple[float, float], u: float, gap: float, half: float, t: float, end: float, load: Load
+) -> tuple[float, float, float]:
     """From rest at t to breakaway or to the end: bisection on the drive's exponential."""
-    forward = p.breakaway if gap >= half else p.backlash_breakaway
-    backward = p.breakaway if gap <= -half else p.backlash_breakaway
+    x, drive = at
+    low_stop, high_stop = p.laws.stops
+    forward = math.inf if x >= high_stop else p.breakaway if gap >= half else p.backlash_breakaway
+    backward = math.inf if x <= low_stop else p.breakaway if gap <= -half else p.backlash_breakaway
 
     def drive_at(s: float) -> float:
         return u + (drive - u) * math.exp(-(s - t) / p.lag) if p.lag > 0 else u
 
     def direction_at(s: float) -> float:
-        effort = p.constant * drive_at(s) - p.offset
+        effort = p.constant * drive_at(s) - opposing(p, load, x)
         return 1.0 if effort > forward else -1.0 if effort < -backward else 0.0
 
     if direction_at(t) or not direction_at(end):

@@ -161,7 +161,7 @@ def worn_loop(
     worn (3,): the sample from which it has worn, the factor everywhere, and that beyond EDGE. rows (n, 8): engine/conditions.py, filled in
     with that. Fills record (n, 7), returns engine/status.py.
     """
-    p, waiting, unloaded = own.copy(), np.zeros(delay + 1), np.empty(0)
+    p, waiting = own.copy(), np.zeros(delay + 1)
     measured = measure(state[POSITION], own[ENCODER_STEP])
     start_at(running, measured)
     for k in range(reference.shape[0]):
@@ -171,7 +171,7 @@ def worn_loop(
         rows[k, FRICTION] = factor
         measured = seen(own, state, measured, rows, k)
         command = control_step(running, reference[k], measured, state[VELOCITY])
-        status = answered(own, state, p, waiting, k, measured, command, period, record[k], unloaded, rows)
+        status = answered(own, state, p, waiting, k, measured, command, period, record[k], rows)
         if status != OK:
             return int(status)
     return OK

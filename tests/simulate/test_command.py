@@ -8,9 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from frictool.documents.model import Model
+from frictool.documents.registry import load as read_document
+from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import read_mcap
+from frictool.plant.axis import POSITION, rest
+from frictool.plant.axis_model import axis_of, load_of
 from tests.cli.run import Result, also_called, refused, run
-from tests.simulate.example import write_rig
+from tests.engine.reference import event_integration
+from tests.simulate.example import scenario, write_rig
 
 
 @pytest.fixture
@@ -32,6 +38,31 @@ def test_writes_a_log_that_reads_back(rig: dict[str, Path], tmp_path: Path) -> N
     assert log.metadata["log"]["kind"] == "simulated"
     assert log.metadata["provenance"]["command"] == "frictool simulate model.yaml --controller controller.yaml --scenario scenario.yaml"
     assert np.all(np.isfinite(log.main.signals["position"]))
+
+
+def test_springs_gravity_and_ripple_are_integrated_with_the_motion(rig: dict[str, Path], tmp_path: Path) -> None:
+    """The logged commands, played to the model by scipy from the start of the run, give the logged positions to 1e-7 rad."""
+    load = """laws:
+  load:
+    stiffness: {value: 0.002, unit: N m/rad, source: assumed}
+    gravity: {sine: {value: 0.03, unit: N m, source: assumed}, cosine: {value: -0.01, unit: N m, source: assumed}}
+    ripple:
+      cycles: 1
+      per: {value: 1.0, unit: rad}
+      sine: {value: 0.01, unit: N m, source: assumed}
+      cosine: {value: 0, unit: N m, source: assumed}
+"""
+    rig["model"].write_text(rig["model"].read_text() + load)
+    rig["scenario"].write_text(to_yaml(scenario(40.0, 10.0, seconds=0.25)))
+    result = simulate(rig, tmp_path / "run.mcap")
+    assert result.code == 0, result.stderr
+    log, model = read_mcap(tmp_path / "run.mcap").main.signals, read_document(rig["model"], Model)
+    axis, weight, state = axis_of(model), load_of(model), rest(5.0)
+    for k, position in enumerate(log["position_true"]):
+        assert state[POSITION] == pytest.approx(position, rel=0.0, abs=1e-7)
+        command = float(log["command"][k - 1]) if k else 0.0
+        state[:4] = event_integration(axis, state, command, 1e-3, load=weight)
+    assert np.ptp(log["position_true"]) > 20.0
 
 
 def test_the_same_inputs_give_the_same_bytes_and_stdout_is_one_of_the_outputs(rig: dict[str, Path], tmp_path: Path) -> None:
