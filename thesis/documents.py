@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 
@@ -25,7 +25,8 @@ class Row(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A table of the thesis, or the figures that a section's text gives. where: section and table; ours: what made ours.
 
-    grid: the published cells are those that `frictool compare` holds for this table, rows above columns.
+    grid: the published cells are those that `frictool compare` holds for this table, rows above columns. inputs: ours are typed in a
+    rig's file, so that the comparison checks the file and computes nothing.
     """
 
     title: str
@@ -33,6 +34,22 @@ class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     ours: str
     rows: dict[str, Row] = {}
     grid: str = ""
+    inputs: bool = False
+
+
+Kind = Literal["computed", "word", "input"]
+KINDS: dict[Kind, str] = {
+    "computed": "computed numbers",
+    "word": "words, signs and counts of parameters",
+    "input": "inputs typed in a rig's file",
+}
+
+
+def kind_of(table: Table, row: Row) -> Kind:
+    """Return what a comparison with this published value tests."""
+    if table.inputs:
+        return "input"
+    return "word" if isinstance(row.value, str) else "computed"
 
 
 class Figure(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

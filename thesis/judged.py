@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from thesis.documents import Documents, Row
+from thesis.documents import KINDS, Documents, Kind, Row, Table, kind_of
 from thesis.found import Found, Part
 
 
 @dataclass(frozen=True)
 class Line:
-    """One value of both; `difference` in words, `word` why, where it differs; `allowed`: the tolerance, in words."""
+    """One value of both; `difference` in words, `word` why, where it differs; `allowed`: the tolerance, in words; `kind`: see KINDS."""
 
     key: str
     name: str
@@ -21,6 +21,7 @@ class Line:
     agrees: bool
     word: str
     allowed: str
+    kind: Kind
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,12 @@ class Judged:
     @property
     def lines(self) -> list[Line]:
         return [line for lines in self.tables.values() for line in lines]
+
+    @property
+    def counts(self) -> dict[Kind, tuple[int, int]]:
+        """Values of each kind, and how many of them agree."""
+        chosen = {kind: [line.agrees for line in self.lines if line.kind == kind] for kind in KINDS}
+        return {kind: (len(agreeing), sum(agreeing)) for kind, agreeing in chosen.items()}
 
 
 def agrees(found: Found, row: Row) -> bool:
@@ -60,7 +67,7 @@ def judge(documents: Documents, part: Part, chosen: frozenset[str] | None = None
         ours = part.values.get(name, {})
         problems += _lost(f"{name}: frictool gave none of", [key for key in table.rows if key not in ours])
         problems += [f"{name} {key}: found, and not in published.yaml" for key in ours if key not in table.rows]
-        tables[name] = [_line(name, key, row, ours[key], documents.words) for key, row in table.rows.items() if key in ours]
+        tables[name] = [_line(name, key, table, ours[key], documents.words) for key in table.rows if key in ours]
         used |= {f"{name} {key}" for key in table.rows}
         problems += [
             f"{name} {line.key}: differs, {line.ours} for {line.published}, without a word" for line in tables[name] if _lacks(line)
@@ -84,11 +91,21 @@ def _lacks(line: Line) -> bool:
     return not line.agrees and not line.word
 
 
-def _line(table: str, key: str, row: Row, found: Found, words: dict[str, str]) -> Line:
-    word = words.get(f"{table} {key}", "")
+def _line(name: str, key: str, table: Table, found: Found, words: dict[str, str]) -> Line:
+    row, word = table.rows[key], words.get(f"{name} {key}", "")
     good = agrees(found, row)
     allowed = f" (allowed {100.0 * row.within:g} %)" if row.within else ""
-    return Line(key, row.name or key, _shown(found, row.unit), number(row.value, row.unit), _difference(found, row), good, word, allowed)
+    return Line(
+        key=key,
+        name=row.name or key,
+        ours=_shown(found, row.unit),
+        published=number(row.value, row.unit),
+        difference=_difference(found, row),
+        agrees=good,
+        word=word,
+        allowed=allowed,
+        kind=kind_of(table, row),
+    )
 
 
 def _shown(found: Found, unit: str) -> str:

@@ -9,7 +9,7 @@ import jinja2
 from markupsafe import Markup
 
 from frictool.compare.published import TABLE_2_1, TABLE_3_2
-from thesis.documents import GRIDS, Documents
+from thesis.documents import GRIDS, KINDS, Documents
 from thesis.found import Part
 from thesis.judged import Judged, Line
 
@@ -46,6 +46,7 @@ def page(documents: Documents, part: Part, judged: Judged) -> str:
         chapters=[chapter for chapter in chapters if chapter["tables"] or chapter["figures"]],
         values=len(lines),
         agreeing=sum(line.agrees for line in lines),
+        counts=[(KINDS[kind], *counted) for kind, counted in judged.counts.items()],
         drawn=len(part.figures),
         problems=judged.problems,
     )

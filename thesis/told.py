@@ -6,7 +6,7 @@ import json
 import math
 from typing import Any
 
-from thesis.documents import Documents
+from thesis.documents import KINDS, Documents
 from thesis.found import Found, Part
 from thesis.judged import Judged
 
@@ -25,6 +25,7 @@ def as_json(documents: Documents, part: Part, judged: Judged) -> str:
                     **_number(part.values[name][line.key]),
                     "published": documents.tables[name].rows[line.key].value,
                     "within": documents.tables[name].rows[line.key].within,
+                    "kind": line.kind,
                     "agrees": line.agrees,
                     "why": line.word or None,
                 }
@@ -39,7 +40,9 @@ def as_json(documents: Documents, part: Part, judged: Judged) -> str:
         for number, drawn in part.figures.items()
         if number in documents.figures
     }
-    return json.dumps({"tables": tables, "figures": figures, "problems": list(judged.problems)}, indent=2, ensure_ascii=False) + "\n"
+    counts = {kind: {"values": count, "agree": good} for kind, (count, good) in judged.counts.items()}
+    whole = {"counts": counts, "tables": tables, "figures": figures, "problems": list(judged.problems)}
+    return json.dumps(whole, indent=2, ensure_ascii=False) + "\n"
 
 
 def _number(found: Found) -> dict[str, Any]:
@@ -66,7 +69,9 @@ def summary(documents: Documents, part: Part, judged: Judged) -> list[str]:
         lines.append(f"{name:<20}{len(found):>8}{good:>8}{len(found) - good:>8}   {documents.tables[name].title}")
     every = judged.lines
     good = sum(line.agrees for line in every)
-    lines += [f"{'all':<20}{len(every):>8}{good:>8}{len(every) - good:>8}   and {len(part.figures)} figures", ""]
+    lines.append(f"{'all':<20}{len(every):>8}{good:>8}{len(every) - good:>8}   and {len(part.figures)} figures; of these:")
+    lines += [f"{kind:>18}  {count:>8}{agree:>8}{count - agree:>8}   {KINDS[kind]}" for kind, (count, agree) in judged.counts.items()]
+    lines.append("")
     for name, found in judged.tables.items():
         lines += [
             f"{name} {line.key}: {line.ours}, published {line.published}: {line.word or 'WITHOUT A WORD'}"

@@ -12,7 +12,7 @@ from types import ModuleType
 import pytest
 
 from thesis import __main__ as thesis
-from thesis.documents import HERE, Documents, Figure, Row, Table, read
+from thesis.documents import HERE, KINDS, Documents, Figure, Row, Table, kind_of, read
 from thesis.found import Found, Part
 from thesis.judged import agrees, judge
 from thesis.page import called, page
@@ -102,6 +102,31 @@ def test_every_word_is_of_a_value_and_every_table_has_its_place() -> None:
     known = {f"{name} {key}" for name, table in found.tables.items() for key in table.rows}
     assert found.words.keys() <= known
     assert all(table.title and table.where and table.ours and table.rows for table in found.tables.values())
+
+
+def test_computed_numbers_are_counted_apart_from_words_and_inputs() -> None:
+    given = documents(m=Row(1.0), n=Row(2.0), order=Row("all"))
+    given.tables["table_5_1"] = Table("Title", "5.1", "a file", {"k": Row(3.0)}, inputs=True)
+    ours = part(m=1.0, n=2.5, order="all")
+    ours.add("table_5_1", {"k": 3.0})
+    found = judge(given, ours)
+    assert found.counts == {"computed": (2, 1), "word": (1, 1), "input": (1, 1)}
+    assert "          computed         2       1       1   computed numbers" in summary(given, ours, found)
+    assert json.loads(as_json(given, ours, found))["counts"]["input"] == {"values": 1, "agree": 1}
+    assert "2 are computed numbers, of which 1 agree" in page(given, ours, found)
+
+
+def test_the_documentation_has_the_counts_of_what_is_compared() -> None:
+    kinds = [kind_of(table, row) for table in read().tables.values() for row in table.rows.values()]
+    counts = [f"{kinds.count(kind)} {KINDS[kind]}" for kind in ("computed", "word", "input")]
+    for path in ("README.md", "docs/coverage.md"):
+        text = " ".join((HERE.parent / path).read_text().split())
+        assert f"{len(kinds)} values: {', '.join(counts)}" in text
+
+
+def test_inputs_are_what_the_part_of_that_name_makes() -> None:
+    """Every table that is typed is made by thesis/parts/inputs.py, which computes nothing, and none of its tables counts as computed."""
+    assert {name for name, table in read().tables.items() if table.inputs} == set(thesis.made("inputs")[0].values)
 
 
 def test_a_file_that_is_wrong_is_named(tmp_path: Path) -> None:
