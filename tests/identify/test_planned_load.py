@@ -87,7 +87,7 @@ def test_what_does_not_know_the_load_is_not_promised() -> None:
     assert found["inertia"].method is None
     assert "the weak form does not know load.terms" in found["inertia"].why
     assert {found[name].method for name in ("viscous", "coulomb")} == {"least-squares"}
-    assert "sines do not know load.terms" in found["viscous"].why
+    assert "the method of sines does not know load.terms" in found["viscous"].why
     emps = {row.parameter: row for row in assess(loaded(load(EMPS, Bench), "spring", most=5.0), {}, DURATION).rows}
     alone = {row.parameter: row for row in assess(load(EMPS, Bench), {}, DURATION).rows}
     for name in ("inertia", "viscous", "coulomb"):
