@@ -26,11 +26,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from frictool.bell import effort_weights
 from frictool.documents.bench import Bench
+from frictool.documents.quantity import si_unit
 from frictool.identify.breakaway.dwell import Rising, rising_friction
 from frictool.identify.breakaway.onset import OK, onset_time, search_span
 from frictool.identify.breakaway.position_law import FOLLOWING, Places, Structure, choose_structure, fitted, sides_of
@@ -39,15 +39,15 @@ from frictool.identify.record import Record, Vector
 from frictool.identify.regression.regression import Singular, Solution
 from frictool.identify.regression.unknowns import half_width
 from frictool.identify.rows.strokes import find_strokes
+from frictool.logs.quality.ramps import STRAIGHT, are_ramps, ramps_among, rests_of
 
-SHORTEST_REST = 30  # samples without a count, for a line to be fitted
-STRAIGHT = 0.8  # least squared correlation of effort and time at rest: a ramp
 MOVED_COUNTS = 0.5  # a motion ends further than this from where it began: one count to and fro is none
 CHANGES_USED = 4  # of the encoder after the onset: later ones tell more of the inertia than of the onset
 FEWEST_ONSETS = 5
 RELATIVE_NOISE = 1e-3  # of the effort: the least that its noise is taken for
 UNIFORM = float(np.sqrt(3.0))  # half a range over its standard deviation
 ROUNDS = 3  # of the friction's shape over position and the onsets that it tells
+PLACES = 200  # over the range of the breakaways, at which their law has to be positive
 LEFT_THE_RAMP = 5.0  # standard deviations of the effort: the ramp was taken back
 
 
@@ -108,35 +108,27 @@ class Breakaway:
 
 
 def is_ramp(record: Record, bench: Bench) -> bool:
-    """Whether a log is one of breakaway ramps: at rest for most of its time, and rest ends under an effort that grows along a line."""
-    moving = np.abs(np.diff(record.position)) > 0.5 * record.resolution
-    starts, ends = _rests(record)
-    if starts.size < FEWEST_ONSETS or np.mean(moving) > 0.5 or np.sum(ends - starts) < 0.5 * record.time.size:
-        return False
-    return len(find_onsets(record, bench)) >= max(FEWEST_ONSETS, starts.size // 4)
+    """Return whether a log is one of breakaway ramps, with enough of them for `breakaway`."""
+    return are_ramps(_rests(record), record.position, record.effort) and len(find_onsets(record, bench)) >= FEWEST_ONSETS
 
 
-def _rests(record: Record) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _rests(record: Record) -> list[tuple[int, int]]:
     """First sample of each rest, and the first sample after it at which the encoder has moved."""
-    changed = np.flatnonzero((np.abs(np.diff(record.position)) > 0.5 * record.resolution) | (np.diff(record.piece) > 0)) + 1
-    edges = np.concatenate(([0], changed))
-    starts, ends = edges[:-1], edges[1:]
-    long = ends - starts >= SHORTEST_REST
-    return starts[long], ends[long]
+    return rests_of((np.abs(np.diff(record.position)) > 0.5 * record.resolution) | (np.diff(record.piece) > 0))
 
 
 def find_onsets(record: Record, bench: Bench) -> list[Onset]:
     """Every breakaway under a growing effort, with the load attached."""
     width = bench.mechanics.backlash
     gap = 0.0 if width is None else max(width.interval) + 2.0 * record.resolution
-    strokes, (starts, ends) = find_strokes(record), _rests(record)
-    following = np.append(starts[1:] + 1, record.position.size)  # a rest begins with the place where the motion has ended
+    strokes, rests = find_strokes(record), _rests(record)
+    following = [start + 1 for start, _ in rests[1:]] + [record.position.size]  # a rest begins with the place where the motion has ended
     found = []
-    for start, end, until in zip(starts, ends, following, strict=True):
+    for (start, end), until, ramp in zip(rests, following, ramps_among(rests, record.position, record.effort), strict=False):
         direction = float(strokes.sign[end])
-        if direction == 0.0 or strokes.advance[end] < gap or record.piece[end] != record.piece[end - 1]:
+        if not ramp or direction == 0.0 or strokes.advance[end] < gap or record.piece[end] != record.piece[end - 1]:
             continue
-        onset = _onset(record, int(start), int(end), int(until), direction)
+        onset = _onset(record, start, end, until, direction)
         if onset is not None:
             found.append(onset)
     return found
@@ -242,7 +234,8 @@ class Evidence:
 def breakaway(records: list[Record], bench: Bench, axis: Mapping[str, Interval], confidence: float) -> Breakaway:
     """The breakaway of ramp logs; `axis` gives `inertia`, `viscous`, `coulomb`, `offset` as far as they are known.
 
-    Raises NothingUsable where fewer than five onsets are found in every direction. With one direction only, the offset is taken off.
+    Raises NothingUsable where fewer than five onsets are found in every direction, or where a load starts the axis. With one
+    direction only, the offset is taken off.
     """
     evidence = _evidence(records, bench)
     nominal = {name: known.value for name, known in axis.items()}
@@ -272,6 +265,8 @@ def breakaway(records: list[Record], bench: Bench, axis: Mapping[str, Interval],
     if rising is not None:
         mean = _wider(rising.full, mean.half_width)
     law = None if structure.constant or len(levels) < 2 else _by_position(evidence.places, structure, solution, interval)
+    if law is not None:
+        _refuse_loaded(law, bench)
     seen = efforts(evidence.onsets, nominal, evidence.resolution, evidence.rest(nominal, shape)[0], shape)[0]
     means = [
         float(np.mean(seen[side])) if side.any() else np.nan for side in (evidence.places.direction > 0.0, evidence.places.direction < 0.0)
@@ -279,6 +274,21 @@ def breakaway(records: list[Record], bench: Bench, axis: Mapping[str, Interval],
     late = float(np.mean([onset.level for onset in evidence.onsets]) - np.mean(seen))
     places = evidence.places
     return Breakaway(mean, means[0], means[1], len(evidence.onsets), late, places.position, places.direction, friction, law, rising)
+
+
+def _refuse_loaded(law: ByPosition, bench: Bench) -> None:
+    """Raise NothingUsable where the breakaway over position is not positive: a load starts the axis there, and not the effort."""
+    place = np.linspace(law.low, law.high, PLACES)
+    for side, powers in zip(("forward", "backward"), law.powers, strict=True):
+        level = np.polynomial.polynomial.polyval(place, np.array(powers))
+        least = int(np.argmin(level))
+        if level[least] <= 0.0:
+            length, unit = si_unit("position", bench.axis), si_unit("effort", bench.axis)
+            raise NothingUsable(
+                f"the breakaway {side} is {level[least]:.3g} {unit} at {place[least]:.3g} {length}, where friction is above 0: a load "
+                "such as gravity or a spring starts the axis there; remove it, or name it in load.terms of the bench and add a log of "
+                "sliding motion"
+            )
 
 
 def _wider(found: Interval, half: float) -> Interval:
@@ -292,7 +302,10 @@ def _evidence(records: list[Record], bench: Bench) -> Evidence:
     found = [onset for record in records for onset in find_onsets(record, bench)]
     used = [onset for onset in found if sum(o.direction == onset.direction for o in found) >= FEWEST_ONSETS]
     if not used:
-        raise NothingUsable(f"{len(found)} breakaways under a growing effort; at least {FEWEST_ONSETS} in one direction are needed")
+        raise NothingUsable(
+            f"{len(found)} breakaways under an effort that rises from a low level along a line; at least {FEWEST_ONSETS} in one direction "
+            "are needed"
+        )
     position, direction = np.array([o.position for o in used]), np.array([o.direction for o in used])
     places = Places(position, direction, float(position.min()), float(position.max()))
     known = bench.mechanics.offset

@@ -2,7 +2,7 @@
 
 rest    the position does not move
 steps   the reference is constant but for a few jumps; without a reference: the axis rests at one place after the other
-ramp    the axis rests for most of the time, and its rests end under an effort that grows along a line (breakaway, thesis 4.3)
+ramp    the axis rests for most of the time; during each rest the effort rises from a low level along a line until the axis starts (`ramps`)
 sines   few lines hold nearly all power of the excitation: of the reference's acceleration, else of the drive, else of the position
 stroke  the axis goes one way, or one way and back
 free    it moves in any other manner
@@ -17,12 +17,11 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from frictool.logs.log import Stream, Vector
 from frictool.logs.quality.quality import encoder_step
+from frictool.logs.quality.ramps import REST, are_ramps, rests_of
 
 Kind = Literal["rest", "steps", "ramp", "sines", "stroke", "free"]  # of KINDS (kinds.py)
-REST = 30  # samples within a count are a rest, as identification takes it
 STILL_COUNTS, STILL_SHARE = 1.5, 1e-3  # a rest may move by so many counts, or this share of the range against an encoder's noise
 FEW_JUMPS = 0.02  # of the samples
-STRAIGHT = 0.8  # least squared correlation of effort and time at rest: a ramp
 LINES, PURE = 12, 0.9  # so many spectral lines hold this share of the power
 LOBE = 2  # bins on either side of a line that a Hann window fills
 FEWEST_BINS = 64
@@ -44,9 +43,10 @@ def kind_of(stream: Stream) -> Kind | None:
     if reference is not None and 0 < np.count_nonzero(np.diff(reference)) <= FEW_JUMPS * reference.size:
         return "steps"
     drive = next((signals[name] for name in ("effort", "current", "voltage") if name in signals), None)
-    rests = _rests(position, still)
+    rests, step = _rests(position, still), encoder_step(position)
     resting = sum(end - start for start, end in rests) > 0.5 * position.size
-    if resting and drive is not None and _end_under_ramps(rests, position, drive):
+    within_counts = rests_of(np.abs(np.diff(position)) > 0.5 * step) if step else []
+    if drive is not None and (are_ramps(within_counts, position, drive) or are_ramps(rests, position, drive)):
         return "ramp"
     if reference is None and resting and len(rests) > 1:
         return "steps"
@@ -62,21 +62,6 @@ def _rests(position: Vector, still: float) -> list[tuple[int, int]]:
     inside = maximum_filter1d((spread <= still).astype(np.int8), REST, origin=-1 if REST % 2 == 0 else 0)
     edges = np.flatnonzero(np.diff(np.concatenate(([0], inside, [0]))))
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
-
-
-def _end_under_ramps(rests: list[tuple[int, int]], position: Vector, drive: Vector) -> bool:
-    """Whether most rests that end in a motion do so under a drive that grows in its direction along a line."""
-    ended, ramps = 0, 0
-    for start, end in rests:
-        if end + REST >= position.size:
-            continue
-        ended += 1
-        direction = np.sign(position[end + REST - 1] - position[end - 1])
-        half = direction * drive[start + (end - start) // 2 : end]
-        if half.size > 2 and np.ptp(half) > 0.0:
-            correlation = float(np.corrcoef(np.arange(half.size), half)[0, 1])
-            ramps += correlation > 0.0 and correlation**2 >= STRAIGHT
-    return ramps > 0.5 * ended > 0.0
 
 
 def _is_lines(values: Vector) -> bool:
