@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from frictool.cli.endings import check_ending
+from frictool.cli.guessed import questions
 from frictool.cli.output import (
     STDOUT,
     FiniteRange,
@@ -159,10 +160,13 @@ def _propose(raw: tuple[Path, ...], axis: Literal["rotary", "linear"] | None, ou
         start = start_from(path, path.stem[:80] or "rig", axis)
     save_text(output, starting_documents(start)["bench.yaml"], list(raw))
     if as_json:
-        print_json({"axis": start.axis, "columns": start.columns, "left": start.left, "sample_period_s": start.period}, output)
+        facts = {"axis": start.axis, "columns": start.columns, "left": start.left, "sample_period_s": start.period}
+        print_json({**facts, "questions": start.questions}, output)
         return
     found = ", ".join(f"{channel} is {column!r} [{unit}]" for channel, (column, unit) in start.columns.items()) or "no channel"
     say(f"guessed from {start.log}: {found}; check what is marked as guessed, replace what is marked as an example", output)
+    for line in questions(start):
+        say(line, output)
 
 
 def _refuse_loss(made: Assembly, output: Path) -> None:

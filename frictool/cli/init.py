@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from frictool.cli.guessed import questions
 from frictool.cli.output import existing, json_option, note, print_json, say
 
 if TYPE_CHECKING:
@@ -25,7 +26,8 @@ Write a rig's documents to start from, commented: bench.yaml, spec.yaml, designs
 chains the commands by file dependencies into build/.
 
 With --from, what a log (CSV with a header, MATLAB, MCAP of ingest) tells by itself is filled in and marked as guessed: columns, units,
-sample period, the encoder's step where positions are no counts. Where the log does not tell the kind of axis, --axis has to.
+sample period, the encoder's step where positions are no counts. Where the log does not tell the kind of axis, --axis has to. A unit or
+a column that it does not tell is written as "?", with what fits in a comment, and listed: the bench is not read before it is filled in.
 Without --from, put the bench's logs into DIR/logs/ before make.
 
 Everything else is an example that loads, marked "# example: replace"; the command lists the keys. A verdict on examples says nothing
@@ -49,13 +51,15 @@ def command(folder: Path, axis: str | None, log: Path | None, as_json: bool) -> 
         note(f"warning: make cannot read the path of {log.name}, it has blanks or signs of its own; the Makefile takes what lies in logs/")
     if as_json:
         guessed = {"axis": start.axis, "columns": start.columns, "left": start.left, "sample_period_s": start.period}
-        told = {"log": start.log, **guessed, "encoder_step": start.step, "examples": examples(start)}
+        told = {"log": start.log, **guessed, "questions": start.questions, "encoder_step": start.step, "examples": examples(start)}
         print_json({"folder": str(folder), "files": list(files), **told})
         return
     say(f"{folder}: {', '.join(files)}")
     if log is not None:
         found = ", ".join(f"{channel} is {column!r} [{unit}]" for channel, (column, unit) in start.columns.items()) or "no channel"
         say(f"guessed from {log.name}: {found}; check what is marked as guessed")
+        for line in questions(start):
+            say(line)
     say(_still_to_do(folder, start, examples(start)))
 
 

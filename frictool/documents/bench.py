@@ -26,6 +26,7 @@ from frictool.documents.quantity import (
 
 PositiveNumber = Annotated[float, msgspec.Meta(gt=0)]
 SHORTEST_PERIOD, LONGEST_PERIOD = 1e-6, 10.0  # s; what lies outside is a unit that was mistaken
+OPEN = "?"  # stands in a guessed bench for what the log does not tell
 FEWEST_COUNTS = 4  # in one period of a position that wraps: a step has to be shorter than half of it
 SamplePeriod = Annotated[float, msgspec.Meta(ge=SHORTEST_PERIOD, le=LONGEST_PERIOD)]
 LineNumber = Annotated[int, msgspec.Meta(ge=0)]
@@ -113,7 +114,8 @@ class Mechanics(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
 class Column(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """One channel's source: a column's (variable's) name or its number from 1, the unit it is in, a factor and an offset.
 
-    zero_first_samples: the mean of so many of the log's first samples is taken off the column before.
+    zero_first_samples: the mean of so many of the log's first samples is taken off the column before. A guessed bench has OPEN for a column
+    or a unit that the log does not tell; such a bench is not read before it is filled in.
     """
 
     column: str | int
@@ -121,6 +123,11 @@ class Column(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     scale: float = 1.0
     offset: float = 0.0
     zero_first_samples: Annotated[int, msgspec.Meta(ge=1, le=1_000_000)] | None = None
+
+    def __post_init__(self) -> None:
+        for key, value in (("column", self.column), ("unit", self.unit)):
+            if value == OPEN:
+                raise ValueError(f"found {key} {OPEN!r}, which the log did not tell; fill in what the comment beside it proposes")
 
 
 class Quadrature(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

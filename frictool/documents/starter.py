@@ -36,6 +36,7 @@ class Start:
 
     axis_source: whether who makes the rig gave the axis, the log told it, or nobody did.
     columns: channel -> (column, unit); left: columns without a channel; period [s] and the encoder's step [rad | m] or None.
+    questions: channel -> what the log does not tell of its column or unit, which are OPEN; one note each.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Start:
     period: float | None = None
     step: float | None = None
     axis_source: Literal["given", "guessed", "example"] = "given"
+    questions: dict[str, str] = field(default_factory=dict)
 
 
 def starting_documents(start: Start) -> dict[str, str]:
@@ -96,7 +98,7 @@ def _context(start: Start) -> dict[str, Any]:
         return f"{NOTE}# {'; '.join(part for part in (origin, text) if part)}"
 
     return {
-        **{name: getattr(start, name) for name in ("name", "axis", "axis_source", "log_path", "period", "step", "left")},
+        **{name: getattr(start, name) for name in ("name", "axis", "axis_source", "log_path", "period", "step", "left", "questions")},
         "columns": start.columns or {**COLUMNS[start.axis], drive: (drive, unit)},
         "known": bool(start.columns),
         "drive": drive,

@@ -69,14 +69,25 @@ def test_a_log_fills_in_what_it_tells(tmp_path: Path) -> None:
     assert read_log(LOG, bench).main.time.size == len(LOG.read_text().splitlines()) - 1
 
 
-def test_a_matlab_file_gives_names_period_and_step(tmp_path: Path) -> None:
-    log = tmp_path / "bench.mat"
+def test_a_matlab_file_gives_names_and_period_and_asks_for_units(tmp_path: Path) -> None:
+    """A MATLAB file has no units: the time's follows from the interval, the others are asked, and the bench waits for them."""
+    log, rig = tmp_path / "bench.mat", tmp_path / "rig"
     k = np.arange(400)
     position = 2e-6 * np.rint(1e4 * np.sin(k / 30))
     values = {"t": k * 2e-3, "qm": position, "qg": position + 1e-3, "vir": np.cos(k / 30), "spare": k % 7 + 0.5, "gain": 3.0}
     scipy.io.savemat(log, values)
-    assert run("init", tmp_path / "rig", "--from", log, "--axis", "linear").code == 0
-    bench = bench_of(tmp_path / "rig")
+    made = run("init", rig, "--from", log, "--axis", "linear")
+    assert made.code == 0
+    assert (
+        "  columns.position: fill in unit m, mm or count: 'qm' has no unit in the log, where its steps are multiples of 2e-06\n"
+        in made.stdout
+    )
+    document = rig / "bench.yaml"
+    assert '  position: {column: qm, unit: "?"}' in document.read_text()
+    refused(run("info", log, "--bench", document), 3, "bench.yaml:", "columns.position: found unit '?'", "fill in")
+    for name, unit in (("qm", "m"), ("qg", "m"), ("vir", "V")):
+        document.write_text(document.read_text().replace(f'column: {name}, unit: "?"', f"column: {name}, unit: {unit}"))
+    bench = bench_of(rig)
     assert {channel: (c.column, c.unit) for channel, c in bench.columns.items()} == {
         "time": ("t", "s"),
         "position": ("qm", "m"),
@@ -84,9 +95,8 @@ def test_a_matlab_file_gives_names_period_and_step(tmp_path: Path) -> None:
         "voltage": ("vir", "V"),
     }
     assert (bench.sample_period_s, bench.actuator.drive) == (0.002, "voltage")
-    assert bench.encoder.resolution == pytest.approx(2e-6)
-    assert "# spare" in (tmp_path / "rig/bench.yaml").read_text()
-    same_axis(loaded(tmp_path / "rig"))
+    assert "# spare" in document.read_text()
+    same_axis(loaded(rig))
     np.testing.assert_allclose(read_log(log, bench).main.signals["position"], position)
 
 
@@ -106,32 +116,35 @@ def test_an_ingested_log_is_as_good(tmp_path: Path) -> None:
         (
             "Time [s];Position reference [mm];Position [mm];Speed [mm/s]",
             "linear",
-            {"reference": "mm", "position": "mm", "velocity": "mm/s"},
+            {"time": "s", "reference": "mm", "position": "mm", "velocity": "mm/s"},
         ),
-        ("t,u,theta", "rotary", {"voltage": "V", "position": "count"}),
+        ("t,u,theta", "rotary", {"time": "?", "voltage": "?", "position": "?"}),
+        ("t_us,volts,theta_count", "rotary", {"time": "us", "voltage": "V", "position": "count"}),
         ("when [s],what [rad],why [A]", "rotary", {"time": "s", "position": "rad", "current": "A"}),
-        ("a,b,c [deg]", "rotary", {}),
-        ("t,displacement,i", "linear", {"position": "count"}),
+        ("a,b,c [deg]", "rotary", {"position": "deg"}),
+        ("t,displacement,i", "linear", {"time": "?", "position": "?", "current": "?"}),
+        ("t [s],encoder,omega [rad/s]", "rotary", {"time": "s", "position": "count", "velocity": "rad/s"}),
     ],
 )
-def test_units_are_believed_before_names(header: str, axis: str, columns: dict[str, str], tmp_path: Path) -> None:
+def test_units_are_believed_before_names_and_asked_where_nothing_tells(
+    header: str, axis: str, columns: dict[str, str], tmp_path: Path
+) -> None:
     log = tmp_path / "bench.csv"
     mark = ";" if ";" in header else ","
     rows = [mark.join(str(value) for value in (k, *(k % 5 + shift for shift in range(header.count(mark))))) for k in range(20)]
     log.write_text("\n".join([header, *rows]) + "\n")
-    assert run("init", tmp_path / "rig", "--from", log).code == 0
-    bench = bench_of(tmp_path / "rig")
-    assert bench.axis == axis
-    found = {channel: column.unit for channel, column in bench.columns.items()}
-    if columns:
-        assert columns.items() <= found.items()
-    same_axis(loaded(tmp_path / "rig"))
+    made = run("init", tmp_path / "rig", "--from", log, "--json")
+    assert made.code == 0
+    facts = json.loads(made.stdout)
+    assert facts["axis"] == axis
+    assert {channel: unit for channel, (_, unit) in facts["columns"].items()} == columns
+    assert set(facts["questions"]) == {channel for channel, unit in columns.items() if unit == "?"}
 
 
 def test_a_period_that_no_bench_has_is_not_guessed(tmp_path: Path) -> None:
-    """Time in microseconds under a name without a unit: the document loads all the same, with the example's period."""
+    """Time in microseconds under the unit of seconds: the document loads all the same, with the example's period."""
     log = tmp_path / "bench.csv"
-    log.write_text("t,theta [rad],u\n" + "".join(f"{1000 * k},{k % 7},{k % 3}\n" for k in range(50)))
+    log.write_text("t [s],theta [rad],u [V]\n" + "".join(f"{1000 * k},{k % 7},{k % 3}\n" for k in range(50)))
     assert run("init", tmp_path / "rig", "--from", log).code == 0
     assert bench_of(tmp_path / "rig").sample_period_s == 0.001
 

@@ -1,6 +1,7 @@
 """What a bench file tells about its rig by itself: which column is which channel, its unit, the period, the encoder's step.
 
-A unit is believed before a name. What is found is a guess, to be checked by who knows the rig; what fits nothing is left out.
+A unit is believed before a name. What is found is a guess, to be checked by who knows the rig; what fits nothing is left out. What the file
+does not tell is asked and not guessed: a unit, one of several columns that fit (column_choice.py).
 """
 
 from __future__ import annotations
@@ -14,49 +15,48 @@ from typing import Literal
 
 import numpy as np
 
-from frictool.documents.bench import LONGEST_PERIOD, SHORTEST_PERIOD
-from frictool.documents.quantity import CHANNEL_DIMENSIONS, Axis, factor_to_si, si_unit
+from frictool.documents.bench import LONGEST_PERIOD, OPEN, SHORTEST_PERIOD
+from frictool.documents.quantity import Axis, factor_to_si
 from frictool.documents.starter import Start
 from frictool.errors import LogError
 from frictool.logs.arrays.memory_table import MemoryTable, in_memory
 from frictool.logs.canonical.mcap_format import read_mcap
 from frictool.logs.canonical.mcap_layout import NS
 from frictool.logs.canonical.mcap_reader import is_canonical
+from frictool.logs.channels.column_choice import LABEL, Offered, choose, dimension_of, fits, is_count
 from frictool.logs.channels.mapping import COUNT, TIME
+from frictool.logs.channels.naming import words
+from frictool.logs.channels.question import Question
 from frictool.logs.formats import opened
 from frictool.logs.log import Log, Vector
 from frictool.logs.quality.quality import encoder_step, time_base
 from frictool.logs.recordings.parts import sources
 from frictool.logs.table import Table
 
-# the first channel that a name fits is taken: a "position reference" is a reference
-NAMES: dict[str, str] = {
-    TIME: r"t|time|times|timestamp|temps|zeit",
-    "reference": r"ref|reference|setpoint|target|desired|command|cmd|qg|consigne|soll|sollwert",
-    "voltage": r"u|v|vir|volt|voltage|tension|spannung",
-    "current": r"i|iq|amp|amps|cur|curr|current|courant|strom",
-    "velocity": r"vel|velocity|speed|omega|rpm|qd|dq|vitesse|drehzahl",
-    "effort": r"effort|torque|force|tau|couple|drehmoment|kraft",
-    "position": r"pos|position|angle|theta|encoder|enc|counter|count|counts|q|qm|x|y|displacement|winkel",
-}
 AXIS_NAMES: dict[Axis, set[str]] = {"rotary": {"angle", "theta", "omega", "rpm"}, "linear": {"displacement"}}
 _ANGLE = re.compile(r"rad|deg|°|rev|rpm|turn|cycle", re.IGNORECASE)
-_HUMP = re.compile(r"(?<=[a-z])(?=[A-Z])")  # of a name such as motorCurrent
-_LABEL = re.compile(r"\[([^\]]*)\]$")  # the joint of a recording's column
 ROUND = 1e-3
 MOST_ROWS = 1 << 18  # that are looked at
-COUNTS = (COUNT, "counts", "ticks", "inc", "increments")
 
 
 @dataclass(frozen=True)
 class Guess:
-    """columns: channel -> (column, unit). left: columns that fit no channel. period [s], step [SI]: None where the file does not tell."""
+    """What a file tells of its rig.
+
+    columns: channel -> (column, unit), each OPEN where `questions` asks for it. left: columns that fit no channel, or one that is taken.
+    period [s], step [SI]: None where the file does not tell.
+    """
 
     axis: Axis
     columns: dict[str, tuple[str, str]] = field(default_factory=dict)
     left: tuple[str, ...] = ()
     period: float | None = None
     step: float | None = None
+    questions: tuple[Question, ...] = ()
+
+    def asks(self, channel: str) -> bool:
+        """Whether a question is open about this channel."""
+        return any(one.channel == channel for one in self.questions)
 
     @property
     def drive(self) -> Literal["current", "voltage"] | None:
@@ -89,6 +89,7 @@ def start_from(log: Path, name: str, axis: Axis | None, log_path: str | None = N
         period=found.period,
         step=found.step,
         axis_source="guessed" if axis is None else "given",
+        questions={key: "; ".join(one.note for one in found.questions if one.channel == key) for key in found.columns if found.asks(key)},
     )
 
 
@@ -116,36 +117,33 @@ def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> Guess:
     if axis is None:
         wanting = "has no unit or name that tells a rotary from a linear axis"
         raise LogError(tables[0].source, f"{wanting}; give --axis rotary (rad, N m) or --axis linear (m, N)")
-    columns: dict[str, tuple[str, str]] = {}
-    homes: dict[str, MemoryTable] = {}
     offered = [(name, table) for table in tables for name in _liveliest_first(table)]
     count = Counter(name for name, _ in offered)
-    for name, table in offered:
-        channel = _channel(name, table.units.get(name), axis, columns)
-        dated = channel == TIME and table.time_ns is not None  # the file dates its rows by itself, and more exactly
-        if channel is not None and not dated and count[name] == 1:
-            columns[channel] = (name, _unit(table, name, channel, axis))
-            homes[channel] = table
-    taken = [column for column, _ in columns.values()]
-    left = tuple(dict.fromkeys(name for name, table in offered if name not in taken and name != table.clock))
+    once = [Offered(name, table) for name, table in offered if count[name] == 1]
+    chosen = choose(once, axis)
+    used = {name for choice in chosen.values() for name in choice.columns}
+    left = tuple(dict.fromkeys(name for name, table in offered if name not in used and name != table.clock))
+    columns = {channel: (choice.column, choice.unit) for channel, choice in chosen.items()}
+    homes = {channel: choice.table for channel, choice in chosen.items()}
     main = homes.get("position", next(iter(homes.values()), tables[0]))
-    return Guess(axis, columns, left, _period(main, columns, axis), _step(main, columns, axis))
+    questions = tuple(question for choice in chosen.values() for question in choice.questions)
+    return Guess(axis, columns, left, _period(main, columns, axis), _step(main, columns, axis), questions)
 
 
 def _liveliest_first(table: MemoryTable) -> list[str]:
     """The columns; of several joints those of the one of which most numbers change come first, and what is taken is of one joint."""
-    label = {name: found[1] if (found := _LABEL.search(name)) else "" for name in table.columns}
+    label = {name: found[1] if (found := LABEL.search(name)) else "" for name in table.columns}
     moving = Counter(label[name] for name, values in table.columns.items() if np.ptp(values) > 0.0)
     return sorted(table.columns, key=lambda name: -moving[label[name]])
 
 
 def _axis(tables: Sequence[MemoryTable]) -> Axis | None:
     """The kind of axis that the units of positions and velocities tell, else the names; None where nothing tells, or both are told."""
-    units = [unit for table in tables for unit in table.units.values() if unit and not _is_count(unit)]
-    words = {word for table in tables for name in table.columns for word in _words(name)}
+    units = [unit for table in tables for unit in table.units.values() if unit and not is_count(unit)]
+    found = {word for table in tables for name in table.columns for word in words(name)}
     for told in (
         {axis for axis in AXIS_NAMES for unit in units if _tells(unit, axis)},
-        {axis for axis, names in AXIS_NAMES.items() if words & names},
+        {axis for axis, names in AXIS_NAMES.items() if found & names},
     ):
         if told:
             return told.pop() if len(told) == 1 else None
@@ -155,56 +153,15 @@ def _axis(tables: Sequence[MemoryTable]) -> Axis | None:
 def _tells(unit: str, axis: Axis) -> bool:
     """Whether only this kind of axis has positions or velocities in the unit; a per cent or a hertz would pass for an angle's."""
     named = axis == "linear" or _ANGLE.search(unit) is not None
-    return named and any(_fits(unit, kind, axis) for kind in ("position", "velocity"))
-
-
-def _is_count(unit: str) -> bool:
-    return unit.lower() in COUNTS
-
-
-def _fits(unit: str, dimension: str, axis: Axis) -> bool:
-    if _is_count(unit):
-        return dimension == "position"
-    try:
-        factor_to_si(unit, dimension, axis)
-    except ValueError:
-        return False
-    return True
-
-
-def _channel(name: str, unit: str | None, axis: Axis, taken: dict[str, tuple[str, str]]) -> str | None:
-    """The channel of a column: its name's where the unit does not contradict it, else the only one left that has its unit."""
-    fitting = [channel for channel in NAMES if channel not in taken and (unit is None or _fits(unit, _dimension(channel), axis))]
-    named = [channel for channel in fitting if _words(name) & set(NAMES[channel].split("|"))]
-    if named:
-        return named[0]
-    candidates = [channel for channel in fitting if channel != "reference"]
-    return candidates[0] if unit is not None and len(candidates) == 1 else None
-
-
-def _words(name: str) -> set[str]:
-    return set(re.split(r"[^a-z]+", _HUMP.sub(" ", name).lower()))
-
-
-def _dimension(channel: str) -> str:
-    return CHANNEL_DIMENSIONS.get(channel, TIME)
-
-
-def _unit(table: MemoryTable, name: str, channel: str, axis: Axis) -> str:
-    """The file's unit; without one, counts where a position moves by whole numbers only, else SI."""
-    unit = table.units.get(name)
-    if unit is not None:
-        return COUNT if _is_count(unit) else unit
-    values = table.columns[name]
-    if _dimension(channel) == "position" and np.ptp(values) > 0.0 and np.array_equal(values, np.rint(values)):
-        return COUNT
-    return si_unit(_dimension(channel), axis)
+    return named and any(fits(unit, kind, axis) for kind in ("position", "velocity"))
 
 
 def _si(table: MemoryTable, columns: dict[str, tuple[str, str]], channel: str, axis: Axis) -> Vector | None:
     """A channel in SI, or None where the file does not have it in a unit that says so."""
-    name, unit = columns.get(channel, ("", COUNT))
-    return None if unit == COUNT else table.columns[name] * factor_to_si(unit, _dimension(channel), axis)
+    name, unit = columns.get(channel, (OPEN, OPEN))
+    if OPEN in (name, unit) or unit == COUNT or name not in table.columns:
+        return None
+    return table.columns[name] * factor_to_si(unit, dimension_of(channel), axis)
 
 
 def _period(table: MemoryTable, columns: dict[str, tuple[str, str]], axis: Axis) -> float | None:

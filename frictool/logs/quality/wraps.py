@@ -7,7 +7,8 @@ period P where all of this holds:
     u is like the steps    two before it and two after it (these without the period, too), which are short
     the position's range   is not larger than P
 
-and where most steps longer than P / 2 are such steps. A glitch goes there and back, a lost count has another length, and a fast axis leaves
+and where most steps longer than P / 2 are such steps. One such step of a turn is enough; of another period one, if the steps beside it are
+shorter than P / 100, else three. A glitch goes there and back, a lost count has another length, and a fast axis leaves
 the range. Only natural periods are tried: 2^b counts of the encoder and, on a rotary axis, half a turn, one turn and 2^b turns.
 """
 
@@ -27,6 +28,8 @@ TURNS = (0.5, *(2.0**power for power in range(17)))
 BESIDE = 2  # steps before and after a step that it is compared with
 ALIKE = 0.5  # of the longest of them: by so much the step may lie outside their range
 FASTEST = 0.2  # of the period: steps beside a wrap are shorter
+SLOW = 0.01  # of the period: with such steps beside it, one wrap is sure
+SEVERAL = 3  # wraps are sure, whatever the period
 RANGE_SLACK = 0.01  # of the period: by so much the position's range may be longer
 STEP_SLACK = 1e-3  # of the period: a difference so small is motion or noise
 MOSTLY = 0.9  # of the steps longer than half a period
@@ -86,7 +89,8 @@ class Wraps:
     def found(self) -> Wrap | None:
         """Return the wrap of the steps judged so far, or None."""
         for period, one in self._candidates.items():
-            if one.wraps and one.wraps >= MOSTLY * one.long and self._fits(period):
+            enough = one.sure or one.wraps >= (1 if period == TURN else SEVERAL)
+            if enough and one.wraps >= MOSTLY * one.long and self._fits(period):
                 time, before, after = one.first
                 return Wrap(period, one.wraps, time, before, after, self._line(period), "m" if self._linear else "rad")
         return None
@@ -118,10 +122,10 @@ class Wraps:
 
 
 class _Candidate:
-    """Steps of one period: how many are longer than half of it, how many of them are wraps, and the first wrap."""
+    """Steps of one period: how many are longer than half of it, how many of them are wraps, and are sure; the first wrap."""
 
     def __init__(self, period: float, noise: float) -> None:
-        self.long = self.wraps = 0
+        self.long = self.wraps = self.sure = 0
         self.first = (math.nan, math.nan, math.nan)  # time, position before and after
         self._period, self._noise = period, noise
 
@@ -139,3 +143,4 @@ class _Candidate:
             self.first = float(time[place + 1]), float(position[place]), float(position[place + 1])
         self.long += int(long[judged].sum())
         self.wraps += int(wraps[judged].sum())
+        self.sure += int((wraps & (fastest < SLOW * self._period))[judged].sum())

@@ -1,6 +1,6 @@
 """What stands above the numbers of a text file: metadata, the names of the columns, their units.
 
-metadata lines       a sample interval among them is found
+metadata lines       a sample interval among them is found; TwinCAT's repeat their key: `Name,a,Name,b` has the names, `Unit` the units
 header               the nearest line above the numbers that is a line of labels
 units                inside the header's names, or in a line of their own beneath it
 rows of numbers      from the first line on that has numbers where most lines have them
@@ -22,6 +22,11 @@ TIME_UNITS = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0}  # ns
 RATE_UNITS = {"Hz": 1e9, "kHz": 1e6, "MHz": 1e3}  # ns, over the rate
 _INTERVAL = re.compile(r"(.*\b)?(sampl\w*|time|horizontal)?[ _]*(interval|increment|period|xincr\w*|tinc|dt)\b.*", re.IGNORECASE)
 _RATE = re.compile(r".*\bsampl\w*[ _](rate|frequency|freq)\b.*", re.IGNORECASE)
+CHANNEL_KEYS = (  # that begin the lines about the channels in an export of TwinCAT's scope
+    *("name", "symbolcomment", "data-type", "sampletime[ms]", "variablesize", "symbolbased", "indexgroup", "indexoffset"),
+    *("symbolname", "netid", "port", "offset", "scalefactor", "bitmask", "unit", "unit scalefactor", "unit offset"),
+)
+FEWEST_KEYS = 3  # lines that begin with one of them
 START, INCREMENT = "start", "increment"  # columns of an oscilloscope's export whose only numbers stand beneath their names
 
 
@@ -59,6 +64,9 @@ def _stands_over_units(rows: Rows, index: int) -> bool:
 def labels_above(rows: Rows, first: int, is_number: IsNumber) -> tuple[int | None, int | None]:
     """The indexes of the header and of the line of units, above the first row of numbers: (header, units), None where there is none."""
     above = [index for index in range(first) if any(rows[index])]
+    keyed = {rows[index][0].lower(): index for index in above if rows[index][0].lower() in CHANNEL_KEYS}
+    if len(keyed) >= FEWEST_KEYS:
+        return keyed.get("name"), keyed.get("unit")
     if not above or not _are_labels(rows, above[-1], first):
         return None, None
     if len(above) > 1 and _are_labels(rows, above[-2], first) and _are_units(rows[above[-1]], is_number):

@@ -13,7 +13,7 @@ SPELLED = {  # what the units library does not read, or reads as something else
     "nm": "N m", "n.m": "N m", "n*m": "N m", "mnm": "mN m", "ncm": "N cm", "knm": "kN m",
     "°": "deg", "°/s": "deg/s", "degc": "degC", "°c": "degC",
 }  # fmt: skip
-NO_UNIT = ("", "-", "--", "none", "n/a", "unit", "units", "einheit", "unité")
+NO_UNIT = ("", "-", "--", "none", "(none)", "n/a", "unit", "units", "einheit", "unité")
 _PART = re.compile(
     r"(?:[munpkMGcd\u00b5\u03bc])?(?:s|V|A|N|m|g|W|J|Hz|Pa|bar|rad|T)(?:\^?-?\d|²|³)?|min|h|deg|°|rpm|rev|turn|count|degC|K|%|in|ft|lbf|1"
 )

@@ -1,0 +1,14 @@
+"""What a command says of columns that were guessed from a log."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from frictool.documents.starter import Start
+
+
+def questions(start: Start) -> list[str]:
+    """Return the lines that list what the log did not tell, or none."""
+    lines = [f"  columns.{channel}: {note}" for channel, note in start.questions.items()]
+    return [f'{start.log} does not tell all; replace "?" in bench.yaml:', *lines] if lines else []

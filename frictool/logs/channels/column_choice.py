@@ -1,0 +1,182 @@
+"""Which of a file's columns is which channel, in which unit; a question where the file does not tell.
+
+    fits        its unit has the channel's dimension, and its name the channel's quantity; by its unit alone where no name tells
+    is chosen   the column with the clearest name; a question where several are as clear
+    unit        as the file gives it, else as the name ends; a question where neither tells
+
+Recordings of ROS give joint states in SI, counts are whole numbers under the name of an encoder, and times of a logger at more than 50 Hz
+can only be seconds. Nothing else is assumed.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from frictool.documents.bench import OPEN
+from frictool.documents.quantity import CHANNEL_DIMENSIONS, Axis, factor_to_si, si_unit
+from frictool.logs.arrays.memory_table import MemoryTable
+from frictool.logs.channels.mapping import COUNT, EFFORT, TIME
+from frictool.logs.channels.naming import QUANTITIES, clarity, is_command, quantities, unit_in
+from frictool.logs.channels.question import Question
+from frictool.logs.log import Vector
+from frictool.logs.quality.quality import encoder_step
+
+CHANNELS = (TIME, "position", "reference", "velocity", "current", "current_command", "voltage", EFFORT)
+DRIVES = ("current", "voltage")
+MOST_NAMES = 8  # of columns in a question
+COUNTS = (COUNT, "counts", "ticks", "inc", "increments")
+SECONDS = 1e-5, 0.02  # between such intervals a number without a unit is in seconds: as ms, no logger would be so fast
+CANDIDATES: dict[str, tuple[str, str]] = {  # dimension -> units to choose from, rotary and linear
+    TIME: ("s, ms, us", "s, ms, us"),
+    "position": ("rad, deg, turn, count", "m, mm, count"),
+    "velocity": ("rad/s, deg/s, turn/s, rpm", "m/s, mm/s"),
+    "current": ("A, mA", "A, mA"),
+    "voltage": ("V, mV", "V, mV"),
+    EFFORT: ("N m, mN m", "N"),
+}
+LABEL = re.compile(r"\[([^\]]*)\]$")  # the joint of a recording's column
+_JOINT_STATE = re.compile(r"/.*\.(position|velocity|effort)\[[^\]]+\]$")
+LOAD_SIDE = "the drive's torque or force, or what a sensor measures behind it? only the drive's is effort"
+
+
+@dataclass(frozen=True)
+class Offered:
+    """A column by its name, and its table."""
+
+    name: str
+    table: MemoryTable
+
+    @property
+    def unit(self) -> str | None:
+        """The unit that the file gives, else the one that ends the name."""
+        return self.table.units.get(self.name) or unit_in(self.name)
+
+    @property
+    def values(self) -> Vector:
+        return self.table.columns[self.name]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One channel: its column and its unit, OPEN where a question asks for them; columns: all that fit; table: of the first of them."""
+
+    column: str
+    unit: str
+    table: MemoryTable
+    columns: tuple[str, ...]
+    questions: tuple[Question, ...] = field(default=())
+
+
+def dimension_of(channel: str) -> str:
+    """Return the dimension of a channel or of time."""
+    return CHANNEL_DIMENSIONS.get(channel, TIME)
+
+
+def is_count(unit: str) -> bool:
+    """Whether a unit is an encoder's count."""
+    return unit.lower() in COUNTS
+
+
+def fits(unit: str, dimension: str, axis: Axis) -> bool:
+    """Whether a unit measures this dimension."""
+    if is_count(unit):
+        return dimension == "position"
+    try:
+        factor_to_si(unit, dimension, axis)
+    except ValueError:
+        return False
+    return True
+
+
+def choose(offered: Sequence[Offered], axis: Axis) -> dict[str, Choice]:
+    """Return the choice of each channel that a column fits."""
+    fitting: dict[str, list[tuple[int, Offered]]] = {}
+    for one in offered:
+        found, rank = _channels(one, axis)
+        for channel in found:
+            dated = channel == TIME and one.table.time_ns is not None  # the file dates its rows by itself, and more exactly
+            if not dated:
+                fitting.setdefault(channel, []).append((rank, one))
+    chosen: dict[str, Choice] = {}
+    for channel in sorted(fitting, key=CHANNELS.index):
+        ranked = fitting[channel]
+        best = min(rank for rank, _ in ranked)
+        contenders = [one for rank, one in ranked if rank == best]
+        label = _label(contenders[0].name)
+        choice = _choice(channel, [one for one in contenders if _label(one.name) == label], axis)
+        if channel != EFFORT or choice.column != OPEN or not any(name in chosen for name in DRIVES):
+            chosen[channel] = choice  # beside a current or a voltage, an effort that may be a sensor's is not needed
+    return chosen
+
+
+def _label(name: str) -> str:
+    match = LABEL.search(name)
+    return match[1] if match else ""
+
+
+def _channels(one: Offered, axis: Axis) -> tuple[list[str], int]:
+    """The channels that a column fits, several where its name contradicts itself, and how clearly: 0 for the best."""
+    given = [name for name in dict.fromkeys((*CHANNEL_DIMENSIONS, TIME)) if one.unit is None or fits(one.unit, dimension_of(name), axis)]
+    named = quantities(one.name)
+    if is_command(one.name):
+        wanted = {"position": "reference", "current": "current_command", "voltage": "voltage"}
+        found = [wanted[name] for name in named if name in wanted and wanted[name] in given]
+        return found or (["reference"] if not named and "reference" in given else []), clarity(one.name)
+    found = [name for name in named if name in given]
+    if found or one.unit is None or (clarity(one.name) < len(QUANTITIES) and not named):
+        return found, clarity(one.name) if len(found) == 1 else len(QUANTITIES)
+    by_unit = [name for name in given if name not in ("reference", "current_command")]
+    return by_unit if len(by_unit) == 1 else [], len(QUANTITIES)
+
+
+def _choice(channel: str, contenders: Sequence[Offered], axis: Axis) -> Choice:
+    """The choice among columns that fit a channel equally well."""
+    first, names = contenders[0], tuple(one.name for one in contenders)
+    several = [name for name in names if len(quantities(name)) > 1 and first.unit is None]
+    questions = []
+    column = first.name
+    if len(contenders) > 1:
+        column = OPEN
+        questions.append(Question(channel, "column", _quoted(names), "several columns may be it"))
+    elif several:
+        column = OPEN
+        what = " or ".join(quantities(first.name))
+        questions.append(Question(channel, "column", _quoted(names), f"its name says {what}; move the line to the channel that it is"))
+    elif channel == EFFORT and first.name != EFFORT and not _JOINT_STATE.fullmatch(first.name):
+        column = OPEN
+        questions.append(Question(channel, "column", _quoted(names), f"is it {LOAD_SIDE}"))
+    unit, asked = _unit(channel, first, axis)
+    if asked is not None:
+        questions.append(asked)
+    return Choice(column, unit, first.table, names, tuple(questions))
+
+
+def _unit(channel: str, one: Offered, axis: Axis) -> tuple[str, Question | None]:
+    """The unit of a column, or OPEN and the question for it."""
+    if one.unit is not None:
+        return (COUNT if is_count(one.unit) else one.unit), None
+    dimension, values = dimension_of(channel), one.values
+    if _JOINT_STATE.fullmatch(one.name):
+        return si_unit(dimension, axis), None
+    why = f"{one.name!r} has no unit in the log"
+    if channel == TIME:
+        steps = np.diff(values)
+        interval = float(np.median(steps)) if steps.size else 0.0
+        if SECONDS[0] <= interval <= SECONDS[1]:
+            return "s", None
+        why += f", and its steps are {interval:.6g}; leave time out where it counts samples"
+    if dimension == "position" and re.search(r"enc|count|tick", one.name.lower()) and np.array_equal(values, np.rint(values)):
+        return COUNT, None
+    step = encoder_step(values) if dimension == "position" else None
+    why += "" if step is None else f", where its steps are multiples of {step:.6g}"
+    candidates = tuple(CANDIDATES[dimension][axis == "linear"].split(", "))
+    return OPEN, Question(channel, "unit", candidates, why)
+
+
+def _quoted(names: Sequence[str]) -> tuple[str, ...]:
+    shown = tuple(repr(name) for name in names)
+    return shown if len(shown) <= MOST_NAMES else (*shown[: MOST_NAMES - 1], f"{len(shown) - MOST_NAMES + 1} more")

@@ -1,0 +1,105 @@
+"""`init --from` and `ingest --guess` on the files of public loggers: nothing is guessed that the file does not tell."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from frictool.documents.bench import Bench
+from frictool.documents.registry import load
+from frictool.logs.channels.naming import unit_in
+from tests.cli.run import refused, run
+from tests.logs.loggers import LOGGERS, twincat
+
+ASKED = "?"
+EXPECTED: dict[str, dict[str, tuple[str, str]]] = {
+    "twincat": {"position": ("fActPosition", ASKED), "effort": (ASKED, ASKED)},
+    "siemens": {"time": ("Time", ASKED), "position": ("_DriveAxis_1.ActualPosition", ASKED), "effort": (ASKED, ASKED)},
+    "odrive": {
+        "time": ("time", "s"),
+        "position": ("pos_estimate", ASKED),
+        "velocity": ("vel_estimate", ASKED),
+        "current": ("Iq_measured", ASKED),
+    },
+    "moteus": {
+        "time": ("timestamp", "s"),
+        "position": ("position", ASKED),
+        "velocity": ("velocity", ASKED),
+        "current": ("q_current", ASKED),
+    },
+    "kinova": {},
+    "rtde": {"time": ("timestamp", "s"), "position": (ASKED, ASKED), "velocity": (ASKED, ASKED), "current": (ASKED, ASKED)},
+    "torque_sensor": {"time": ("time", "s"), "position": ("position", "rad"), "current": ("current", "A")},
+    "torque_only": {"time": ("time", "s"), "position": ("position", "rad"), "effort": (ASKED, "N m")},
+    "torque_cur": {"time": ("t", "s"), "position": ("Pos", "rad"), "current": (ASKED, ASKED)},
+    "sample_index": {"time": ("t", ASKED), "position": ("angle", "deg"), "current": ("current", "A")},
+    "odrive_s1": {
+        "time": ("timestamp_ms", "ms"),
+        "position": ("measured_position_deg", "deg"),
+        "reference": ("command_value", ASKED),
+        "velocity": ("measured_velocity_deg_s", "deg/s"),
+        "current": ("measured_current_A", "A"),
+        "current_command": ("command_current_A", "A"),
+    },
+    "laas": {"time": ("Time", "s"), "position": ("Position", ASKED), "velocity": ("Velocity", ASKED), "current": ("Iq", ASKED)},
+}
+
+
+def guessed(folder: Path, text: str) -> tuple[dict[str, Any], Path]:
+    log, bench = folder / "log.csv", folder / "bench.yaml"
+    log.write_text(text)
+    result = run("ingest", "--guess", log, "--axis", "rotary", "-o", bench, "--json")
+    assert result.code == 0, result.stderr
+    return json.loads(result.stdout), bench
+
+
+@pytest.mark.parametrize("name", LOGGERS)
+def test_what_a_logger_does_not_tell_is_asked(name: str, tmp_path: Path):
+    facts, bench = guessed(tmp_path, LOGGERS[name])
+    assert {channel: tuple(column) for channel, column in facts["columns"].items()} == EXPECTED[name]
+    asked = {channel for channel, column in EXPECTED[name].items() if ASKED in column}
+    assert set(facts["questions"]) == asked
+    if not asked:
+        load(bench, Bench)
+        return
+    refused(
+        run("ingest", tmp_path / "log.csv", "--bench", bench, "-o", tmp_path / "log.mcap"), 3, "bench.yaml:", "which the log did not tell"
+    )
+    shown = run("ingest", "--guess", tmp_path / "log.csv", "--axis", "rotary", "-o", bench).stdout
+    for channel in asked:
+        assert f"  columns.{channel}: fill in " in shown
+        (line,) = [line for line in bench.read_text().splitlines() if line.startswith(f"  {channel}: ")]
+        assert "# fill in " in line
+
+
+def test_the_channels_of_twincat_keep_their_names_and_units(tmp_path: Path):
+    """None of the lines about the channels passes for the header but that of the names."""
+    facts, bench = guessed(tmp_path, twincat(unit="deg"))
+    assert facts["columns"] == {"position": ["fActPosition", "deg"]}
+    assert "fActTorque" in facts["left"]
+    assert "header in line 5, units in line 19, numbers from line 23" in run("info", tmp_path / "log.csv", "--bench", bench).stdout
+
+
+def test_a_column_that_two_joints_have_is_chosen_by_hand(tmp_path: Path):
+    facts, bench = guessed(tmp_path, LOGGERS["rtde"])
+    assert "'actual_q_0' or 'actual_q_1'" in facts["questions"]["position"]
+    text = bench.read_text()
+    for channel, column, unit in (
+        ("position", "actual_q_1", "rad"),
+        ("velocity", "actual_qd_1", "rad/s"),
+        ("current", "actual_current_1", "A"),
+    ):
+        text = text.replace(f'  {channel}: {{column: "?", unit: "?"}}', f"  {channel}: {{column: {column}, unit: {unit}}}")
+    bench.write_text(text)
+    assert run("ingest", tmp_path / "log.csv", "--bench", bench, "-o", tmp_path / "log.mcap").code == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [("t_ms", "ms"), ("omega_rpm", "rpm"), ("rpm", "rpm"), ("pos", None), ("x", None), ("vel rad/s", "rad/s"), ("a", None), ("i_mA", "mA")],
+)
+def test_a_unit_that_ends_a_name(name: str, unit: str | None):
+    assert unit_in(name) == unit
