@@ -141,6 +141,6 @@ def pick(names: Sequence[str], wanted: str | int, source: str, kind: str = "colu
 
 
 def listed(names: Collection[str]) -> str:
-    """Names for a message, not more than fit a line."""
-    shown = list(names)[:MOST_NAMES_SHOWN]
+    """Names for a message, not more than fit a line; an empty one is shown in quotes."""
+    shown = [name or "''" for name in list(names)[:MOST_NAMES_SHOWN]]
     return ", ".join(shown) + (f" and {len(names) - len(shown)} more" if len(names) > len(shown) else "") if shown else "nothing"

@@ -89,7 +89,7 @@ class ArrayTable:
         """
         if isinstance(wanted, str) and wanted in self.others and wanted != self.clock:
             raise LogError(self.source, f"variable {wanted!r} is a {self.others[wanted]}; allowed: a real vector: {listed(self.names)}")
-        found = find(self.names, wanted) or other_notation(self.names, str(wanted))
+        found = find_array(self.names, wanted)
         if found is None and self.damage is not None:
             raise BehindDamage(self.source, f"is damaged: {self.damage}; read before that: {listed(self.names)}, and no {wanted!r}")
         return found
@@ -138,6 +138,12 @@ class ArrayTable:
             if losses is None:
                 raise LogError(self.source, f"is damaged: {loss.reason}")
             losses.append(loss)
+
+
+def find_array(names: Sequence[str], wanted: str | int) -> str | None:
+    """Return the one of `names` that is asked for by name, by number from 1, or in the other notation of matrices; None where none is."""
+    found = find(names, wanted)
+    return other_notation(names, str(wanted)) if found is None else found
 
 
 def common_rows(source: str, rows: Mapping[str, int]) -> int:

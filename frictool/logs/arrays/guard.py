@@ -23,8 +23,8 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from frictool.errors import LogError
-from frictool.logs.arrays.array_table import other_notation
-from frictool.logs.table import Block, Loss, Table, find
+from frictool.logs.arrays.array_table import find_array
+from frictool.logs.table import Block, Loss, Table
 
 WAIT_S = 8.0  # for an answer, beside what reading the whole file takes
 SLOWEST = 10e6  # bytes/s
@@ -61,7 +61,7 @@ class Guarded:
             wanted = wanted.removeprefix(f"{self.topic}/")
         if isinstance(wanted, str) and wanted in self.others and wanted != self.clock:
             raise LogError(self.source, f"{wanted!r} is {self.others[wanted]}; allowed: real numbers")
-        return find(self.names, wanted) or other_notation(self.names, str(wanted))
+        return find_array(self.names, wanted)
 
     def blocks(self, wanted: Sequence[str], losses: list[Loss] | None = None) -> Iterator[tuple[Block, int]]:
         """As `Table.blocks`. Raises LogError where the library fails, whatever it does; with `losses`, that is one of them."""

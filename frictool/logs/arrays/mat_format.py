@@ -43,6 +43,7 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[Table, ...]:
         damage = str(error)
     except OSError as error:
         raise LogError(path, f"cannot be read: {error.strerror or error}") from None
+    found = [array for array in found if array.name]  # without a name are the bytes of MATLAB's objects
     columns = {name: column for array in found for name, column in array.columns()}
     if not columns and damage is not None:
         raise LogError(path, f"is damaged or no MATLAB file: {damage}")

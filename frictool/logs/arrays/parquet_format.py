@@ -5,6 +5,7 @@ The first column of timestamps is the clock of the rows, exact to the nanosecond
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -51,10 +52,13 @@ def _open(path: Path) -> Sequence[Described]:
     pa.set_io_thread_count(1)
     pa.set_memory_pool(pa.system_memory_pool())  # which gives back what is free
     file = pq.ParquetFile(path, buffer_size=BUFFER, pre_buffer=False, page_checksum_verification=True)
-    fields = {name: field for one in file.schema_arrow for name, field in _flat(one.name, one, 0)}
-    columns = {name: field for name, field in fields.items() if _is_number(field.type)}
-    clock = next((name for name, field in fields.items() if pa.types.is_timestamp(field.type)), None)
-    others = {name: f"a column of {field.type}" for name, field in fields.items() if name not in columns}
+    flat = [(name, field) for one in file.schema_arrow for name, field in _flat(one.name, one, 0)]
+    count = Counter(name for name, _ in flat)
+    fields = dict(flat)
+    columns = {name: field for name, field in flat if _is_number(field.type) and count[name] == 1}
+    clock = next((name for name, field in fields.items() if pa.types.is_timestamp(field.type) and count[name] == 1), None)
+    several = "a name that several columns have"
+    others = {name: f"a column of {field.type}" if count[name] == 1 else several for name, field in fields.items() if name not in columns}
     if not columns:
         raise LogError(
             path, f"has no column of real numbers; found: {listed([f'{name} ({field.type})' for name, field in fields.items()])}"
@@ -149,14 +153,18 @@ def _inside(batch: Any, path: str) -> Any:
     """The array of a column, or of a field in it; null where one of its structures is."""
     import pyarrow.compute as pc
 
-    names = batch.schema.names
-    name = max((one for one in names if path == one or path.startswith(f"{one}.")), key=len)
-    array = batch.column(names.index(name))
-    rest = path.removeprefix(name).removeprefix(".")
-    while rest:
-        inner = max((field.name for field in array.type if rest == field.name or rest.startswith(f"{field.name}.")), key=len)
-        array, rest = pc.struct_field(array, inner), rest.removeprefix(inner).removeprefix(".")
+    name = _first(batch.schema.names, path)
+    array, rest = batch.column(batch.schema.names.index(name)), path[len(name) :]
+    while rest:  # a dot, and the path inside the structure; a field's name may be empty
+        fields = [field.name for field in array.type]
+        inner = _first(fields, rest[1:])
+        array, rest = pc.struct_field(array, [fields.index(inner)]), rest[1 + len(inner) :]
     return array
+
+
+def _first(names: Sequence[str], path: str) -> str:
+    """The longest of `names` that a path begins with."""
+    return max((name for name in names if path == name or path.startswith(f"{name}.")), key=len)
 
 
 def _numbers(array: Any) -> Vector:

@@ -98,12 +98,13 @@ def _read(tables: Sequence[Table]) -> Iterator[MemoryTable]:
     found = False
     for table in sorted(tables, key=lambda one: -len(one.names)):
         first, _ = next(iter(table.blocks(table.names, [])), (None, 0)) if table.names else (None, 0)
-        if first is None:
-            continue
-        found = True  # columns of texts, and those that date the rows, have no finite number
-        yield in_memory(table, [name for name, values in first.columns.items() if np.isfinite(values).any()], MOST_ROWS)
+        # columns of texts, and those that date the rows, have no finite number
+        names = [] if first is None else [name for name, values in first.columns.items() if np.isfinite(values).any()]
+        if names:
+            found = True
+            yield in_memory(table, names, MOST_ROWS)
     if not found:
-        raise LogError(tables[0].source, "has no row that can be read")
+        raise LogError(tables[0].source, "has no column of numbers with a finite one in its first rows")
 
 
 def _table(log: Log) -> MemoryTable:

@@ -22,7 +22,8 @@ class Counted:
         self._illegal = dict.fromkeys(encoders, (0, 0))
 
     def _found(self, wanted: str | int) -> str:
-        return self._table.find(wanted) or pick(self._table.names, wanted, self.source)
+        found = self._table.find(wanted)
+        return pick(self._table.names, wanted, self.source) if found is None else found
 
     def find(self, wanted: str | int) -> str | None:
         return wanted if isinstance(wanted, str) and wanted in self._channels else self._table.find(wanted)

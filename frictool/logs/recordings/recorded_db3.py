@@ -15,6 +15,7 @@ from frictool.logs.source import open_log
 
 MAGIC = b"SQLite format 3\0"
 LARGEST_MESSAGE = 64_000_000  # bytes
+LONGEST_ROW = 120  # characters of one in a message
 AT_ONCE_BYTES = 1_000_000
 AT_ONCE_ROWS = 4096
 
@@ -61,10 +62,13 @@ class Db3Recording:
         if "message_definitions" in tables:
             rows = bag.execute("SELECT topic_type, encoding, encoded_message_definition FROM message_definitions")
             definitions = {str(kind): (str(form), str(text)) for kind, form, text in rows}
-        for number, name, kind, encoding in bag.execute("SELECT id, name, type, serialization_format FROM topics").fetchall():
+        for row in bag.execute("SELECT id, name, type, serialization_format FROM topics").fetchall():
+            number, name, kind, encoding = row
+            if not isinstance(number, int) or not all(isinstance(text, str) for text in row[1:]):
+                raise sqlite3.DataError(f"a row of its table topics is {str(row)[:LONGEST_ROW]}; allowed: a number and three texts")
             form, text = definitions.get(kind, ("ros2msg", ""))
-            topic = self.topics.setdefault(str(name), topic_of(self._path, str(name), str(kind), str(encoding), form, text.encode()))
-            self._numbers.setdefault(topic.name, []).append(int(number))
+            topic = self.topics.setdefault(name, topic_of(self._path, name, kind, encoding, form, text.encode()))
+            self._numbers.setdefault(topic.name, []).append(number)
             with suppress(sqlite3.Error):  # told when the messages are read
                 topic.sample(next((piece for piece, _ in self._read(bag, topic.name, SAMPLED)), packed([], [])))
 
