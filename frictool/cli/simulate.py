@@ -49,8 +49,8 @@ scenario.yaml, key by key (quantities are {value, unit}; docs/formats.md has an 
   given          what that plant differs in, by name: {coulomb: {value, unit}, ..}, {links.belt.stiffness: ..} of a mechanism
   disturbances   efforts on the axis {kind: step | pulse | sine, effort, at_s, duration_s, frequency_hz, phase_deg}; on: a mechanism's block
   drifts         wear, warmth: {friction, viscous, constant: [{at_s, factor}, ..]}, straight lines between the points
-  sensor_faults  {kind: lost_counts, counts, at_s}, {kind: encoder_stuck, at_s, until_s}, {kind: drive_offset, offset, at_s, until_s},
-                 {kind: drive_gain, gain_error, at_s, until_s}
+  sensor_faults  {kind: lost_counts, counts, at_s}, {kind: encoder_stuck | encoder_invalid, at_s, until_s},
+                 {kind: drive_offset, offset, at_s, until_s}, {kind: drive_gain, gain_error, at_s, until_s}
   sources        of a mechanism, by name, what each is asked for: {motor: [{kind: step | pulse | ramp | sine, level, at_s, ..}, ..]}
   duration_s     how long, in place of steps: a test without a controller
   spread         what `frictool campaign` varies beside the plant: {wear, temperature, start, sensor_faults, ..}; here it is left out

@@ -18,6 +18,7 @@ from frictool.control import band as bands
 from frictool.control import difference_equation, drive_limit, friction_compensation, limit_cycle, sections
 from frictool.control.difference_equation import Equation, state_bounds
 from frictool.control.drive_model import mean_effort
+from frictool.control.measurement_guard import guarded
 from frictool.control.observer_composition import begun
 from frictool.control.position_law import proportional_law, square_root_law
 from frictool.control.prefilter import prefilter
@@ -57,8 +58,9 @@ class _Composition:
         self.program = Program()
         self.low, self.high = _positions(controller)
         program = self.program
-        self.reference = program.input("reference", self.low, self.high)
-        self.position = program.input("position", self.low, self.high)
+        guard = guarded(program, self._inputs(), controller.measurement_hold_samples)
+        self.fault, self.sensed = guard.fault, guard.used.get("velocity")
+        self.reference, self.position = guard.used["reference"], guard.used["position"]
         self.zero = program.constant(0.0)
         self.speed_reference: Node | None = None
         filtered = self.reference
@@ -78,6 +80,15 @@ class _Composition:
             self._position()
         self._observe()
 
+    def _inputs(self) -> dict[str, Node]:
+        """What the caller gives at every sample, by name."""
+        inputs = {name: self.program.input(name, self.low, self.high) for name in ("reference", "position")}
+        if self.document.velocity.source == "measured":
+            top = self.document.bench.mechanics.top_speed
+            bound = TOP_SPEEDS * top.value if top is not None else math.inf
+            inputs["velocity"] = self.program.input("velocity", -bound, bound)
+        return inputs
+
     def _observe(self) -> None:
         """The observer's states at the next sample, from the drive that this one commands."""
         if self.move is not None:
@@ -94,15 +105,11 @@ class _Composition:
             found, self.move = begun(program, self.position, own.observer)
             measured = found.velocity
         elif own.source == "measured":
-            top = self.document.bench.mechanics.top_speed
-            bound = TOP_SPEEDS * top.value if top is not None else math.inf
-            measured = program.input("velocity", -bound, bound)
+            measured = self.sensed
         derives = measured is None and uses_speed(self.document)
         if not derives and not (self.document.structure == "speed_cascade" and self.document.linear.input == "eta"):
             return None, measured
-        before = program.state("position_before", self.low, self.high, start="position")
-        motion = program.named("motion", self.position - before)
-        program.update("position_before", self.position)
+        motion = program.named("motion", self.position - program.last("position", self.position, "position"))
         if not derives:
             return motion, measured
         return motion, velocity(program, motion, self.period, own.bandwidth_rad_s, own.order)
@@ -218,6 +225,7 @@ class _Composition:
         if resting is not None:
             applied = program.select(resting, self.zero, applied)
             held = held | resting if held is not None else None
+        applied = program.select(self.fault, self.zero, applied)
         program.output = program.named("output", applied)
         if chain is not None:
             sections.advance(program, chain, np.array(own.sos_anti_windup), passed, excess, resting)

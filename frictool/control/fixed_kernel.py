@@ -36,11 +36,13 @@ from frictool.control.operations import (
     SQRT,
     SUB,
     TERM_SHIFT,
+    VALID,
 )
 from frictool.kernels import bare_kernel, kernel
 
 Places = NDArray[np.int64]
 Rows = NDArray[np.uint32]
+INVALID = -(2**31)  # the word of what is no number; every other word is above it
 
 
 @kernel
@@ -70,7 +72,9 @@ def whole_root(value: int) -> int:
 
 @kernel
 def from_real(form: Places, value: float) -> int:
-    """The word of a value: nearest, halves to even, saturated."""
+    """Return the word of a value: nearest, halves to even, saturated; INVALID for what is no finite number."""
+    if not math.isfinite(value):
+        return INVALID
     scaled = math.ldexp(value, form[FRACTION])
     if scaled >= float(form[HIGH]):
         return int(form[HIGH])
@@ -81,14 +85,14 @@ def from_real(form: Places, value: float) -> int:
 
 @kernel
 def to_real(form: Places, word: int) -> float:
-    """The value of a word, exactly."""
-    return math.ldexp(float(word), -form[FRACTION])
+    """Return the value of a word, exactly; NaN for INVALID."""
+    return math.nan if word == INVALID else math.ldexp(float(word), -form[FRACTION])
 
 
 @bare_kernel
-def run_words(code: Rows, terms: Rows, writes: Rows, formats: Places, w: Places) -> None:
+def run_words(code: Rows, terms: Rows, writes: Rows, formats: Places, w: Places, first: int) -> None:
     """One sample on words: control/machine.py `run_values` in integers."""
-    for k in range(code.shape[0]):
+    for k in range(first, code.shape[0]):
         operation, d, a, b, c = code[k, 0], code[k, 1], code[k, 2], code[k, 3], code[k, 4]
         sa, sb, s = formats[d, SHIFT_A], formats[d, SHIFT_B], formats[d, SHIFT]
         if operation == DOT:
@@ -124,6 +128,8 @@ def run_words(code: Rows, terms: Rows, writes: Rows, formats: Places, w: Places)
             w[d] = max(moved(w[a], sa), moved(w[b], sb))
         elif operation == SQRT:
             w[d] = whole_root(w[a] << s)
+        elif operation == VALID:
+            w[d] = 1 if w[a] != INVALID else 0
     kept = w.shape[0] - writes.shape[0]
     for k in range(writes.shape[0]):
         w[kept + k] = w[writes[k, 1]]

@@ -20,7 +20,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.control.fixed_kernel import from_real, moved, run_words, to_real
+from frictool.control.fixed_kernel import INVALID, from_real, moved, run_words, to_real
+from frictool.control.measurement_guard import FAULT
 from frictool.control.operations import (
     ABS,
     ADD,
@@ -41,6 +42,7 @@ from frictool.control.operations import (
     SELECT,
     SQRT,
     SUB,
+    VALID,
 )
 from frictool.control.program import Program
 from frictool.kernels import bare_kernel, kernel
@@ -51,14 +53,17 @@ Rows = NDArray[np.uint32]  # no sign: an index that may be negative costs a comp
 Values = NDArray[np.float64] | NDArray[np.float32]
 
 DOUBLE, FLOAT, FIXED = 0, 1, 2
-PORTS = ("reference", "position", "velocity")  # a program without one of them has place -1 there; after them the output
+PORTS = ("reference", "position", "velocity")  # a program without one of them has place -1 there
+OUTPUT, LEFT, LEFT_NOW, HOLD, USED, GUARD_ROWS = 3, 4, 5, 6, 7, 10  # of `Machine.ports`: behind the inputs
 
 
 class Machine(NamedTuple):
     """A program that runs. `real`, `single`, `word` change from sample to sample; two axes need two of them (`copied`).
 
     code (n, 5), terms (t, 3), formats (n, 6): control/operations.py. writes (w, 2): state, and what it becomes.
-    ports (4,): places of the inputs and the output. starts (s,): states that start at the position.
+    ports (11,): places of the inputs, the output, the guard's `holds_left`, its next value and its constant, of the three inputs as they
+    are used; -1 for what the program does not have. Then how many rows of `code` are the guard's. starts (s,): states that start at the
+    position.
     """
 
     number: int
@@ -103,11 +108,17 @@ def machine(program: Program, *, single: bool = False) -> Machine:
 
 
 def ports(program: Program) -> Places:
-    """`Machine.ports` of a program. Raises ValueError where it has no output."""
+    """Return `Machine.ports` of a program. Raises ValueError where it has no output."""
     if program.output is None:
         raise ValueError("the program has no output")
     inputs = [program.inputs[name].index if name in program.inputs else -1 for name in PORTS]
-    return np.array([*inputs, program.output.index], dtype=np.int64)
+    guard = program.guard
+    if guard is None:
+        return np.array([*inputs, program.output.index, *[-1] * 6, 0], dtype=np.int64)
+    used = [guard.used[name].index if name in guard.used else -1 for name in PORTS]
+    rows = sum(node.op in CODES for node in program.nodes[: guard.fault.index + 1])
+    places = [*inputs, program.output.index, guard.left.index, guard.left_now.index, guard.hold.index, *used, rows]
+    return np.array(places, dtype=np.int64)
 
 
 @kernel
@@ -128,13 +139,24 @@ def copied(machine: Machine) -> Machine:
 
 
 def hold(machine: Machine, place: int, value: float) -> None:
-    """Sets a state that the caller keeps, a scheduled parameter in SI, in a machine of real numbers."""
-    (machine.single if machine.number == FLOAT else machine.real)[place] = value
+    """Set a state that the caller keeps, a scheduled parameter in SI, in a machine of real numbers; ignore what is no finite number."""
+    if math.isfinite(value):
+        (machine.single if machine.number == FLOAT else machine.real)[place] = value
 
 
 @kernel
 def start_at(machine: Machine, position: float) -> None:
-    """Sets a new machine to rest at `position` [rad | m], the prefilter settled there."""
+    """Set a new machine to rest at `position` [rad | m], the prefilter settled there; a position that is no number is a fault."""
+    if not math.isfinite(np.float32(position) if machine.number == FLOAT else position):
+        position = 0.0
+        guard = machine.ports[LEFT]
+        if guard >= 0:
+            if machine.number == DOUBLE:
+                machine.real[guard] = FAULT
+            elif machine.number == FLOAT:
+                machine.single[guard] = np.float32(FAULT)
+            else:
+                machine.word[guard] = from_real(machine.formats[guard], FAULT)
     for k in range(machine.starts.shape[0]):
         place = machine.starts[k]
         if machine.number == DOUBLE:
@@ -151,23 +173,27 @@ def start_at(machine: Machine, position: float) -> None:
 def control_step(machine: Machine, reference: float, position: float, velocity: float) -> float:
     """The drive [A | V] for a reference, a measured position [rad | m] and a measured velocity [per s] where the controller has one.
 
-    All finite. The machine moves to the next sample in place.
+    One that is not finite counts as invalid (control/measurement_guard.py). The machine moves to the next sample in place.
     """
     ports = machine.ports
     if machine.number == FIXED:
+        valid = True
         for k in range(3):
             if ports[k] >= 0:
                 given = reference if k == 0 else (position if k == 1 else velocity)
-                machine.word[ports[k]] = from_real(machine.formats[ports[k]], given)
-        run_words(machine.code, machine.terms, machine.writes, machine.formats, machine.word)
-        return to_real(machine.formats[ports[3]], machine.word[ports[3]])
+                word = from_real(machine.formats[ports[k]], given)
+                machine.word[ports[k]] = word
+                valid = valid and word != INVALID
+        first = _first_row(machine.word, ports, valid)
+        run_words(machine.code, machine.terms, machine.writes, machine.formats, machine.word, first)
+        return to_real(machine.formats[ports[OUTPUT]], machine.word[ports[OUTPUT]])
     if machine.number == FLOAT:
-        _give(machine.single, ports, reference, position, velocity)
-        run_values(machine.code, machine.terms, machine.writes, machine.single)
-        return float(machine.single[ports[3]])
-    _give(machine.real, ports, reference, position, velocity)
-    run_values(machine.code, machine.terms, machine.writes, machine.real)
-    return float(machine.real[ports[3]])
+        first = _first_row(machine.single, ports, _give(machine.single, ports, reference, position, velocity))
+        run_values(machine.code, machine.terms, machine.writes, machine.single, first)
+        return float(machine.single[ports[OUTPUT]])
+    first = _first_row(machine.real, ports, _give(machine.real, ports, reference, position, velocity))
+    run_values(machine.code, machine.terms, machine.writes, machine.real, first)
+    return float(machine.real[ports[OUTPUT]])
 
 
 @kernel
@@ -181,19 +207,39 @@ def read(machine: Machine, place: int) -> float:
 
 
 @bare_kernel
-def _give(v: Values, ports: Places, reference: float, position: float, velocity: float) -> None:
+def _give(v: Values, ports: Places, reference: float, position: float, velocity: float) -> bool:
+    """Set the inputs; return whether each of them is a finite number."""
+    valid = True
     if ports[0] >= 0:
         v[ports[0]] = reference
+        valid = math.isfinite(v[ports[0]])
     if ports[1] >= 0:
         v[ports[1]] = position
+        valid = valid and math.isfinite(v[ports[1]])
     if ports[2] >= 0:
         v[ports[2]] = velocity
+        valid = valid and math.isfinite(v[ports[2]])
+    return valid
 
 
 @bare_kernel
-def run_values(code: Rows, terms: Rows, writes: Rows, v: Values) -> None:
-    """One sample on values v of one type: every operation in the order of `code`, each rounded to that type; then the states move."""
-    for k in range(code.shape[0]):
+def _first_row(v: Values | Places, ports: Places, valid: bool) -> int:
+    """Return the first row of `code` that has to run.
+
+    After a valid sample a further one gives the guard's results again, but for the inputs as they are used: these are set here.
+    """
+    if not valid or ports[LEFT] < 0 or v[ports[LEFT]] != v[ports[HOLD]] or v[ports[LEFT_NOW]] != v[ports[HOLD]]:
+        return 0
+    for k in range(3):
+        if ports[k] >= 0:
+            v[ports[USED + k]] = v[ports[k]]
+    return int(ports[GUARD_ROWS])
+
+
+@bare_kernel
+def run_values(code: Rows, terms: Rows, writes: Rows, v: Values, first: int = 0) -> None:
+    """One sample on values v of one type: the operations from row `first` of `code` on, each rounded to that type; then the states move."""
+    for k in range(first, code.shape[0]):
         operation, d, a, b, c = code[k, 0], code[k, 1], code[k, 2], code[k, 3], code[k, 4]
         if operation == DOT:
             total = v[terms[a, 0]] * v[terms[a, 1]]
@@ -228,6 +274,8 @@ def run_values(code: Rows, terms: Rows, writes: Rows, v: Values) -> None:
             v[d] = v[b] if v[b] > v[a] else v[a]
         elif operation == SQRT:
             v[d] = math.sqrt(v[a])
+        elif operation == VALID:
+            v[d] = 1 if math.isfinite(v[a]) else 0
     kept = v.shape[0] - writes.shape[0]
     for k in range(writes.shape[0]):
         v[kept + k] = v[writes[k, 1]]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-ADD, SUB, MUL, NEG, ABS, MIN, MAX, SQRT, LT, LE, AND, OR, NOT, SELECT, DOT = range(15)
+ADD, SUB, MUL, NEG, ABS, MIN, MAX, SQRT, LT, LE, AND, OR, NOT, SELECT, DOT, VALID = range(16)
 CODES = {
     "add": ADD,
     "sub": SUB,
@@ -19,6 +19,7 @@ CODES = {
     "not": NOT,
     "select": SELECT,
     "dot": DOT,
+    "valid": VALID,
 }
 
 # `code`: operation, place of the result, places of the operands; of a dot its first row of `terms`, and the one behind its last

@@ -33,14 +33,13 @@ def prefilter(program: Program, reference: Node, natural_frequency: float, dampi
     program.block("prefilter of the reference (5.69), sampled by Tustin in state form")
     h, p, q = prefilter_coefficients(natural_frequency, damping, period)
     low, high, top = bounds(reference.low, reference.high, natural_frequency, damping, period)
-    last = program.state("reference_before", reference.low, reference.high, start="position")
+    last = program.last("reference", reference, "position")
     filtered_before = program.state("filtered_before", low, high, start="position")
     speed_before = program.state("filtered_speed_before", -top, top)
     pressed = (reference + last) - program.constant(2.0) * filtered_before
     speed = program.constant(p, "prefilter_p") * speed_before + program.constant(q, "prefilter_q") * pressed
     program.named("filtered_speed", speed)
     filtered = program.named("filtered", filtered_before + program.constant(h, "prefilter_h") * (speed + speed_before))
-    program.update("reference_before", reference)
     program.update("filtered_before", filtered)
     program.update("filtered_speed_before", speed)
     return filtered, speed

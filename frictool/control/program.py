@@ -16,12 +16,30 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, NamedTuple
 
 Op = Literal[
-    "constant", "input", "state", "add", "sub", "mul", "neg", "abs", "min", "max", "sqrt", "lt", "le", "and", "or", "not", "select", "dot"
+    "constant",
+    "input",
+    "state",
+    "add",
+    "sub",
+    "mul",
+    "neg",
+    "abs",
+    "min",
+    "max",
+    "sqrt",
+    "lt",
+    "le",
+    "and",
+    "or",
+    "not",
+    "select",
+    "dot",
+    "valid",
 ]
-LOGICAL = frozenset({"lt", "le", "and", "or", "not"})
+LOGICAL = frozenset({"lt", "le", "and", "or", "not", "valid"})
 
 
 @dataclass(frozen=True)
@@ -78,6 +96,16 @@ class Node:
         return self.op in LOGICAL or (self.op == "select" and self.args[1].is_logical)
 
 
+class Guard(NamedTuple):
+    """Nodes of control/measurement_guard.py: the state `holds_left` and its next value, the constant hold, the inputs as they are used."""
+
+    left: Node
+    left_now: Node
+    hold: Node
+    used: dict[str, Node]
+    fault: Node
+
+
 class Program:
     """The operations in the order in which they are done, and what is kept between samples."""
 
@@ -90,6 +118,7 @@ class Program:
         self.inputs: dict[str, Node] = {}
         self.states: dict[str, Node] = {}
         self.output: Node | None = None
+        self.guard: Guard | None = None  # its operations come first
         self.speed: Node | None = None  # what the blocks of a controller take for the speed
         self._comment = ""
         self._constants: dict[tuple[str, float], Node] = {}
@@ -137,6 +166,20 @@ class Program:
     def update(self, name: str, value: Node) -> None:
         """What the state will be at the next sample."""
         self.updates[self.states[name].index] = value
+
+    def last(self, name: str, value: Node, start: float | str) -> Node:
+        """Return the state that holds `value`, within its bounds, from one sample to the next; it is made once for each name."""
+        state = self.states.get(f"{name}_before")
+        if state is None:
+            state = self.state(f"{name}_before", value.low, value.high, start)
+            self.update(f"{name}_before", value)
+        return state
+
+    def valid(self, one: Node) -> Node:
+        """Return whether an input is a finite number."""
+        if one.op != "input":
+            raise ValueError(f"found {one.op}; allowed: an input, whose value is known to be a number once it is past the guard")
+        return self.node("valid", one)
 
     def smaller(self, one: Node, other: Node) -> Node:
         return self.node("min", one, other)

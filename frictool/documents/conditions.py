@@ -16,7 +16,7 @@ GainError = Annotated[float, msgspec.Meta(gt=-1, le=10)]
 DriveOffset = Annotated[Quantity, _of("drive")]
 AnyEffort = Annotated[Quantity, _of("effort of either axis")]  # of a mechanism's block; of an axis its own, which `simulate` checks
 AnyDrive = Annotated[Quantity, _of("any drive")]
-Kind = Literal["lost_counts", "encoder_stuck", "drive_offset", "drive_gain"]
+Kind = Literal["lost_counts", "encoder_stuck", "encoder_invalid", "drive_offset", "drive_gain"]
 
 
 class Disturbance(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -114,8 +114,9 @@ class SensorFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     """One fault from `at_s` to `until_s`, or to the end.
 
     lost_counts: from `at_s` on the encoder reports `counts` too few (negative: too many). encoder_stuck: it goes on reporting what it
-    reported last. drive_offset, drive_gain: the drive's sensor shows (1 + gain_error) drive + offset. In the loop of a current drive the
-    current then differs from what is measured; a voltage is not fed back, only its record is wrong.
+    reported last. encoder_invalid: what it reports is no number, as after a lost telegram. drive_offset, drive_gain: the drive's sensor
+    shows (1 + gain_error) drive + offset. In the loop of a current drive the current then differs from what is measured; a voltage is not
+    fed back, only its record is wrong.
     """
 
     kind: Kind

@@ -8,7 +8,7 @@ import msgspec
 
 from frictool.documents.bench import Bench, Name, PositiveNumber, SamplePeriod
 from frictool.documents.certificate import Certificate, CertifiedWeights
-from frictool.documents.design import Domain, Method, Scheduled, Structure
+from frictool.documents.design import HELD, Domain, HoldSamples, Method, Scheduled, Structure
 from frictool.documents.design_blocks import refuse_endless
 from frictool.documents.observer import Observer
 from frictool.documents.provenance import Provenance
@@ -283,6 +283,8 @@ class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     """`controller.yaml`.
 
     method own: designed by somebody else (synth/own.py).
+    measurement_hold_samples: how many samples in a row the last valid inputs are held where one is no number; then the drive is 0 and the
+    fault is set (docs/theory/export.md).
     weights: of the generalised plant whose norm was verified, where no certificate holds them. resonances: of the model, with which
     stability and the modulus margin hold at the vertices too; norms and certificate are of the plant without them.
     """
@@ -311,6 +313,7 @@ class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     weights: CertifiedWeights | None = None
     schedule: Schedule | None = None
     resonances: Resonances | None = None
+    measurement_hold_samples: HoldSamples = HELD
 
     @property
     def judged_by(self) -> CertifiedWeights | None:

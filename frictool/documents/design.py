@@ -16,6 +16,9 @@ Method = Literal["lpv", "lft", "lft_lpv", "lpv_grid", "minimax", "rst", "pid"]
 Domain = Literal["continuous", "discrete"]
 Scheduled = Literal["inertia", "viscous", "coulomb", "constant", "regime"]
 
+HoldSamples = Annotated[int, msgspec.Meta(ge=0, le=1000)]
+HELD = 3  # samples, where a design says nothing: losses of single telegrams are bridged
+
 BY_INEQUALITIES: tuple[Method, ...] = ("lpv", "lft", "lft_lpv", "lpv_grid")
 SOUGHT: tuple[Method, ...] = (*BY_INEQUALITIES, "minimax", "rst")  # whose controller is searched for, and not given
 READ_BY: dict[str, tuple[Method, ...]] = {  # what only some methods read; elsewhere it would be asked for and not done
@@ -77,6 +80,7 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     controller itself is taken (lpv, lft, lft_lpv); it is softer there, and has more margin.
     relax: `auto` finds the strictest trade between disturbance rejection and effort that reaches gamma = 1.
     pid: the gains of method pid. form: of the difference equation on the target.
+    measurement_hold_samples: of the controller document.
     velocity, limiter, friction_compensation, prefilter: blocks around the linear controller.
     """
 
@@ -108,6 +112,7 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     form: Literal["state_space", "sos"] = "state_space"
     recentring: Annotated[float, msgspec.Meta(gt=1, le=2)] = 1.1
     ease: Annotated[float, msgspec.Meta(ge=1, le=5)] = 1.0
+    measurement_hold_samples: HoldSamples = HELD
 
     def __post_init__(self) -> None:
         if self.structure == "speed_cascade" and self.position_law is None:

@@ -101,7 +101,7 @@ class Temperature(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class SpreadFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """A sensor fault whose size and instant are drawn: kinds and meanings as in `sensor_faults`. at_s: from the start where not given.
 
-    lasts_s: of encoder_stuck, which needs it, and of the drive's; else to the end.
+    lasts_s: of encoder_stuck, which needs it, of encoder_invalid and of the drive's; else to the end.
     """
 
     kind: Kind

@@ -8,7 +8,7 @@ col.  name              meaning over the sample that begins
 2     VISCOUS_FACTOR    factor on the viscous coefficients of every regime; knees stay
 3     CONSTANT_FACTOR   factor on the drive's constant, effort and back-electromotive force alike
 4     LOST              counts that the encoder has lost so far: it reports so many too few
-5     STUCK_FLAG        1: the encoder goes on reporting what it reported last
+5     ENCODER_FAULT     STUCK: the encoder goes on reporting what it reported last; INVALID: what it reports is no number (NaN); else 0
 6     SENSOR_OFFSET     a, b in (measured drive) = b (drive) + a, where the drive's own loop makes the measured one follow its
 7     SENSOR_GAIN       command; 0 and 1 without a fault
 ====  ================  ===========================================================================================================
@@ -47,7 +47,8 @@ from frictool.plant.axis_laws import (
 
 Vector = NDArray[np.float64]
 
-DISTURBANCE, FRICTION, VISCOUS_FACTOR, CONSTANT_FACTOR, LOST, STUCK_FLAG, SENSOR_OFFSET, SENSOR_GAIN = range(8)
+DISTURBANCE, FRICTION, VISCOUS_FACTOR, CONSTANT_FACTOR, LOST, ENCODER_FAULT, SENSOR_OFFSET, SENSOR_GAIN = range(8)
+STUCK, INVALID = 1.0, 2.0  # of ENCODER_FAULT
 CONDITIONS_SIZE = 8
 NEUTRAL = (0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0)  # a row in which nothing happens
 NO_CONDITIONS: Vector = np.empty((0, CONDITIONS_SIZE))
@@ -89,4 +90,6 @@ def true_command(command: float, limit: float, row: Vector) -> float:
 @kernel
 def faulty(reported: float, step: float, last: float, row: Vector) -> float:
     """What the encoder shows [rad | m] where a sound one has `reported`; `last`: what it showed at the sample before."""
-    return float(last if row[STUCK_FLAG] != 0.0 else reported - row[LOST] * step)
+    if row[ENCODER_FAULT] == INVALID:
+        return math.nan
+    return float(last if row[ENCODER_FAULT] == STUCK else reported - row[LOST] * step)

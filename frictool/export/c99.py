@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from frictool import __version__
 from frictool.control.band import BRAKE, REST, RUN
 from frictool.control.fixed_kernel import moved
 from frictool.control.fixed_point import BITS, FixedProgram, fixed_program
+from frictool.control.measurement_guard import FAULT
 from frictool.control.program import Node, Program
 from frictool.documents.controller import Controller, Number
 from frictool.documents.quantity import si_unit
@@ -33,8 +35,7 @@ FILES = {
     "{}_vectors.h": "vectors.h.jinja",
     "{}_selftest.c": "selftest.c.jinja",
 }
-NOTHING = [("char nothing;", "no state is kept between samples")]
-HELPERS = ("shifted", "word", "raised", "bounded", "whole_root", "absolute", "smaller", "larger")
+HELPERS = ("is_valid", "shifted", "word", "raised", "bounded", "whole_root", "absolute", "smaller", "larger")
 FOLDER = Path(__file__).parent / "templates"
 
 
@@ -70,6 +71,7 @@ def _about(controller: Controller, origin: Origin) -> dict[str, Any]:
         "command": origin.command,
         "version": __version__,
         "controller": controller,
+        "hold_samples": controller.measurement_hold_samples,
         "position_unit": si_unit("position", controller.axis),
         "speed_unit": si_unit("velocity", controller.axis),
         "drive_unit": si_unit(controller.drive, controller.axis),
@@ -85,14 +87,17 @@ def _code(names: Names, numbers: Numbers) -> dict[str, Any]:
     held = [node for node in program.states.values() if node.index not in program.updates]
     starts, writes = _starts(names, numbers), _writes(names, numbers)
     setters = [(program.names[node.index], numbers.stored(node, None, "value")) for node in held]
-    text = "\n".join([*body, *starts, *writes, *(stored for _, stored in setters)])
+    text = "\n".join([*body, *starts, *writes, *(stored for _, stored in setters), numbers.valid("position")])
     helpers = [helper for helper in HELPERS if f"{helper}(" in text]
     return {
         "kind": numbers.kind,
         "suffix": numbers.suffix,
         "constants": [_constant(table, numbers) for table in names.constants],
         "starts": starts,
-        "started": list(program.starts.values()),
+        "valid_position": numbers.valid("position"),
+        "valid_value": numbers.valid("value"),
+        "nothing_left": numbers.literal(0.0) if numbers.kind != "int32_t" else "0",
+        "largest": numbers.largest if isinstance(numbers, RealNumbers) else "",
         "body": body,
         "writes": writes,
         "returned": operand(names, numbers, program.output),
@@ -115,7 +120,7 @@ def _format(controller: Controller, names: Names, numbers: Numbers) -> dict[str,
         modes = [numbers.literal(value) for value in (RUN, BRAKE, REST)] if mode is not None else []
         return {
             "fixed": False,
-            "fields": [_field(table, numbers, program, "") for table in names.states] or NOTHING,
+            "fields": [_field(table, numbers, program, "") for table in names.states],
             "period": numbers.literal(controller.sample_period_s),
             "drive_limit": numbers.literal(limit),
             "per_count": numbers.literal(controller.bench.encoder.resolution),
@@ -125,7 +130,7 @@ def _format(controller: Controller, names: Names, numbers: Numbers) -> dict[str,
     word = _words(scaled, mode) if mode is not None else []
     return {
         "fixed": True,
-        "fields": [_field(table, numbers, program, field_note(table, scaled)) for table in names.states] or NOTHING,
+        "fields": [_field(table, numbers, program, field_note(table, scaled)) for table in names.states],
         "period": repr(controller.sample_period_s),
         "drive_limit": _limit(scaled, drive),
         "per_count": repr(controller.bench.encoder.resolution),
@@ -173,14 +178,18 @@ def _field(table: Table, numbers: Numbers, program: Program, note: str) -> tuple
 
 
 def _starts(names: Names, numbers: Numbers) -> list[str]:
-    """What a new state is: at rest at the position."""
+    """Return the statements that set a new state to rest at the position, in the fault where the position is invalid."""
     program = names.program
+    assert program.guard is not None
     lines = []
     for table in names.states:
         for node in table.nodes.values():
             source = program.inputs[program.starts[node.index]] if node.index in program.starts else None
-            lines.append(f"{INDENT}{names.text[node.index]} = {numbers.started(node, source)};")
-    return lines or [f"{INDENT}state->nothing = 0;"]  # C knows no empty struct
+            start = numbers.started(node, source)
+            if node is program.guard.left:
+                start = f"valid ? {start} : {numbers.started(replace(node, value=FAULT), None)}"
+            lines.append(f"{INDENT}{names.text[node.index]} = {start};")
+    return lines
 
 
 def _writes(names: Names, numbers: Numbers) -> list[str]:
@@ -204,6 +213,7 @@ def _vectors(program: Program, vectors: GoldenVectors, numbers: Numbers) -> dict
     return {
         "vectors": vectors,
         "start": numbers.exact(vectors.start, program.inputs["position"]),
+        "invalid": numbers.exact(math.nan, program.inputs["position"]),
         "rows": [[numbers.exact(value, node) for value, node in zip(row, _columns(program), strict=True)] for row in vectors.rows],
         "counted": [f"{count} {visits[name].text}" for name, count in vectors.visits.items()],
         "printed": numbers.printed,

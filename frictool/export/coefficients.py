@@ -31,6 +31,9 @@ CONVENTIONS = {
     "drive": "a positive drive moves the axis forward",
     "delay": "the loop was verified for a drive that acts delay_samples samples after the position was sampled",
     "units": "SI: s, rad or m, A or V",
+    "not_contained": "the order of the operations, the drive's limit with its anti-windup, the modes of the band, and the guard that holds "
+    "the last valid inputs for measurement_hold_samples samples and then sets the drive to 0: without it a NaN stays in the states; "
+    "frictool export --lang c contains all of them",
 }
 BLOCKS = ("position_law", "prefilter", "velocity", "limiter", "friction_compensation", "schedule")
 
@@ -51,6 +54,7 @@ def json_file(controller: Controller, number: Number, loop: RoundedLoop, origin:
         "sample_period_s": controller.sample_period_s,
         "delay_samples": controller.delay_samples,
         "drive_limit": controller.drive_limit,
+        "measurement_hold_samples": controller.measurement_hold_samples,
         "linear": _linear(controller, number),
         "blocks": {name: _whole(block) for name in BLOCKS if (block := getattr(controller, name)) is not None},
         "program": _program(controller_program(controller), number),
@@ -143,6 +147,7 @@ def matlab_file(controller: Controller, number: Number, loop: RoundedLoop, origi
         "Ts": np.array([[controller.sample_period_s]]),
         "delay_samples": np.array([[float(controller.delay_samples)]]),
         "drive_limit": np.array([[controller.drive_limit]]),
+        "measurement_hold_samples": np.array([[float(controller.measurement_hold_samples)]]),
         "modulus_margin": np.array([[loop.modulus_margin]]),
         "names": {
             "input": _entering(controller),

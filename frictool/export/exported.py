@@ -23,6 +23,7 @@ from frictool.export.visits import visits_of
 from frictool.verify.controller import recheck
 
 Language = Literal["c", "json", "cmsis", "matlab"]
+COEFFICIENTS_ONLY = "coefficients only: the operations, the limit of the drive and the guard of the inputs are in --lang c"
 LANGUAGES: tuple[Language, ...] = ("c", "json", "cmsis", "matlab")
 
 
@@ -120,12 +121,12 @@ def _c(controller: Controller, number: Number, origin: Origin) -> Exported:
 
 def _json(controller: Controller, number: Number, origin: Origin) -> Exported:
     loop = rounded_loop(controller, number)
-    return Exported(controller, "json", number, origin, json_file(controller, number, loop, origin), loop)
+    return Exported(controller, "json", number, origin, json_file(controller, number, loop, origin), loop, None, (COEFFICIENTS_ONLY,))
 
 
 def _matlab(controller: Controller, number: Number, origin: Origin) -> Exported:
     loop = rounded_loop(controller, number)
-    return Exported(controller, "matlab", number, origin, matlab_file(controller, number, loop, origin), loop)
+    return Exported(controller, "matlab", number, origin, matlab_file(controller, number, loop, origin), loop, None, (COEFFICIENTS_ONLY,))
 
 
 def _cmsis(controller: Controller, number: Number, origin: Origin) -> Exported:
@@ -135,7 +136,9 @@ def _cmsis(controller: Controller, number: Number, origin: Origin) -> Exported:
     arrays = cmsis_arrays(controller, number)
     loop = rounded_loop(controller, number, arrays.linear)
     files = cmsis_header(controller, number, arrays, loop.modulus_margin, origin)
-    more = ["linear controller only: the prefilter, the position law, the limits and the anti-windup are in --lang c"]
+    more = [
+        "linear controller only: the prefilter, the position law, the limits, the anti-windup and the guard of the inputs are in --lang c"
+    ]
     if number != "float":
         unit = si_unit(controller.drive, controller.axis)
         more.append(f"rounding of the signals moves the drive by at most {arrays.biquads.noise:.3g} {unit}")

@@ -37,7 +37,9 @@ class FixedNumbers:
         return repr(value)
 
     def exact(self, value: float, node: Node) -> str:
-        """The word of a value that the format holds."""
+        """The word of a value that the format holds; that of an input that is no number is INT32_MIN."""
+        if math.isnan(value):
+            return "INT32_MIN"
         return str(int(math.ldexp(value, self.scaled.fractions[node.index])))
 
     def constant(self, node: Node) -> str:
@@ -55,6 +57,10 @@ class FixedNumbers:
     def entering(self, node: Node, name: str) -> list[str]:
         """How an input becomes a value of the program."""
         return [f"const int32_t {name} = {self._bounded(node, self.parameter(name))};{self.note(node)}"]
+
+    def valid(self, text: str) -> str:
+        """The condition that a word is one of a number: control/fixed_kernel.py `INVALID` is the lowest that there is."""
+        return f"{text} != INT32_MIN"
 
     def started(self, state: Node, source: Node | None) -> str:
         """Where a state starts: a number, or the position that the caller gives."""
@@ -112,6 +118,8 @@ class FixedNumbers:
                 return f"whole_root({_moved(of[0], -s)})"
             case "not":
                 return f"!{of[0]}"
+            case "valid":
+                return self.valid(self.parameter(of[0]))
             case _:
                 return f"{of[0]} {INFIX[node.op]} {of[1]}"
 
@@ -123,7 +131,7 @@ class FixedNumbers:
 
     def closed(self, node: Node, text: str, within: Node) -> str:
         """The expression as an operand of another."""
-        if node.op in CALLS or (node.op in ("lt", "le") and within.op in ("and", "or")):
+        if node.op in CALLS or (node.op in ("lt", "le", "valid") and within.op in ("and", "or")):
             return text
         return f"({text})"
 

@@ -12,7 +12,7 @@ from frictool.export.program_names import Table
 
 INFIX = {"add": "+", "sub": "-", "mul": "*", "lt": "<", "le": "<=", "and": "&&", "or": "||"}
 MIRRORED = {"lt": ">", "le": ">="}
-HELPERS = {"abs": "absolute", "min": "smaller", "max": "larger"}
+HELPERS = {"abs": "absolute", "min": "smaller", "max": "larger", "valid": "is_valid"}
 COMPARED = ("add", "sub", "lt", "le")
 LOOSER = {"mul": COMPARED, "dot": (), "add": COMPARED[2:], "sub": COMPARED[2:], "lt": ("and", "or"), "le": ("and", "or")}
 
@@ -40,7 +40,9 @@ class RealNumbers:
         return f"{np.float32(value)!s}f"
 
     def exact(self, value: float, node: Node) -> str:
-        """A value that the format holds, bit by bit."""
+        """A value that the format holds, bit by bit; NAN and INFINITY are macros of math.h."""
+        if not math.isfinite(value):
+            return "NAN" if math.isnan(value) else f"{'-' if value < 0.0 else ''}INFINITY"
         return value.hex() + self.suffix
 
     def constant(self, node: Node) -> str:
@@ -52,6 +54,11 @@ class RealNumbers:
         text = self.literal(node.value)
         return f"({text})" if text.startswith("-") else text
 
+    @property
+    def largest(self) -> str:
+        """The largest finite number of the format."""
+        return self.literal(float(np.finfo(np.float64 if self.kind == "double" else np.float32).max))
+
     def parameter(self, name: str) -> str:
         """What the step function calls an input."""
         return name
@@ -59,6 +66,10 @@ class RealNumbers:
     def entering(self, node: Node, name: str) -> list[str]:
         """Nothing: an input is a value as it comes."""
         return []
+
+    def valid(self, text: str) -> str:
+        """The condition that an input is a finite number."""
+        return f"is_valid({text})"
 
     def started(self, state: Node, source: Node | None) -> str:
         """Where a state starts: a number, or the position that the caller gives."""
@@ -79,7 +90,7 @@ class RealNumbers:
             case "dot":
                 half = len(of) // 2
                 return " + ".join(f"{c} * {x}" for c, x in zip(of[:half], of[half:], strict=True))
-            case "abs" | "min" | "max":
+            case "abs" | "min" | "max" | "valid":
                 return f"{HELPERS[node.op]}({', '.join(of)})"
             case "sqrt":
                 return f"sqrt{self.suffix}({of[0]})"

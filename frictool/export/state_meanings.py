@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 MEANINGS = {
-    "reference_before": "reference at the last sample",
+    "reference_before": "last valid reference",
+    "velocity_before": "last valid speed of the sensor",
+    "holds_left": "invalid samples that may still be held; -1: fault",
     "filtered_before": "reference after the prefilter",
     "filtered_speed_before": "and its derivative",
-    "position_before": "position at the last sample",
+    "position_before": "last valid position",
     "difference_before": "last difference quotient of the position",
     "speed_before": "measured speed, filtered",
     "difference_before_raw": "last difference quotient of the position",

@@ -3,17 +3,19 @@
 The sequence is drawn from a seed while the controller runs, so that it depends on nothing but the controller document and the number
 format. The position answers as an axis in closed loop would at a glance: it follows the filtered reference with a lag and comes as counts
 of the encoder. Phases wait for what they are there for (rest, release, the drive's limit) within a bound, so that a slow controller does
-not make them endless. The same inputs go to the program in double as well: how far its drive is away is what the format's rounding costs.
+not make them endless. At the end inputs are lost: for as long as they are held, and once for longer, which sets the fault. The same
+inputs go to the program in double as well: how far its drive is away is what the format's rounding costs.
 """
 
 from __future__ import annotations
 
 import math
 import random
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from frictool.control.fixed_kernel import from_real
-from frictool.control.machine import FIXED, FLOAT, Machine, control_step, machine, read, start_at
+from frictool.control.machine import FIXED, FLOAT, Machine, control_step, copied, machine, read, start_at
 from frictool.control.number_format import machine_in
 from frictool.control.program import Program
 from frictool.documents.controller import Controller, Number
@@ -36,7 +38,8 @@ Row = tuple[float, ...]
 class GoldenVectors:
     """columns: reference, position [rad | m], perhaps velocity, scheduled parameters, then the drive [A | V]; rows of them as the format
     holds them, in SI. visits: samples in each mode and at each limit. away: how far the drive was from the program's in double at most
-    while both were in the same mode, and rms; apart: samples in which they were not.
+    while both were in the same mode, and rms; apart: samples in which they were not. An input that is no number is NaN or an infinity.
+    fault_from: the row from which on the fault is set; restart: the row before which the controller is started anew at its position.
     """
 
     columns: tuple[str, ...]
@@ -45,6 +48,8 @@ class GoldenVectors:
     away: float
     rms: float
     apart: int
+    fault_from: int
+    restart: int
     seed: int = SEED
 
     @property
@@ -61,7 +66,9 @@ class _Bench:
     """A controller, a position that follows it, and the rows so far."""
 
     def __init__(self, controller: Controller, program: Program, number: Number) -> None:
-        self.program, self.machine, self.double = program, machine_in(program, number), machine(program)
+        self.program = program
+        self.new = machine_in(program, number), machine(program)
+        self.hold_samples = controller.measurement_hold_samples
         self.places = {name: index for index, name in reversed(program.names.items())}
         self.visits = visits_of(program)
         self.step = controller.bench.encoder.resolution
@@ -77,8 +84,7 @@ class _Bench:
         self.period = controller.sample_period_s
         self.position = self.counted(0.9 * self.low + 0.1 * self.high)
         self.before = self.position
-        for running in (self.machine, self.double):
-            start_at(running, self.position)
+        self.start()
         self.held = [node for node in program.states.values() if node.index not in program.updates]
         self.inputs = [*program.inputs.values(), *self.held]
         self.patience = _settling_samples(controller)
@@ -86,6 +92,12 @@ class _Bench:
         self.counts = dict.fromkeys(self.visits, 0)
         self.differences: list[float] = []
         self.apart = 0
+
+    def start(self) -> None:
+        """Start both machines anew, at rest at the position."""
+        self.machine, self.double = (copied(one) for one in self.new)
+        for running in (self.machine, self.double):
+            start_at(running, self.counted(self.position))
 
     def counted(self, position: float) -> float:
         return math.floor(position / self.step) * self.step
@@ -98,13 +110,15 @@ class _Bench:
         """A named value at the last sample."""
         return read(self.machine, self.places[name]) if name in self.places else otherwise
 
-    def sample(self, reference: float, jitter: int = 0) -> None:
+    def sample(self, reference: float, jitter: int = 0, lost: Mapping[str, float] | None = None) -> None:
+        """Run one sample; `lost`: inputs, by name, in place of which something comes that is no number."""
         position = self.counted(self.position) + self.step * self.random.randint(-jitter, jitter)
         velocity = (position - self.before) / self.period
         self.before = position
+        inputs = {"reference": reference, "position": position, "velocity": velocity} | dict(lost or {})
         output = self.program.output
         assert output is not None
-        control_step(self.machine, reference, position, velocity)
+        control_step(self.machine, inputs["reference"], inputs["position"], inputs["velocity"])
         given = [read(self.machine, node.index) for node in self.inputs]
         drive = read(self.machine, output.index)
         self.rows.append((*given, drive))
@@ -174,6 +188,19 @@ class _Bench:
             if limited == 50:
                 break
 
+    def lose(self, reference: float, samples: int) -> None:
+        """Lose inputs for so many samples in a row, each time another one, while the axis moves on."""
+        kinds: list[dict[str, float]] = [{"position": math.nan}, {"position": math.inf}, {"reference": math.nan}, {"velocity": -math.inf}]
+        losses = [kind for kind in kinds if kind.keys() <= self.program.inputs.keys()]
+        for index in range(samples):
+            self.sample(reference, lost=losses[index % len(losses)])
+            self.moved(reference)
+
+    def move(self, reference: float, samples: int) -> None:
+        for _ in range(samples):
+            self.sample(reference)
+            self.moved(reference)
+
 
 def put(running: Machine, place: int, value: float) -> None:
     """Sets a state of a running program: what the caller holds."""
@@ -200,6 +227,21 @@ def _settling_samples(controller: Controller) -> int:
     return math.ceil(min(max(SETTLING / (rate * controller.sample_period_s), PHASE), LONGEST))
 
 
+def _losses(bench: _Bench) -> tuple[int, int]:
+    """Lose inputs for as long as they are held, then for one sample more; start anew. Returns the rows of fault and restart."""
+    for fraction in (0.6, 0.3, 0.8):
+        bench.move(bench.at(fraction), 30)
+        bench.lose(bench.at(fraction), bench.hold_samples)
+    bench.move(bench.at(0.8), 30)
+    bench.lose(bench.at(0.8), bench.hold_samples + 1)
+    fault_from = len(bench.rows) - 1
+    bench.move(bench.at(0.2), 30)
+    restart = len(bench.rows)
+    bench.start()
+    bench.follow(bench.at(0.4))
+    return fault_from, restart
+
+
 def golden_vectors(controller: Controller, program: Program, number: Number) -> GoldenVectors:
     """The rows for a controller's program in a number format.
 
@@ -217,6 +259,7 @@ def golden_vectors(controller: Controller, program: Program, number: Number) -> 
     for _ in range(10):
         bench.shake(60)
     bench.follow(bench.at(0.5))
+    fault_from, restart = _losses(bench)
     if not all(math.isfinite(row[-1]) for row in bench.rows):
         raise NoSolutionError(
             f"{controller.name}: the drive leaves the range of numbers on the golden vectors; is a - l c of the anti-windup stable?"
@@ -224,4 +267,4 @@ def golden_vectors(controller: Controller, program: Program, number: Number) -> 
     away = max(bench.differences, default=0.0)
     rms = math.sqrt(math.fsum(one * one for one in bench.differences) / max(len(bench.differences), 1))
     columns = (*program.inputs, *(program.names[node.index] for node in bench.held), controller.drive)
-    return GoldenVectors(columns, tuple(bench.rows), bench.counts, away, rms, bench.apart)
+    return GoldenVectors(columns, tuple(bench.rows), bench.counts, away, rms, bench.apart, fault_from, restart)

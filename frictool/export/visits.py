@@ -45,6 +45,10 @@ def visits_of(program: Program) -> dict[str, Visit]:
         found["braking"] = Visit(places["braking"], 0.0, True, "with virtual friction", released)
     if "held" in places:
         found["held"] = Visit(places["held"], 1.0, False, "with the integrator held")
+    if program.guard is not None:
+        guard = program.guard
+        found["invalid"] = Visit(guard.left_now.index, guard.hold.value, True, "with an input held or in the fault")
+        found["fault"] = Visit(guard.fault.index, 1.0, False, "in the fault")
     found["limited"] = Visit(places["met"], 0.0, True, "with the drive limited")
     if "drive_high" in places:
         limit = program.nodes[places["drive_limit"]].value

@@ -34,7 +34,7 @@ from frictool.simulate.one_axis import OneAxis
 from frictool.simulate.plant import Loop, Plant, V
 from frictool.simulate.reference import parts_of
 from frictool.simulate.replay import gaps_of, replayed
-from frictool.simulate.streams import Sensors
+from frictool.simulate.streams import Sensors, fault_warning
 from frictool.simulate.target import Target
 from frictool.simulate.timeline import conditions_of, felt
 from frictool.simulate.used_speed import used_speed
@@ -97,22 +97,31 @@ class StepTest(Generic[V]):
             plant.variants(controller, scenario, self.names.model),
             conditions_of(scenario, reference.size, rig.sample_period_s),
         )
-        sensors = Sensors(rig, scenario, reference.size, reference, conditions, controller.velocity.source == "measured")
+        sensors = Sensors(
+            rig,
+            scenario,
+            reference.size,
+            reference,
+            conditions,
+            controller.velocity.source == "measured",
+            controller.measurement_hold_samples,
+        )
         streams, warnings, metadata = [], _of_log(scenario, recorded), dict[str, dict[str, str]]()
         told = _told(plant, variants, scheduled(controller, self._program))
         loop = Loop(controller, scenario, self._running, self.target, start, reference, felt(conditions, rig), told, progress)
         for index, (variant, run) in enumerate(plant.play(variants, loop)):
             used = self._used(reference, run.record, told[index] if told else {}) if with_speed else None
-            streams += [sensors.stream(variant.topic, index, run.record, used), *run.streams]
-            warnings += run.warnings
+            made = sensors.stream(variant.topic, index, run.record, used)
+            streams += [made, *run.streams]
+            warnings += [*run.warnings, *fault_warning(made, controller.measurement_hold_samples)]
             metadata |= run.metadata
         about = {"kind": "simulated", "scenario": scenario.name, "model": plant.name, "controller": controller.name}
         if controller.velocity.observer is not None:
             about["speed_from"] = f"{controller.velocity.observer.kind} observer"
         plants = {variant.topic: plant.described(variant) for variant in variants if variant.values}
         metadata = {"log": about, **({"plants": plants} if plants else {}), **metadata}
-        made = Log(tuple(streams), metadata, scenario.name, tuple(warnings))
-        return made if provenance is None else with_provenance(made, provenance)
+        log = Log(tuple(streams), metadata, scenario.name, tuple(warnings))
+        return log if provenance is None else with_provenance(log, provenance)
 
     def reference(self, scenario: Scenario, recorded: Log | None = None) -> tuple[Vector, float]:
         """The reference (n,), and where the axis rests at first [rad | m]. Raises InputFileError where they do not fit together."""

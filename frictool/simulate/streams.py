@@ -39,12 +39,20 @@ class Sensors:
     """Makes the streams of all variants of one scenario; what they share is made once.
 
     reference (n,), None without a controller; conditions (n, 8) or (0, 8): engine/conditions.py. senses_velocity: there is a sensor of it.
+    hold_samples: of the controller's guard against invalid inputs (control/measurement_guard.py).
     """
 
     def __init__(
-        self, rig: Rig, scenario: Scenario, samples: int, reference: Vector | None, conditions: Vector, senses_velocity: bool = False
+        self,
+        rig: Rig,
+        scenario: Scenario,
+        samples: int,
+        reference: Vector | None,
+        conditions: Vector,
+        senses_velocity: bool = False,
+        hold_samples: int = 0,
     ) -> None:
-        self.rig, self.reference, self.senses_velocity = rig, reference, senses_velocity
+        self.rig, self.reference, self.senses_velocity, self.hold_samples = rig, reference, senses_velocity, hold_samples
         self.noise, self.seed = scenario.drive_noise, scenario.seed
         self.time: Vector = np.arange(samples, dtype=np.float64) * rig.sample_period_s
         self.gain: Vector | float = conditions[:, SENSOR_GAIN] if conditions.size else 1.0
@@ -61,7 +69,7 @@ class Sensors:
         shown: Vector = self.gain * true_drive + self.offset + noise
         of_drive = "effort" if drive == "effort" else drive_dimension(drive, constant=False)
         columns: dict[str, tuple[Vector, str]] = {
-            "position": (record[:, closed_loop.MEASURED], "position"),
+            "position": (self._shown(record), "position"),
             **({} if self.reference is None else {"reference": (self.reference, "position")}),
             drive: (shown, CHANNEL_DIMENSIONS[drive]),
             "effort": (self.rig.constant * shown, "effort"),
@@ -75,15 +83,47 @@ class Sensors:
             columns["velocity_measured"] = (velocity, "velocity")
         if used_speed is not None:
             columns["velocity_estimated"] = (used_speed, "velocity")
-        columns |= self.happening
+        columns |= self.happening | self._invalid(record[:, closed_loop.MEASURED])
         signals = {name: np.ascontiguousarray(values, dtype=np.float64) for name, (values, _) in columns.items()}
         units = {name: self._unit(dimension) for name, (_, dimension) in columns.items()}
         return Stream(topic, self.time, signals, units)
+
+    def _shown(self, record: Vector) -> Vector:
+        """The measured position (n,), for a log of numbers: where it is none, the last one before."""
+        measured = record[:, closed_loop.MEASURED]
+        valid = np.isfinite(measured)
+        if valid.all():
+            return measured
+        last = np.maximum.accumulate(np.where(valid, np.arange(valid.size), -1))
+        before = closed_loop.measure(float(record[0, closed_loop.TRUE_POSITION]), self.rig.resolution)
+        return np.where(last >= 0, measured[last], before)
+
+    def _invalid(self, measured: Vector) -> dict[str, tuple[Vector, str]]:
+        """Where the position was a number, and where the controller was in the fault (n,); nothing where no position was lost."""
+        valid = np.isfinite(measured)
+        if valid.all():
+            return {}
+        index = np.arange(valid.size)
+        in_a_row = index - np.maximum.accumulate(np.where(valid, index, -1))
+        found = {"position_valid": (valid.astype(np.float64), NO_UNIT)}
+        if self.reference is not None:
+            found["controller_fault"] = (np.maximum.accumulate(in_a_row > self.hold_samples).astype(np.float64), NO_UNIT)
+        return found
 
     def _unit(self, dimension: str) -> str:
         if dimension == NO_UNIT:
             return dimension
         return si_unit(dimension, self.rig.effort_axis if dimension == "effort" else self.rig.axis)
+
+
+def fault_warning(stream: Stream, hold_samples: int) -> list[str]:
+    """Return the warning of a stream in which the controller set its fault; nothing where it did not."""
+    fault = stream.signals.get("controller_fault")
+    if fault is None or not fault.any():
+        return []
+    begin = float(stream.time[int(np.argmax(fault))])
+    lost = f"more than {hold_samples} sample{'s' * (hold_samples != 1)} without a valid position"
+    return [f"{stream.topic}: the controller sets its fault at {begin:.6g} s, {lost}; drive 0"]
 
 
 def _happening(scenario: Scenario, conditions: Vector) -> dict[str, tuple[Vector, str]]:

@@ -35,7 +35,7 @@ static int32_t given(double value, int fraction, double low, double high)
 {{
     const double scaled = ldexp(value, fraction);
 
-    return (int32_t)(scaled >= high ? high : (scaled <= low ? low : rint(scaled)));
+    return !isfinite(value) ? {ID}_INVALID : (int32_t)(scaled >= high ? high : (scaled <= low ? low : rint(scaled)));
 }}
 #define GIVEN(value, NAME) given(value, {ID}_##NAME##_FRACTION, {ID}_##NAME##_LOW, {ID}_##NAME##_HIGH)
 #define TAKEN(value) ldexp((double)(value), -({ID}_DRIVE_FRACTION))

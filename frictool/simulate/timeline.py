@@ -20,12 +20,14 @@ from frictool.documents.scenario import Scenario
 from frictool.engine.conditions import (
     CONSTANT_FACTOR,
     DISTURBANCE,
+    ENCODER_FAULT,
     FRICTION,
+    INVALID,
     LOST,
     NO_CONDITIONS,
     SENSOR_GAIN,
     SENSOR_OFFSET,
-    STUCK_FLAG,
+    STUCK,
     VISCOUS_FACTOR,
     neutral,
 )
@@ -107,4 +109,5 @@ def _fail(rows: Vector, faults: Sequence[SensorFault], period: float) -> None:
         elif fault.gain_error is not None:
             rows[there, SENSOR_GAIN] *= 1.0 + fault.gain_error
         else:
-            rows[there, STUCK_FLAG] = 1.0
+            kind = INVALID if fault.kind == "encoder_invalid" else STUCK
+            rows[there, ENCODER_FAULT] = np.maximum(rows[there, ENCODER_FAULT], kind)

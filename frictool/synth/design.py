@@ -185,6 +185,7 @@ def _document(
         bench=bench,
         provenance=provenance,
         resonances=posed.model.resonances,
+        measurement_hold_samples=design.measurement_hold_samples,
     )
 
 

@@ -12,6 +12,7 @@ from frictool.control.fixed_point import FixedProgram
 from frictool.control.program import Node, Program
 
 WORD, LONG = 2**31, 2**63
+INVALID = -WORD
 Single = np.float32
 
 
@@ -78,6 +79,8 @@ def chosen(node: Node, of: list[Any]) -> Any:
             return of[0] != 0 or of[1] != 0
         case "not":
             return of[0] == 0
+        case "valid":
+            return math.isfinite(of[0])
         case "select":
             return of[1] if of[0] != 0 else of[2]
     raise AssertionError(node.op)
@@ -120,7 +123,9 @@ class InWords:
         return min(max(word, low), high)
 
     def given(self, place: int, value: float) -> int:
-        """The word of an input: nearest, halves to even, saturated."""
+        """The word of an input: nearest, halves to even, saturated; INVALID for what is no number."""
+        if not math.isfinite(value):
+            return INVALID
         return self.within(place, round(math.ldexp(value, self.scaled.fractions[place])))
 
     def step(self, inputs: Mapping[str, float]) -> float:
@@ -131,6 +136,8 @@ class InWords:
             if node.index not in self.values:
                 self.values[node.index] = self.done(node, [self.values[arg.index] for arg in node.args])
             low, high = self.scaled.words[node.index]
+            if self.values[node.index] == INVALID and node.op == "input":
+                continue
             if not (low <= self.values[node.index] <= high and abs(self.values[node.index]) < WORD):
                 raise Overflow(f"value {node.index} ({node.op}) is {self.values[node.index]}, outside [{low}, {high}]")
         for state, source in self.program.updates.items():
@@ -161,6 +168,8 @@ class InWords:
                 return shifted(total, s)
             case "select":
                 return shifted(of[1], sa) if of[0] else shifted(of[2], sb)
+            case "valid":
+                return int(of[0] != INVALID)
             case "lt" | "le" | "min" | "max":
                 return int(chosen(node, [shifted(of[0], sa), shifted(of[1], sb)]))
             case _:

@@ -24,7 +24,7 @@ from frictool.engine.closed_loop import (
     measure,
     run,
 )
-from frictool.engine.conditions import NO_CONDITIONS
+from frictool.engine.conditions import NO_CONDITIONS, SENSOR_OFFSET, neutral
 from frictool.engine.status import NOT_FINITE, OK
 from frictool.plant.axis import DRIVE, LOAD_POSITION, POSITION, VELOCITY, AxisParameters, rest
 from frictool.plant.load import Harmonic, Load
@@ -89,8 +89,9 @@ def test_nothing_acts_before_the_delay(delay: int) -> None:
 
 def test_a_failing_sample_is_reported_and_what_came_before_is_kept() -> None:
     record, state = np.zeros((3, RECORD_SIZE)), rest(5.0)
-    reference = np.array([5.0, math.nan, 5.0])
-    assert run(ENCODED.as_array(), state, started(CONTROLLER, 5.0), reference, PERIOD, 0, record, NO_LOAD, NO_CONDITIONS) == NOT_FINITE
+    reference, conditions = np.full(3, 5.0), neutral(3)
+    conditions[1, SENSOR_OFFSET] = math.nan
+    assert run(ENCODED.as_array(), state, started(CONTROLLER, 5.0), reference, PERIOD, 0, record, NO_LOAD, conditions) == NOT_FINITE
     assert record[0, TRUE_POSITION] == 5.0
     assert record[2, TRUE_POSITION] == 0.0
 

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from frictool.control.composition import controller_program
 from frictool.control.machine import control_step
 from frictool.documents.model import Model
 from frictool.documents.registry import load
@@ -18,12 +19,12 @@ from frictool.engine.closed_loop import COMMAND, MEASURED, RECORD_SIZE, TRUE_DRI
 from frictool.engine.conditions import (
     CONSTANT_FACTOR,
     DISTURBANCE,
+    ENCODER_FAULT,
     FRICTION,
     LOST,
     NO_CONDITIONS,
     SENSOR_GAIN,
     SENSOR_OFFSET,
-    STUCK_FLAG,
     VISCOUS_FACTOR,
     neutral,
 )
@@ -98,7 +99,7 @@ def in_python(axis: AxisParameters, conditions: Vector, reference: Vector) -> Ve
     own = started(CONTROLLER, math.floor(5.0 / axis.encoder_step) * axis.encoder_step)
     for k, target in enumerate(reference):
         row = conditions[k]
-        shown = shown if row[STUCK_FLAG] else (math.floor(state[POSITION] / axis.encoder_step) - row[LOST]) * axis.encoder_step
+        shown = shown if row[ENCODER_FAULT] else (math.floor(state[POSITION] / axis.encoder_step) - row[LOST]) * axis.encoder_step
         command = control_step(own, target, shown, state[VELOCITY])
         waiting.append(command)
         acting = (min(max(waiting.pop(0), -50.0), 50.0) - row[SENSOR_OFFSET]) / row[SENSOR_GAIN]
@@ -119,7 +120,7 @@ def happenings(draw: st.DrawFn) -> Vector:
         VISCOUS_FACTOR: st.floats(0.3, 2.0),
         CONSTANT_FACTOR: st.floats(0.7, 1.3),
         LOST: st.integers(-20, 20),
-        STUCK_FLAG: st.sampled_from([0.0, 1.0]),
+        ENCODER_FAULT: st.sampled_from([0.0, 1.0]),
         SENSOR_OFFSET: st.floats(-2.0, 2.0),
         SENSOR_GAIN: st.floats(0.8, 1.2),
     }
@@ -187,7 +188,7 @@ def test_friction_that_drifts_makes_no_energy(efforts: list[float], frictions: l
 
 def test_a_stuck_encoder_freezes_what_is_measured_and_nothing_else() -> None:
     conditions = neutral(REFERENCE.size)
-    conditions[30:60, STUCK_FLAG] = 1.0
+    conditions[30:60, ENCODER_FAULT] = 1.0
     found, sound = loop(ENCODED, conditions), loop(ENCODED, NO_CONDITIONS)
     np.testing.assert_array_equal(found[:30], sound[:30])
     assert np.ptp(found[29:60, MEASURED]) == 0.0
@@ -222,8 +223,9 @@ def test_a_wrong_current_sensor_makes_a_wrong_current(lag: float) -> None:
 
 
 def test_a_command_that_is_no_number_is_reported() -> None:
-    record, reference = np.zeros((3, RECORD_SIZE)), np.array([5.0, math.nan, 5.0])
+    record, reference = np.zeros((3, RECORD_SIZE)), np.full(3, 55.0)
     own = started(CONTROLLER, 5.0)
+    own.real[controller_program(CONTROLLER).states["x[0]"].index] = math.nan
     status = run(ENCODED.as_array(), rest(5.0), own, reference, PERIOD, 0, record, Load().as_array(), neutral(3))
     assert status == NOT_FINITE
 

@@ -64,10 +64,10 @@ CASES: dict[str, Controller] = {
     "observed": _observed(),
 }
 VISITS = {
-    "cut": {"run", "rest", "limited"},
-    "cascade": {"run", "brake", "rest", "limited", "voltage"},
-    "position": {"released", "braking", "held", "limited"},
-    "sections": {"limited"},
-    "scheduled": {"run", "rest", "limited"},
-    "observed": {"run", "brake", "rest", "limited"},
+    "cut": {"run", "rest", "limited", "invalid", "fault"},
+    "cascade": {"run", "brake", "rest", "limited", "voltage", "invalid", "fault"},
+    "position": {"released", "braking", "held", "limited", "invalid", "fault"},
+    "sections": {"limited", "invalid", "fault"},
+    "scheduled": {"run", "rest", "limited", "invalid", "fault"},
+    "observed": {"run", "brake", "rest", "limited", "invalid", "fault"},
 }

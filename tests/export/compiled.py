@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 from frictool.control.composition import controller_program
-from frictool.control.fixed_kernel import from_real
+from frictool.control.fixed_kernel import INVALID, from_real
 from frictool.control.fixed_point import BITS, DoesNotFit, fixed_program
 from frictool.control.machine import FIXED, FLOAT, Machine, control_step, start_at
 from frictool.control.number_format import machine_in
@@ -136,6 +136,8 @@ def simulated(program: Program, number: Number, rows: Values) -> Values:
         np.array([running.formats[place, 0] for place in places]) if running.number == FIXED else np.zeros(len(places), dtype=np.int64)
     )
     si = np.ldexp(rows.astype(np.float64), -fractions)
+    if running.number == FIXED:
+        si[rows == INVALID] = np.nan
     start_at(running, si[0, list(program.inputs).index("position")])
     drives = np.empty(len(rows))
     _played(running, places, len(program.inputs), si, drives)

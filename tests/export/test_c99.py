@@ -159,7 +159,7 @@ def test_self_test_notices_one_bit(part: str, number: Number, exports: dict[tupl
 def test_calls_nothing_but_sqrt_and_allocates_nothing(case: str, number: Number, exports: dict[tuple[str, Number], Path]) -> None:
     source = (exports[case, number] / "speed.c").read_text()
     code = re.sub(r"/\*.*?\*/", "", source, flags=re.DOTALL)
-    defined = set(re.findall(r"^(?:static )?(?:double|float|int32_t|int64_t|void) (\w+)\(", code, flags=re.MULTILINE))
+    defined = set(re.findall(r"^(?:static )?(?:double|float|int|int32_t|int64_t|void) (\w+)\(", code, flags=re.MULTILINE))
     called = set(re.findall(r"\b(\w+)\(", code)) - {"if", "while", "defined", "optimize", "return"}
     assert called - defined <= {"double": {"sqrt"}, "float": {"sqrtf"}}.get(number, {"INT64_C"})
     root = number in ("double", "float") and case not in ("position", "sections")

@@ -17,7 +17,7 @@ from frictool.documents.provenance import digest
 from frictool.documents.writing import to_yaml
 from tests.cli.run import refused, run
 from tests.control.example import CUT_LAW, clutch_controller
-from tests.export.compiled import NUMBERS
+from tests.export.compiled import COMPILERS, NUMBERS, built, ran
 from tests.export.controllers import scheduled
 from tests.verify.truthful import truthful
 
@@ -184,3 +184,34 @@ def test_fixed_point_of_a_scheduled_controller_is_refused_with_what_would_do(tmp
     result = run("export", path, "--lang", "c", "--number", "q31", "-o", tmp_path / "c")
     refused(result, 4, "q31 cannot be scaled", "coefficients move", "--number float")
     assert not (tmp_path / "c").exists()
+
+
+@pytest.mark.skipif(not COMPILERS, reason="no C compiler: neither gcc nor clang is on the PATH")
+@pytest.mark.parametrize("number", NUMBERS)
+def test_the_self_test_loses_inputs_and_recovers(number: str, tmp_path: Path) -> None:
+    """The vectors hold what is no number, the fault they set and the start that ends it; a wrong row of the fault is noticed."""
+    path = tmp_path / "controller.yaml"
+    path.write_text(to_yaml(truthful(replace(clutch_controller(CUT_LAW), measurement_hold_samples=2))))
+    result = run("export", path, "--number", number, "-o", tmp_path / "c")
+    assert (result.code, "in the fault" in result.stdout) == (0, True)
+    header, vectors = ((tmp_path / "c" / name).read_text() for name in ("speed.h", "speed_vectors.h"))
+    assert "#define SPEED_HOLD_SAMPLES 2" in header
+    assert "kept for 2 sample(s)" in header
+    rows = [line.strip(" {},").split(", ") for line in vectors.splitlines() if line.startswith("    {")]
+    lost = [index for index, row in enumerate(rows) if {"NAN", "INFINITY", "-INFINITY", "INT32_MIN"} & set(row)]
+    assert len(lost) == 3 * 2 + 3
+    fault, restart = (int(re.findall(rf"{name} (\d+)", vectors)[0]) for name in ("FAULT_FROM", "RESTART"))
+    assert fault == lost[-1]
+    assert {float.fromhex(row[-1].rstrip("f")) if "x" in row[-1] else float(row[-1]) for row in rows[fault:restart]} == {0.0}
+    assert ran(built(tmp_path / "c", COMPILERS[0]))[0] == 0
+    (tmp_path / "c/speed_vectors.h").write_text(vectors.replace(f"FAULT_FROM {fault}", f"FAULT_FROM {fault + 1}"))
+    assert ran(built(tmp_path / "c", COMPILERS[0]))[:2] == (1, f"speed: sample {fault}: the fault is 1\n")
+
+
+@pytest.mark.parametrize(("language", "number"), [("json", "double"), ("matlab", "double"), ("cmsis", "float")])
+def test_other_formats_say_what_they_do_not_contain(controller: Path, language: str, number: str, tmp_path: Path) -> None:
+    result = run("export", controller, "--lang", language, "--number", number, "-o", tmp_path / "c")
+    assert result.code == 0
+    assert "guard of the inputs" in result.stdout
+    (file,) = (tmp_path / "c").iterdir()
+    assert re.search(rb"guard (that holds|against)", file.read_bytes().replace(b"\0", b""))

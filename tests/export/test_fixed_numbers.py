@@ -130,8 +130,9 @@ def test_macros_of_the_header(number: Number, tmp_path: Path) -> None:
 def test_any_words_at_all_are_saturated_and_never_undefined(case: str, number: Number, tmp_path: Path) -> None:
     """Inputs over the whole of int32_t, its ends among them, under the sanitizer."""
     program, random = controller_program(CASES[case]), np.random.default_rng(3)
-    rows = random.integers(-(2**31), 2**31, (2000, len(program.inputs))).astype(np.int32)
-    rows[1000:] = np.where(random.random((1000, len(program.inputs))) < 0.5, -(2**31), 2**31 - 1)
+    rows = random.integers(1 - 2**31, 2**31, (3000, len(program.inputs))).astype(np.int32)
+    rows[1000:] = np.where(random.random((2000, len(program.inputs))) < 0.5, 1 - 2**31, 2**31 - 1)
+    rows[2000:, 1][random.random(1000) < 0.3] = -(2**31)  # the word that stands for no number: some in a row, and the fault in the end
     write(CASES[case], tmp_path, number)
     play = library(CASES[case], number, tmp_path, COMPILERS[0], "-O1", "-fsanitize=undefined", "-fno-sanitize-recover=all")
     assert play(rows).tobytes() == simulated(program, number, rows).tobytes()

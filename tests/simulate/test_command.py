@@ -114,3 +114,22 @@ def test_help_opens_with_an_example() -> None:
     lines = run("simulate", "--help").stdout.splitlines()
     assert "Example:" in lines[2]
     assert "frictool simulate model.yaml" in lines[3]
+
+
+@pytest.mark.parametrize("number", ["double", "q31"])
+def test_a_lost_encoder_is_bridged_or_sets_the_fault(rig: dict[str, Path], tmp_path: Path, number: str) -> None:
+    """Three samples without a position change little; a fourth ends the drive for the rest of the run, and the command says so."""
+    scenario = rig["scenario"].read_text()
+    drives = []
+    for samples in (0, 3, 4):
+        lost = f"sensor_faults:\n  - {{kind: encoder_invalid, at_s: 0.1, until_s: {0.1 + 1e-3 * samples:g}}}\n" if samples else ""
+        rig["scenario"].write_text(scenario + lost)
+        result = simulate(rig, tmp_path / f"{samples}.mcap", "--number", number)
+        assert result.code == 0, result.stderr
+        assert ("the controller sets its fault at 0.103 s, more than 3 samples" in result.stdout + result.stderr) == (samples == 4)
+        log = read_mcap(tmp_path / f"{samples}.mcap")
+        assert all(np.all(np.isfinite(values)) for values in log.main.signals.values())
+        drives.append(log.main.signals["command"])
+    assert np.array_equal(drives[0][:100], drives[2][:100])
+    assert drives[1][103:].any()
+    assert not drives[2][103:].any()

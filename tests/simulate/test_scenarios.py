@@ -309,7 +309,13 @@ def test_the_scenario_of_the_formats_page_is_one(tmp_path: Path) -> None:
     assert {fault.kind for fault in drawn.spread.sensor_faults} == {fault.kind for fault in found.sensor_faults}
     assert [signal.kind for signal in load(played, Scenario).sources["motor"]] == ["step", "pulse", "ramp", "sine"]
     assert len(found.steps) == 4
-    assert {fault.kind for fault in found.sensor_faults} == {"lost_counts", "encoder_stuck", "drive_offset", "drive_gain"}
+    assert {fault.kind for fault in found.sensor_faults} == {
+        "lost_counts",
+        "encoder_stuck",
+        "encoder_invalid",
+        "drive_offset",
+        "drive_gain",
+    }
     assert load(other, Scenario).reference.shift.value == 5.0
 
 

@@ -6,9 +6,11 @@ import shutil
 from pathlib import Path
 
 import msgspec
+import numpy as np
 import pytest
 
 from frictool.control.composition import controller_program
+from frictool.documents.conditions import SensorFault
 from frictool.documents.controller import Controller, Number
 from frictool.documents.provenance import Provenance, digest
 from frictool.errors import FrictoolError
@@ -28,13 +30,13 @@ PROVENANCE = Provenance("frictool simulate", "0")
 SHA256 = "0" * 64  # of the sources that tests.export.compiled writes
 
 
-def logs(made: Controller, number: Number, folder: Path) -> tuple[Log, Log]:
+def logs(made: Controller, number: Number, folder: Path, faults: tuple[SensorFault, ...] = ()) -> tuple[Log, Log]:
     """The log with the simulation's own controller, and the one with the compiled code."""
     for name, text in sources(made, number).items():
         (folder / name).write_text(text)
     code = compiled_target(folder, SHA256, "controller.yaml", tuple(controller_program(made).inputs))
     assert code.number == number
-    played = clutch_model(), made, scenario(40.0, 25.0, seconds=0.25, drive_noise=0.05), PROVENANCE
+    played = clutch_model(), made, scenario(40.0, 25.0, seconds=0.25, drive_noise=0.05, sensor_faults=faults), PROVENANCE
     return step_test(*played, number=number), step_test(*played, target=code)
 
 
@@ -53,6 +55,23 @@ def test_the_log_is_the_same_in_every_channel(case: str, number: Number, tmp_pat
     assert same(simulated, compiled)
     assert simulated.main.signals["command"].any()
     assert simulated.main.signals["velocity"].any()
+
+
+@needs_compiler
+@pytest.mark.parametrize("number", NUMBERS)
+@pytest.mark.parametrize("case", ["cut", "position", "observed"])
+def test_an_encoder_that_is_lost_is_the_same_in_every_channel_too(case: str, number: Number, tmp_path: Path) -> None:
+    """Three samples are bridged; of five more the last two set the fault, and the valid ones after them do not end it."""
+    made = controller() if case == "cut" else CASES[case]
+    lost = (SensorFault("encoder_invalid", 0.05, 0.053), SensorFault("encoder_invalid", 0.3, 0.305))
+    simulated, compiled = logs(made, number, tmp_path, lost)
+    assert same(simulated, compiled)
+    signals = simulated.main.signals
+    assert np.flatnonzero(signals["position_valid"] == 0.0).tolist() == [50, 51, 52, 300, 301, 302, 303, 304]
+    assert np.flatnonzero(signals["controller_fault"]).tolist() == list(range(303, 500))
+    assert not signals["command"][303:].any()
+    assert signals["command"][50:53].all()
+    assert simulated.warnings == ("/axis: the controller sets its fault at 0.303 s, more than 3 samples without a valid position; drive 0",)
 
 
 @needs_compiler

@@ -14,11 +14,11 @@ from frictool.documents.quantity import Quantity
 from frictool.engine.conditions import (
     CONSTANT_FACTOR,
     DISTURBANCE,
+    ENCODER_FAULT,
     FRICTION,
     LOST,
     SENSOR_GAIN,
     SENSOR_OFFSET,
-    STUCK_FLAG,
     VISCOUS_FACTOR,
     neutral,
 )
@@ -102,7 +102,7 @@ def test_faults_begin_and_end_at_their_samples() -> None:
     )
     rows = conditions_of(scenario(sensor_faults=faults), N, T)
     np.testing.assert_array_equal(rows[[99, 100, 299, 300, 1999], LOST], [0, 5, 5, 3, 3])
-    np.testing.assert_array_equal(rows[[199, 200, 249, 250], STUCK_FLAG], [0, 1, 1, 0])
+    np.testing.assert_array_equal(rows[[199, 200, 249, 250], ENCODER_FAULT], [0, 1, 1, 0])
     assert rows[[499, 500, 599, 600, 699, 700], SENSOR_OFFSET] == pytest.approx([0, 0.4, 0.4, 0.5, 0.5, 0.4])
     assert rows[[900, 901, 999, 1000], SENSOR_GAIN] == pytest.approx([1, 0.9, 0.9, 1])  # none before its instant
 

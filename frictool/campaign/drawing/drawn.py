@@ -91,7 +91,7 @@ def _faults(spread: Spread, at: Values) -> list[SensorFault]:
         elif fault.gain_error is not None:
             found.append(SensorFault("drive_gain", begin, until, gain_error=at.get(f"{key}.gain_error", fault.gain_error.low)))
         else:
-            found.append(SensorFault("encoder_stuck", begin, until))
+            found.append(SensorFault(fault.kind, begin, until))
     return found
 
 

@@ -14,6 +14,7 @@ Band = FactorBand | InstantBand | LastingBand | GainBand | CountBand | Frequency
 OF_FAULT = {
     "lost_counts": "lost counts",
     "encoder_stuck": "encoder stuck",
+    "encoder_invalid": "encoder invalid",
     "drive_offset": "offset of the drive's sensor",
     "drive_gain": "gain error of the drive's sensor",
 }
