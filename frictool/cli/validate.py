@@ -24,8 +24,9 @@ samples (or as the bench's drive lag lets it); the errors of position, velocity,
 With the gains of the controller that ran on the bench (--position-gain, --speed-gain), the measured reference drives the model in closed
 loop:  {LAW}.  Gains are in SI: 1/s, A s/rad (V s/m), A/(rad s).
 
-Open loop the force error is what the model lacks of the effort along the measured motion, closed loop measured less simulated effort.
-Relative errors are norms over the norm of what was measured.
+The force error is that of identify: the effort that the model lacks along the measured motion, sample by sample where the axis slips, in
+the band of the motion. The effort error of a closed loop is measured less simulated effort. Relative errors are norms over the norm of
+the measured signal.
 """
 positive = FiniteRange(0.0, min_open=True)
 
@@ -99,5 +100,7 @@ def table(found: Validation, model: Model) -> str:
         f"{found.loop} loop: {how}, {found.time.size} samples after the first {found.skip}",
         f"position error   {found.position_rmse:.4g} {length} rms, {found.largest:.4g} {length} at most",
     ]
-    lines += [f"{name:<16} {100.0 * error:.4g} % of what was measured" for name, error in found.errors.items()]
+    for name, error in found.errors.items():
+        shown = "unknown: no sample is certain to slip" if error is None else f"{100.0 * error:.4g} % of what was measured"
+        lines.append(f"{name:<16} {shown}")
     return "\n".join(lines)

@@ -37,9 +37,9 @@ class Parameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 
 
 class Fit(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """How well the model explains the data it was found from."""
+    """How well the model explains the data it was found from; `held_out_force_error` is of models of earlier versions."""
 
-    force_error: float
+    force_error: float | None
     condition: float
     samples: int
     held_out_force_error: float | None = None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import msgspec
@@ -15,6 +15,7 @@ from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION
 from frictool.identify import methods
 from frictool.identify.breakaway.breakaway import Breakaway, breakaway, is_ramp
 from frictool.identify.estimators.auto import inertia_over_position
+from frictool.identify.force_error import SlipRows, force_error, motion_rows
 from frictool.identify.orientation import negative_work, opposite_signs, reversed_sign
 from frictool.identify.outcome import CURVE, PARAMETERS, SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.plausible import implausible
@@ -80,8 +81,9 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
     found: dict[str, Interval] = {}
     refused: dict[str, str] = {}
     fit, onsets = None, None
+    rows = motion_rows(sliding, bench)
     try:
-        fit = _slide(sliding, bench, method, settings)
+        fit = _slide(sliding, rows, bench, method, settings)
         _accept(fit.parameters, fit.refused, bench, found, refused)
     except NothingUsable as error:
         refused.update(dict.fromkeys(SLIDING, str(error)))
@@ -108,6 +110,8 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
         fit, onsets, laws = _by_position(sliding, ramps, fit, onsets, bench, method, settings, found, refused)
     elif onsets is not None and onsets.rising is not None:
         laws = _rising(onsets, bench, found, laws)
+    if fit is not None:
+        fit = with_force_error(replace(fit, laws=laws), rows, found, bench)
     ordered = {name: found[name] for name in (*PARAMETERS, *CURVE) if name in found}
     warnings = (*odd, *_surprises(ordered, bench), *_doubts(fit))
     result = Identification((fit and fit.method) or method, settings.confidence, kinds, ordered, refused, fit, onsets, warnings, laws)
@@ -148,27 +152,41 @@ def _surprises(found: Mapping[str, Interval], bench: Bench) -> list[str]:
 
 
 def _doubts(fit: Fit | None) -> list[str]:
-    """A warning where the fit leaves so much of the effort that it may be that of another model."""
-    if fit is None or fit.force_error <= DOUBTFUL_FORCE_ERROR:
+    """Return a warning if the model, or the method in its own equations, leaves so much of the effort that another model may hold."""
+    if fit is None:
+        return []
+    shown, left = "force error", fit.force_error or 0.0
+    if left <= DOUBTFUL_FORCE_ERROR:
+        shown, left = "residual of the method's own equations", fit.residual
+    if left <= DOUBTFUL_FORCE_ERROR:
         return []
     return [
-        f"force error {100 * fit.force_error:.3g} %, above {100 * DOUBTFUL_FORCE_ERROR:g} %: unless so much of the effort is noise, it "
-        "holds something that the model has not, and the intervals do not hold that; look at frictool validate, or take --method auto"
+        f"{shown} {100 * left:.3g} %, above {100 * DOUBTFUL_FORCE_ERROR:g} %: the effort is noisy, or something acts that is not in the "
+        "model, and the intervals do not hold that; look at frictool validate, or use --method auto"
     ]
 
 
-def _slide(records: list[Record], bench: Bench, method: str, settings: methods.Settings) -> Fit:
+def _slide(records: list[Record], rows: Sequence[SlipRows], bench: Bench, method: str, settings: methods.Settings) -> Fit:
+    """Return the fit of one method with its force error. Raises NothingUsable if there is none, or if it explains too little."""
     if not records:
         raise NothingUsable("no log of sliding motion was given")
     refuse_unmeasured(records, bench)
     fit = methods.run(method, records, bench, settings)
     refuse_self_explained(fit, records)
-    if fit.force_error > LARGEST_FORCE_ERROR:
+    fit = with_force_error(fit, rows, fit.parameters, bench)
+    if fit.force_error is not None and fit.force_error > LARGEST_FORCE_ERROR:
         allowed = f"(allowed: {100 * LARGEST_FORCE_ERROR:g} %)"
         raise NothingUsable(
             f"the model does not explain the effort: force error {100 * fit.force_error:.3g} % {allowed}; is it of this motion?"
         )
     return fit
+
+
+def with_force_error(fit: Fit, rows: Sequence[SlipRows], found: Mapping[str, Interval], bench: Bench) -> Fit:
+    """Return the fit with the force error of a model that has the values `found`, and for the others the bench's."""
+    values = {name: (found.get(name) or prior(bench, name)).value for name in SLIDING}
+    values |= {name: interval.value for name, interval in found.items()}
+    return replace(fit, force_error=force_error(rows, values, fit.laws))
 
 
 def _break_away(ramps: list[Record], bench: Bench, found: Mapping[str, Interval], confidence: float) -> Breakaway:

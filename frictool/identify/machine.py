@@ -25,7 +25,8 @@ def as_view(result: Identification, bench: Bench, model: Model | None = None) ->
             for name, found in result.identified.items()
         },
         "force_error": fit.force_error if fit else None,
-        "held_out_force_error": fit.held_out_force_error if fit else None,
+        "residual": fit.residual if fit else None,
+        "held_out_residual": fit.held_out_residual if fit else None,
         "condition": fit.condition if fit else None,
         "samples": fit.samples if fit else None,
         "details": fit.details if fit else {},

@@ -23,7 +23,7 @@ def model_of(result: Identification, bench: Bench, provenance: Provenance) -> Mo
     estimates["breakaway"] = _breakaway(result, bench, estimates["coulomb"])
     estimates |= {name: _estimate(name, result, bench) for name in CURVE if name in result.identified}
     fit = result.fit
-    summary = None if fit is None else FitSummary(fit.force_error, fit.condition, fit.samples, fit.held_out_force_error)
+    summary = None if fit is None else FitSummary(fit.force_error, fit.condition, fit.samples)
     return Model(
         format="model/1",
         name=bench.name,

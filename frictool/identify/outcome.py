@@ -37,16 +37,17 @@ class Interval:
 class Fit:
     """The sliding parameters of one method.
 
-    parameters: name -> interval. refused: name -> reason, with figures. force_error, held_out_force_error: rms of the effort's
-    residual over rms of the effort, on the samples used, and on strokes that the fit did not see. details: figures of the method.
+    parameters: name -> interval. refused: name -> reason, with figures. residual, held_out_residual: rms of the residual over rms of
+    the right-hand side, in the method's own equations and on strokes that the fit did not see; figures of two methods cannot be
+    compared. force_error: that of `force_error.py`, which can; `identify` fills it in. details: figures of the method.
     laws: what the method found of friction beyond the parameters. method, why: which method it is and why, where it was chosen.
     dropped: parameters taken to be 0, since strokes that the fit did not see are predicted no worse without them.
     """
 
     parameters: dict[str, Interval]
     refused: dict[str, str]
-    force_error: float
-    held_out_force_error: float | None
+    residual: float
+    held_out_residual: float | None
     condition: float
     samples: int
     details: dict[str, float | int] = field(default_factory=dict)
@@ -54,3 +55,4 @@ class Fit:
     method: str | None = None
     why: str | None = None
     dropped: tuple[str, ...] = ()
+    force_error: float | None = None

@@ -58,6 +58,13 @@ class Record:
         """One count of what was measured, rad | m, or rad/s | m/s."""
         return self.resolution if self.velocity is None else self.resolution / self.period
 
+    def part(self, kept: slice) -> Record:
+        """Return a part of the record, its pieces numbered from 0."""
+        reference, velocity = (None if signal is None else signal[kept] for signal in (self.reference, self.velocity))
+        piece = self.piece[kept] - self.piece[kept][0]
+        time, position, effort = (signal[kept] for signal in (self.time, self.position, self.effort))
+        return replace(self, time=time, position=position, effort=effort, piece=piece, reference=reference, velocity=velocity)
+
 
 def make_record(
     name: str, time: Vector, position: Vector, effort: Vector, resolution: float, lag: float, reference: Vector | None = None

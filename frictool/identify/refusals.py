@@ -23,7 +23,7 @@ AT_THE_LIMIT = 0.99  # of what the actuator gives: flat there, the effort itself
 STOPPING_SAMPLES = 3  # the speed before the stop is taken over so many, and after it nothing moves for as many
 MARGIN = 2.0  # times what the effort and the friction can brake
 COUNTS = 2.0  # that the encoder may be off over those samples
-SELF_EXPLAINED = 1e-3  # force error: smaller than any sensor's
+SELF_EXPLAINED = 1e-3  # relative residual: smaller than any sensor's noise
 NO_FRICTION = 0.02  # Coulomb friction over the rms effort
 
 
@@ -68,12 +68,12 @@ def _refuse_clipped(record: Record, bench: Bench) -> None:
 def refuse_self_explained(fit: Fit, records: list[Record]) -> None:
     """Raises NothingUsable where the fit explains the effort to the last digit without friction."""
     coulomb = fit.parameters.get("coulomb")
-    if coulomb is None or fit.force_error > SELF_EXPLAINED:
+    if coulomb is None or fit.residual > SELF_EXPLAINED:
         return
     size = _rms([record.effort for record in records])
     if abs(coulomb.value) < NO_FRICTION * size:
         raise NothingUsable(
-            f"the motion alone explains the effort to {100 * fit.force_error:.1g} %, with a friction of {coulomb.value:.2g} beside an "
+            f"the motion alone explains the effort to {100 * fit.residual:.1g} %, with a friction of {coulomb.value:.2g} beside an "
             f"effort of {size:.2g} (rms): it was computed from the encoder, by a controller or a model, and not measured; "
             "log the measured current"
         )

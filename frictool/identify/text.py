@@ -91,6 +91,11 @@ def presliding_lines(model: Model) -> list[str]:
     return lines + [f"  {name}: not told: {reason}" for name, reason in found.refused.items()]
 
 
+def force_line(error: float | None) -> str:
+    """Return the force error for people."""
+    return "force error unknown: no sample is certain to slip" if error is None else f"force error {100 * error:.3g} %"
+
+
 def table(result: Identification, model: Model) -> str:
     """The same for people."""
     lines = [f"{Path(name).name}: {kind}" for name, kind in result.kinds.items()]
@@ -106,11 +111,7 @@ def table(result: Identification, model: Model) -> str:
         interval = f"[{estimate.low:.5g}, {estimate.high:.5g}]" if known else "unknown"
         lines.append(f"{name:<{width}}{estimate.value:>12.5g}  {interval:<28}{estimate.unit:<12}{estimate.source}")
     if result.fit is not None:
-        held_out = result.fit.held_out_force_error
-        unseen = "" if held_out is None else f", {100 * held_out:.3g} % on strokes it did not see"
-        lines.append(
-            f"force error {100 * result.fit.force_error:.3g} %{unseen}; condition {result.fit.condition:.3g}; {result.fit.samples} samples"
-        )
+        lines.append(f"{force_line(result.fit.force_error)}; condition {result.fit.condition:.3g}; {result.fit.samples} samples")
     if result.ramp is not None:
         unit = model.parameters.breakaway.unit
         lines.append(f"breakaway from {result.ramp.onsets} onsets, each seen {result.ramp.delay:.3g} {unit} late (corrected)")

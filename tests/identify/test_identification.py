@@ -129,9 +129,9 @@ def test_a_fit_that_leaves_much_of_the_effort_says_so() -> None:
     """Differences on a coarse encoder (table 4.6): the intervals do not know what the encoder has done to the regressors."""
     found = identify([record(sines(1))], [], clutch(), "ordinary", Settings(time_constant=1.5e-3))
     assert found.fit is not None
-    assert 0.2 < found.fit.force_error < 0.5
+    assert 0.2 < found.fit.residual < 0.5
     (warning,) = found.warnings
-    assert warning.startswith(f"force error {100 * found.fit.force_error:.3g} %, above 20 %: ")
+    assert warning.startswith(f"residual of the method's own equations {100 * found.fit.residual:.3g} %, above 20 %: ")
 
 
 def test_a_log_given_twice_is_refused() -> None:

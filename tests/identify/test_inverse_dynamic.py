@@ -39,8 +39,8 @@ def test_published_values_of_emps(emps: Record, bench: Bench) -> None:
     for name, (value, tolerance) in PUBLISHED_VALUES.items():
         assert found.parameters[name].value == pytest.approx(value, rel=tolerance)
         assert found.parameters[name].low < value < found.parameters[name].high
-    assert found.force_error == pytest.approx(0.0408, abs=5e-4)
-    assert found.held_out_force_error == pytest.approx(found.force_error, rel=0.05)
+    assert found.residual == pytest.approx(0.0408, abs=5e-4)
+    assert found.held_out_residual == pytest.approx(found.residual, rel=0.05)
 
 
 def test_least_squares_agrees_on_emps(emps: Record, bench: Bench) -> None:

@@ -32,8 +32,8 @@ def test_the_coarse_encoder_gives_friction_and_refuses_inertia(coarse: Record) -
         assert interval.half_width < tolerance * truth
     assert "(4.3)" in found.refused["inertia"]
     assert "+-16 %" in found.refused["inertia"]
-    assert found.force_error < 0.01
-    assert found.held_out_force_error == pytest.approx(found.force_error, rel=0.1)
+    assert found.residual < 0.01
+    assert found.held_out_residual == pytest.approx(found.residual, rel=0.1)
 
 
 def test_a_fine_encoder_gives_inertia() -> None:
@@ -50,7 +50,7 @@ def test_an_exact_sensor_leaves_next_to_no_error(monkeypatch: pytest.MonkeyPatch
     found = least_squares([record(sines(1, exact), exact)], clutch(), Settings())
     for name, interval in found.parameters.items():
         assert interval.value == pytest.approx(getattr(TRUTH, name), rel=1e-4)
-    assert found.force_error < 1e-4
+    assert found.residual < 1e-4
 
 
 def test_intervals_widen_with_confidence(coarse: Record) -> None:

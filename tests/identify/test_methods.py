@@ -30,7 +30,7 @@ def test_known_parameters_of_the_mass(method: str, log: Record, tmp_path: Path) 
     for name in ("inertia", "viscous", "coulomb"):
         assert fit.parameters[name].low <= getattr(MASS, name) <= fit.parameters[name].high
     assert fit.parameters["coulomb"].half_width < 0.03
-    assert fit.force_error == pytest.approx(fit.held_out_force_error, rel=0.05)
+    assert fit.residual == pytest.approx(fit.held_out_residual, rel=0.05)
 
 
 def test_equal_weights_are_the_narrowest_under_an_even_noise(log: Record, tmp_path: Path) -> None:

@@ -44,7 +44,7 @@ def test_the_inertia_beside_friction_over_position_and_speed() -> None:
     assert regime.above.low <= KNEE <= regime.above.high
     assert regime.viscous.value == pytest.approx(ABOVE, rel=0.05)
     assert fit.parameters["viscous"].value < 0.01 * ABOVE  # below the knee there is none
-    assert fit.force_error < 0.01
+    assert fit.residual < 0.01
     assert set(fit.parameters) == {"inertia", "viscous", "coulomb", "offset"}  # no column beside the four is a parameter
 
 

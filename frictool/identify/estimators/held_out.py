@@ -12,7 +12,6 @@ hour a part is simulated, evenly over all of it: what is not seen in five minute
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -41,17 +40,9 @@ def halves(records: Sequence[Record]) -> Sides | None:
         cut = int(starts[np.argmin(np.abs(starts - number.size // 2))])
         if not FEWEST_SAMPLES < cut < number.size - FEWEST_SAMPLES:
             return None
-        before.append(_part(record, slice(0, cut)))
-        after.append(_part(record, slice(cut, None)))
+        before.append(record.part(slice(0, cut)))
+        after.append(record.part(slice(cut, None)))
     return before, after
-
-
-def _part(record: Record, kept: slice) -> Record:
-    reference = None if record.reference is None else record.reference[kept]
-    piece = record.piece[kept] - record.piece[kept][0]
-    return replace(
-        record, time=record.time[kept], position=record.position[kept], effort=record.effort[kept], piece=piece, reference=reference
-    )
 
 
 def held_out_squares(sides: Sides, bench: Bench, terms: tuple[str, ...], known: Mapping[str, float]) -> Vector:

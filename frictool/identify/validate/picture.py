@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from frictool.documents.quantity import Axis, si_unit
@@ -21,14 +22,15 @@ def picture(validation: Validation, name: str, axis: Axis) -> str:
         if validation.reference is not None:
             shown = shown_samples(validation.reference)
             axes[0].plot(validation.time[shown], validation.reference[shown], ":", linewidth=0.9, color=REFERENCE, label="reference")
-        for ax, signal in zip(axes, ("position", "velocity", "force"), strict=False):
+        effort = "effort" if "effort" in validation.measured else "force"
+        for ax, signal in zip(axes, ("position", "velocity", effort), strict=False):
             for values, colour, label in (
                 (validation.measured[signal], MEASURED, "measured"),
                 (validation.simulated[signal], SIMULATED, "simulated"),
             ):
-                shown = shown_samples(values)
+                shown = shown_samples(np.nan_to_num(values))
                 ax.plot(validation.time[shown], values[shown], linewidth=0.9, color=colour, label=label)
-            ax.set_ylabel(effort_label(axis) if signal == "force" else f"{signal}\n{si_unit(signal, axis)}")
+            ax.set_ylabel(effort_label(axis) if signal == effort else f"{signal}\n{si_unit(signal, axis)}")
         error = validation.measured["position"] - validation.simulated["position"]
         shown = shown_samples(error)
         axes[3].plot(validation.time[shown], error[shown], linewidth=0.9, color=SIMULATED)

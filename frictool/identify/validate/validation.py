@@ -1,10 +1,11 @@
 """What a model does with what was measured, against what the axis did.
 
-    open loop     the measured effort drives the model; force error: the effort that the model lacks along the measured motion
-    closed loop   the bench's controller drives the model along the measured reference; force error: measured less simulated effort
+    open loop     the measured effort drives the model
+    closed loop   the bench's controller drives the model along the measured reference; effort error: measured less simulated effort
 
-Errors are norms over the norm of what was measured, over all samples but the first. Velocity and acceleration of measured and
-simulated positions alike are differences after the low-pass of the published pipeline (`inverse_dynamic`).
+Errors are norms over the norm of the measured signal, over all samples but the first. Velocity and acceleration of measured and
+simulated positions alike are differences after the low-pass of the published pipeline (`inverse_dynamic`). The force error of both loops
+is that of `identify` (`force_error.py`): the effort that the model lacks along the measured motion, over the samples certain to slip.
 """
 
 from __future__ import annotations
@@ -20,20 +21,22 @@ from frictool.engine.replay import FREE, replay, replayed
 from frictool.engine.servo import Servo, serve
 from frictool.engine.status import MESSAGES, OK
 from frictool.errors import LogError, NoSolutionError
-from frictool.identify.estimators.simulated import observer_gains
+from frictool.identify.force_error import slip_rows
+from frictool.identify.outcome import CURVE, PARAMETERS
 from frictool.identify.record import Record, Vector
 from frictool.identify.rows.segments import Segment, whole
-from frictool.plant.axis import INERTIA, VELOCITY
+from frictool.plant.axis import VELOCITY
 from frictool.plant.axis_model import axis_of, load_of
 
 OPEN, CLOSED = "open", "closed"
 FILTER_ORDER = 4
+FIELDS = (*PARAMETERS, *CURVE)  # of a model's parameters
 HIGHEST_CUTOFF = 0.4  # of the sampling rate: below half of it
 
 
 @dataclass(frozen=True)
 class Validation:
-    """Samples (n,) of measured and simulated signals in SI, nan before the first that counts, and the errors by name.
+    """Samples (n,) of measured and simulated signals in SI, NaN where the force is not told, and the errors by name.
 
     loop: `open` or `closed`. skip: samples left out at the start of each piece. largest: the largest position error, rad | m.
     reference (n,): rad | m, of a closed loop.
@@ -46,7 +49,7 @@ class Validation:
     simulated: dict[str, Vector]
     position_rmse: float
     largest: float
-    errors: dict[str, float]
+    errors: dict[str, float | None]
     reference: Vector | None = None
 
 
@@ -68,7 +71,8 @@ def validate(model: Model, record: Record, skip: int, cutoff_hz: float, servo: S
     if servo is not None and record.reference is None:
         raise LogError(record.name, "has no channel reference, which a closed loop follows; leave the gains out for the open loop")
     cutoff = min(cutoff_hz, HIGHEST_CUTOFF / record.period)
-    runs = [_run(model, piece, servo, moving, cutoff) for piece in pieces]
+    force = _force(model, record)
+    runs = [_run(model, piece, servo, moving, cutoff) | _cut(force, piece) for piece in pieces]
     counted = [{name: pair_part(pair, skip) for name, pair in run.items()} for run in runs]
     signals = {name: tuple(np.concatenate([run[name][side] for run in counted]) for side in (0, 1)) for name in counted[0]}
     gap = signals["position"][0] - signals["position"][1]
@@ -90,9 +94,26 @@ def pair_part(pair: tuple[Vector, Vector], skip: int) -> tuple[Vector, Vector]:
     return pair[0][skip:], pair[1][skip:]
 
 
-def _relative(measured: Vector, simulated: Vector) -> float:
-    size = float(np.linalg.norm(measured))
-    return float(np.linalg.norm(measured - simulated)) / size if size > 0.0 else math.inf
+def _relative(measured: Vector, simulated: Vector) -> float | None:
+    """Return the relative error over the samples that have a value, or None if none has."""
+    known = np.isfinite(measured) & np.isfinite(simulated)
+    size = float(np.linalg.norm(measured[known]))
+    return float(np.linalg.norm((measured - simulated)[known])) / size if size > 0.0 else None
+
+
+def _force(model: Model, record: Record) -> tuple[Vector, Vector]:
+    """Return the smoothed measured effort (n,) and the model's along the measured motion, NaN where the axis may not slip."""
+    measured, modelled = np.full((2, record.position.size), np.nan)
+    rows = slip_rows(record, model.bench)
+    if rows is not None:
+        values = {name: given.value for name in FIELDS if (given := getattr(model.parameters, name)) is not None}
+        measured[rows.index], modelled[rows.index] = rows.effort, rows.modelled(values, model.laws)
+    return measured, modelled
+
+
+def _cut(force: tuple[Vector, Vector], piece: Segment) -> dict[str, tuple[Vector, Vector]]:
+    """Return the part of both efforts that belongs to a piece."""
+    return {"force": (force[0][piece.first : piece.last], force[1][piece.first : piece.last])}
 
 
 def _run(model: Model, piece: Segment, servo: Servo | None, moving: bool, cutoff: float) -> dict[str, tuple[Vector, Vector]]:
@@ -104,14 +125,13 @@ def _run(model: Model, piece: Segment, servo: Servo | None, moving: bool, cutoff
     if not moving:
         state[VELOCITY] = 0.0
     x, v, u, effort = np.empty(n), np.empty(n), np.empty(n), piece.effort
+    simulated_effort: dict[str, tuple[Vector, Vector]] = {}
     if servo is not None:
         assert piece.reference is not None
         status = serve(p, load, state, np.array(servo), piece.reference, float(effort[0]), period, x, v, u)
+        simulated_effort["effort"] = (effort, u)
     else:
-        gains = observer_gains(record)
-        status = replay(p, load, state.copy(), effort, piece.position, gains, period, x, v)
-        u = effort + p[INERTIA] * gains[1] / period * (piece.position - x)
-        status = replay(p, load, state, effort, piece.position, FREE, period, x, v) if status == OK else status
+        status = replay(p, load, state, effort, piece.position, FREE, period, x, v)
     if status != OK:
         raise NoSolutionError(f"{record.name}: {MESSAGES[status]}; check the model's parameters")
     rates = [_rates(position, period, cutoff) for position in (piece.position, x)]
@@ -119,7 +139,7 @@ def _run(model: Model, piece: Segment, servo: Servo | None, moving: bool, cutoff
         "position": (piece.position, x),
         "velocity": (rates[0][0], rates[1][0]),
         "acceleration": (rates[0][1], rates[1][1]),
-        "force": (effort, u),
+        **simulated_effort,
     }
 
 

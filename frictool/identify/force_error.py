@@ -1,0 +1,132 @@
+"""Force error of a model along a measured motion: one definition for every method, for the gates and for `validate`.
+
+    force error = rms(g * u - (inertia c * x + friction(g * dx, x) + offset + g * load(x))) / rms(g * u)
+
+The sums run over single samples, those certain to slip (`rows/slip.py`). The band is that of the motion: every signal is smoothed by
+the same zero-phase kernel (`rows/smoothing.py`), whose window leaves the encoder's noise at 0.75 % of the acceleration, but is at most
+a sixth of a stroke. Where no sample slips over such a window, it is halved until one does. The window depends on the log alone, not on
+the method, so that the figures of two methods can be compared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.bench import Bench
+from frictool.documents.laws import Laws, Polynomial
+from frictool.documents.quantity import Quantity
+from frictool.friction.position_polynomial import factors
+from frictool.identify.record import Record, Vector
+from frictool.identify.rows.slip import slip_mask
+from frictool.identify.rows.slipping import SMALLEST_SHARE, full_backlash, stroke_samples
+from frictool.identify.rows.smoothing import SHORTEST, bump, choose_window, smoothed
+from frictool.identify.rows.strokes import find_strokes
+from frictool.plant.axis_model import load_law
+
+MOST_SAMPLES, PARTS = 500_000, 20  # of longer logs, so many evenly spaced parts are used
+
+Values = Mapping[str, float]  # the four sliding parameters in SI, and breakaway and stribeck_velocity where the law has them
+
+
+@dataclass(frozen=True)
+class SlipRows:
+    """Smoothed signals (m,) in SI of the samples `index` (m,) of a record that are certain to slip."""
+
+    index: NDArray[np.int64]
+    position: Vector
+    velocity: Vector
+    acceleration: Vector
+    effort: Vector
+
+    def modelled(self, values: Values, laws: Laws | None) -> Vector:
+        """Return the effort (m,) that a model needs for the measured motion, N m | N."""
+        effort = values["inertia"] * self.acceleration + values["offset"] + friction_in_slip(values, laws, self.position, self.velocity)
+        if laws is not None and laws.load is not None:
+            effort = effort + load_law(laws.load).at(self.position)
+        return np.asarray(effort)
+
+
+def slip_rows(record: Record, bench: Bench) -> SlipRows | None:
+    """Return the slipping samples of a record, or None if there are none."""
+    length = stroke_samples(record)
+    if length == 0.0:
+        return None
+    strokes, window = find_strokes(record), choose_window(record, length, SMALLEST_SHARE)
+    while True:
+        acceleration, velocity, effort = smoothed(record, window)
+        index = np.flatnonzero(slip_mask(record, strokes, velocity, window, full_backlash(bench)))
+        if index.size or window == SHORTEST:
+            break
+        window = max(SHORTEST, window // 4 * 2 + 1)
+    if index.size == 0:
+        return None
+    position = np.convolve(record.position, bump(window, record.period), mode="same")
+    return SlipRows(index, position[index], velocity[index], acceleration[index], effort[index])
+
+
+def motion_rows(records: Sequence[Record], bench: Bench) -> list[SlipRows]:
+    """Return the slipping samples of all records, of evenly spaced parts if they are longer than MOST_SAMPLES together."""
+    share = MOST_SAMPLES / sum(record.position.size for record in records) if records else 1.0
+    parts = (part for record in records for part in _parts(record, share))
+    found = (slip_rows(part, bench) for part in parts)
+    return [rows for rows in found if rows is not None]
+
+
+def _parts(record: Record, share: float) -> list[Record]:
+    """Return the record, or evenly spaced parts that hold this share of it."""
+    if share >= 1.0:
+        return [record]
+    size = record.position.size
+    length = max(int(share * size / PARTS), 1)
+    return [record.part(slice(first, first + length)) for first in np.linspace(0, size - length, PARTS).astype(int).tolist()]
+
+
+def force_error(rows: Sequence[SlipRows], values: Values, laws: Laws | None) -> float | None:
+    """Return the force error of a model, or None if no sample slips."""
+    left = sum(float(np.sum((one.effort - one.modelled(values, laws)) ** 2)) for one in rows)
+    size = sum(float(np.sum(one.effort**2)) for one in rows)
+    return float(np.sqrt(left / size)) if size > 0.0 else None
+
+
+def friction_in_slip(values: Values, laws: Laws | None, position: Vector, velocity: Vector) -> Vector:
+    """Return the friction (n,) against the motion, N m | N, at positions and velocities (n,) in slip."""
+    out = np.empty(velocity.size)
+    for side, chosen in ((1.0, velocity >= 0.0), (-1.0, velocity < 0.0)):
+        out[chosen] = side * _one_way(values, laws, side, position[chosen], np.abs(velocity[chosen]))
+    return out
+
+
+def _one_way(values: Values, laws: Laws | None, side: float, position: Vector, speed: Vector) -> Vector:
+    """Return the friction (n,) at speeds (n,) >= 0 in one direction."""
+    own = laws.backward if laws is not None and side < 0.0 else None
+
+    def level(name: str) -> float:
+        given: Quantity | None = getattr(own, name, None)
+        return values[name] if given is None else given.value
+
+    coulomb, slope = level("coulomb"), level("viscous")
+    dry, viscous = np.full(speed.size, coulomb), slope * speed
+    for regime in () if laws is None else laws.regimes:
+        above = ((regime.backward if side < 0.0 else None) or regime.viscous).value
+        viscous = viscous + (above - slope) * np.maximum(speed - regime.above.value, 0.0)
+        slope = above
+    fall = np.full(speed.size, max(level("breakaway") - coulomb, 0.0) if values.get("stribeck_velocity") else 0.0)
+    if laws is not None and laws.position is not None:
+        over, slip = laws.position.over, laws.position.coulomb
+        dry = dry * _factor(slip, side, over.low, over.high, position)
+        fall = fall * _factor(laws.position.breakaway or slip, side, over.low, over.high, position)
+    if values.get("stribeck_velocity"):
+        exponent = 2.0 if laws is None else laws.stribeck_exponent
+        dry = dry + fall * np.exp(-((speed / values["stribeck_velocity"]) ** exponent))
+    return np.asarray(dry + viscous)
+
+
+def _factor(polynomial: Polynomial, side: float, low: float, high: float, position: Vector) -> Vector:
+    """Return what multiplies a level of friction at positions (n,)."""
+    terms = polynomial.forward if side > 0.0 else polynomial.backward or polynomial.forward
+    curve = np.polynomial.polynomial.polyval(np.clip(position, low, high), factors(tuple(terms), low, high))
+    return np.asarray(np.maximum(curve, 0.0))

@@ -1,0 +1,129 @@
+"""One force error for every method: it depends on the log and the model's values alone, and grows as they go wrong."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from frictool.documents.laws import Backward, Laws, Load, Regime
+from frictool.documents.model import Model
+from frictool.documents.quantity import Estimate, Quantity
+from frictool.documents.registry import load
+from frictool.documents.writing import to_yaml
+from frictool.engine.replay import FREE, replay, replayed
+from frictool.identify.force_error import MOST_SAMPLES, force_error, friction_in_slip, motion_rows
+from frictool.plant.axis import rest
+from frictool.plant.axis_laws import Laws as AxisLaws
+from frictool.plant.axis_laws import Levels
+from frictool.plant.axis_laws import Regime as AxisRegime
+from sample_logs.make import TRUTH, sines
+from tests.cli.run import run
+from tests.identify.benches import CLUTCH, ROOT, clutch, record
+from tests.identify.linear_axis import PERIOD, linear_bench
+from tests.identify.test_output_error import driven, plain
+
+SINES = ROOT / "sample_logs" / "sines.csv"
+SLIDING = {"inertia": 5.0, "viscous": 12.0, "coulomb": 8.0, "offset": 0.5}
+
+
+def identified(folder: Path, method: str) -> tuple[float, Path]:
+    """The force error that `identify --json` prints, and the model."""
+    target = folder / f"{method}.yaml"
+    result = run("identify", SINES, "--bench", CLUTCH, "--method", method, "--json", "-o", target)
+    assert result.code == 0, result.stderr
+    return json.loads(result.stdout)["force_error"], target
+
+
+def validated(model: Path) -> float:
+    result = run("validate", model, SINES, "--skip", "0", "--json")
+    assert result.code == 0, result.stderr
+    found: float = json.loads(result.stdout)["force_error_rel"]
+    return found
+
+
+@pytest.mark.parametrize("method", ["least-squares", "sines", "weak", "ordinary", "friction-force"])
+def test_identify_the_model_and_validate_give_one_figure(tmp_path: Path, method: str) -> None:
+    printed, model = identified(tmp_path, method)
+    fit = load(model, Model).fit
+    assert fit is not None
+    assert printed == fit.force_error
+    assert validated(model) == pytest.approx(printed, rel=1e-9)
+
+
+def test_stroke_means_and_single_samples_give_one_figure_for_one_model(tmp_path: Path) -> None:
+    """Sines and least squares find the same friction here, and sines the inertia of the bench: their figures agree."""
+    (one, _), (other, _) = identified(tmp_path, "sines"), identified(tmp_path, "least-squares")
+    assert one == pytest.approx(other, rel=0.05)
+
+
+def test_an_inertia_that_is_off_by_a_half_shows(tmp_path: Path) -> None:
+    """An observer that follows the position would hide most of it."""
+    printed, path = identified(tmp_path, "weak")
+    model = load(path, Model)
+    inertia = model.parameters.inertia
+    wrong = msgspec.structs.replace(inertia, value=1.5 * inertia.value, high=2.0 * inertia.value)
+    changed = msgspec.structs.replace(model, parameters=msgspec.structs.replace(model.parameters, inertia=wrong))
+    target = tmp_path / "wrong.yaml"
+    target.write_text(to_yaml(changed))
+    rows = motion_rows([record(sines(1))], clutch())
+    share = 0.5 * TRUTH.inertia * np.sqrt(sum(np.sum(one.acceleration**2) for one in rows) / sum(np.sum(one.effort**2) for one in rows))
+    assert validated(target) == pytest.approx(share, rel=0.1)
+    assert validated(target) > 3.0 * printed
+
+
+@pytest.mark.parametrize("noise", [0.0, 1.0])
+def test_the_truth_leaves_what_noise_leaves_in_the_band_of_the_motion(noise: float) -> None:
+    log = driven(plain())
+    log = replace(log, effort=log.effort + noise * np.random.default_rng(1).standard_normal(log.effort.size))
+    (rows,) = motion_rows([log], linear_bench())
+    found = force_error([rows], SLIDING, None)
+    size = float(np.sqrt(np.mean(rows.effort**2)))
+    assert found is not None
+    assert found * size < 0.1 + noise  # the drive of `driven` is known to 0.1 N
+    assert force_error([rows], {**SLIDING, "offset": 0.5 + 0.2 * size}, None) == pytest.approx(0.2, abs=0.02 + 2.0 * found)
+
+
+def known(value: float, unit: str) -> Estimate:
+    return Estimate(value, value, value, unit, source="identified")
+
+
+def test_every_law_of_slip_is_the_engines() -> None:
+    """Direction, a knee and a spring, simulated by the engine: the model that has them explains the effort, and the plain one does not."""
+    axis = plain(laws=AxisLaws(backward=Levels(16.0, 9.0, 9.0), regimes=(AxisRegime(0.3, 20.0, 30.0),)))
+    draw, time = np.random.default_rng(3), np.arange(12_000) * PERIOD
+    effort = 18.0 * np.sin(2.0 * np.pi * 0.9 * time) + 9.0 * np.sin(2.0 * np.pi * 0.37 * time + draw.uniform(0.0, 6.0))
+    x, v = np.empty(time.size), np.empty(time.size)
+    assert replay(replayed(axis), np.array([20.0]), rest(), effort, effort, FREE, PERIOD, x, v) == 0
+    log = replace(driven(plain()), time=time, position=x, effort=effort)
+    laws = Laws(
+        backward=Backward(known(16.0, "N s/m"), known(9.0, "N")),
+        regimes=(Regime(Quantity(0.3, unit="m/s"), known(20.0, "N s/m"), known(30.0, "N s/m")),),
+        load=Load(known(20.0, "N/m")),
+    )
+    rows = motion_rows([log], linear_bench())
+    found, without = force_error(rows, SLIDING, laws), force_error(rows, SLIDING, None)
+    assert found is not None
+    assert without is not None
+    assert found < 1e-3
+    assert without > 20.0 * found
+
+
+def test_the_fall_over_speed_starts_from_the_breakaway() -> None:
+    values = {**SLIDING, "breakaway": 12.0, "stribeck_velocity": 0.1}
+    speed = np.array([1e-6, 0.1, 1.0])
+    expected = 8.0 + 4.0 * np.exp(-((speed / 0.1) ** 2)) + 12.0 * speed
+    assert friction_in_slip(values, None, np.zeros(3), speed) == pytest.approx(expected)
+    assert friction_in_slip(values, None, np.zeros(3), -speed) == pytest.approx(-expected)
+
+
+def test_a_long_log_is_judged_by_parts_of_it() -> None:
+    log = driven(plain(), samples=MOST_SAMPLES + 100_000)
+    rows = motion_rows([log], linear_bench())
+    assert sum(one.index.size for one in rows) <= MOST_SAMPLES
+    whole = force_error(motion_rows([log.part(slice(0, 100_000))], linear_bench()), SLIDING, None)
+    assert force_error(rows, SLIDING, None) == pytest.approx(whole, rel=0.3)
