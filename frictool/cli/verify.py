@@ -12,19 +12,26 @@ from frictool.cli.output import existing, json_option, print_json, say
 if TYPE_CHECKING:
     from frictool.documents.controller import Controller
     from frictool.verify.certificate import Proved
+    from frictool.verify.recheck import Verification
 
 HELP = """\b
 Example:
   frictool verify controller.yaml
 
-Prove again what a controller's certificate states, for every constant plant of its intervals and not only at their corners.
+Prove again what a controller's certificate states, for every constant plant of its intervals and not only at their corners, and compute
+again everything that the document states of its loop.
 
 The loop is built from the stored coefficients, sampled at the bench's period with its delay. The matrix inequalities of the certificate are
-proved with whole numbers: no solver, no rounding and no digest takes part. The margins that the document states are found again too, and
-that the other stored forms (second-order sections, continuous form) are of the same controller, with a stable anti-windup.
+proved with whole numbers: no solver, no rounding and no digest takes part. The box has to hold the bench's intervals. Norms, margins and
+rounded forms at the corners, and the plants seen inside the box, have to be what `verified` says. Digests show blocks that were changed
+although no figure depends on them (position law, prefilter). Figures of a solver are listed as not computed.
 
-Exit codes: 0 proved; 1 the controller has no certificate; 4 an inequality does not hold, or a margin is not what the document says.
+Exit codes: 0 everything holds; 1 the controller has no certificate, a stored figure is not that of its coefficients, or a block was changed
+after it was verified; 4 a bound is not proved, or a loop is unstable or misses the specified margin.
 """
+
+NAMES = ("inertia", "viscous", "coulomb", "constant")
+MOST_LINES = 12  # differences that the text lists
 
 
 @click.command("verify", help=HELP)
@@ -35,59 +42,58 @@ def command(ctx: click.Context, controller: Path, as_json: bool) -> None:
     from frictool.documents.controller import Controller
     from frictool.documents.registry import load
     from frictool.errors import EXIT_NO
-    from frictool.verify.again import verify
+    from frictool.verify.recheck import verify
 
     document = load(controller, Controller)
-    proved = verify(document)
-    if document.certificate is None or not document.certificate.bounds:
-        reasons = {} if document.certificate is None else document.certificate.not_proved
-        if as_json:
-            print_json({"name": document.name, "certificate": None, "not_proved": reasons})
-        else:
-            why = "; ".join(reasons.values()) or "frictool synth makes one"
-            say(f"{document.name}: no certificate, so that only the margins at its vertices hold ({why})")
-        ctx.exit(EXIT_NO)
+    verification = verify(document)
     if as_json:
-        print_json(machine_view(document, proved))
+        print_json(machine_view(document, verification))
     else:
-        say("\n".join(lines(document, proved)))
+        say("\n".join(lines(document, verification)))
+    if not verification.proved or not verification.unaltered:
+        ctx.exit(EXIT_NO)
 
 
-def machine_view(controller: Controller, proved: tuple[Proved, ...]) -> dict[str, Any]:
-    """The machine's view of what is proved."""
+def machine_view(controller: Controller, verification: Verification) -> dict[str, Any]:
+    """Return the answer for programs."""
     from dataclasses import asdict
 
     certificate = controller.certificate
-    assert certificate is not None
-    box = certificate.box
+    bounds = [
+        {**asdict(one), "modulus_margin_above": 1.0 / one.below if one.of == "sensitivity" else None, "stable": True}
+        for one in verification.proved
+    ]
     return {
         "name": controller.name,
         "sample_period_s": controller.sample_period_s,
         "delay_samples": controller.delay_samples,
-        "certificate": [
-            {**asdict(one), "modulus_margin_above": 1.0 / one.below if one.of == "sensitivity" else None, "stable": True} for one in proved
-        ],
-        "box": {name: list(getattr(box, name)) for name in ("inertia", "viscous", "coulomb", "constant")},
-        "not_proved": certificate.not_proved,
+        "certificate": bounds or None,
+        "box": None if certificate is None else {name: list(getattr(certificate.box, name)) for name in NAMES},
+        "not_proved": {} if certificate is None else certificate.not_proved,
         "vertices_rechecked": len(controller.verified.vertices),
+        "differences": [asdict(one) for one in verification.differences],
+        "changed": list(verification.changed),
+        "not_computed": verification.not_computed,
     }
 
 
-def lines(controller: Controller, proved: tuple[Proved, ...]) -> list[str]:
-    """The same for people."""
+def lines(controller: Controller, verification: Verification) -> list[str]:
+    """Return the answer for people."""
+    return [*_proved(controller, verification.proved), *_computed(controller, verification)]
+
+
+def _proved(controller: Controller, proved: tuple[Proved, ...]) -> list[str]:
     from frictool.documents.quantity import drive_dimension, si_unit
 
     certificate = controller.certificate
-    assert certificate is not None
+    if certificate is None or not proved:
+        reasons = () if certificate is None else certificate.not_proved.values()
+        why = "; ".join(reasons) or "frictool synth makes one"
+        return [f"{controller.name}: no certificate, so that only the margins at its vertices hold ({why})"]
     delay = controller.delay_samples
     found = [f"{controller.name}: proved for every constant"]
-    dimensions = {
-        "inertia": "inertia",
-        "viscous": "viscous",
-        "coulomb": "effort",
-        "constant": drive_dimension(controller.drive, constant=True),
-    }
-    for name, dimension in dimensions.items():
+    constant = drive_dimension(controller.drive, constant=True)
+    for name, dimension in zip(NAMES, ("inertia", "viscous", "effort", constant), strict=True):
         low, high = getattr(certificate.box, name)
         found.append(f"  {name:<9} {low:.6g} to {high:.6g} {si_unit(dimension, controller.axis)}")
     found.append(
@@ -97,6 +103,28 @@ def lines(controller: Controller, proved: tuple[Proved, ...]) -> list[str]:
         what = "norm from the weighted inputs to the weighted outputs" if one.of == "norm" else "largest sensitivity"
         margin = f", so that the modulus margin is above {1.0 / one.below:.3f}" if one.of == "sensitivity" else ""
         found.append(f"  {what} < {one.below:.6g}{margin} ({one.cells} cell{'s' if one.cells != 1 else ''})")
-    found += [f"not proved: {reason}" for reason in certificate.not_proved.values()]
-    found.append(f"margins found again at {len(controller.verified.vertices)} vertices")
+    return [*found, *(f"not proved: {reason}" for reason in certificate.not_proved.values())]
+
+
+def _computed(controller: Controller, verification: Verification) -> list[str]:
+    """The stored figures: that they hold, or which do not."""
+    found, differences = [], verification.differences
+    if not differences:
+        inside = "" if controller.verified.robustness is None else " and inside the box"
+        found.append(f"figures computed again at {len(controller.verified.vertices)} vertices{inside}: all as stored")
+    shown = differences[:MOST_LINES]
+    found += [f"{one.key}: found {_shown(one.stored)}, the coefficients give {_shown(one.computed)}" for one in shown]
+    if len(differences) > MOST_LINES:
+        found.append(f"... and {len(differences) - MOST_LINES} more figures that the coefficients do not give (--json lists them)")
+    if not controller.verified.digests:
+        found.append("verified.digests: missing, so that a change of the position law or the prefilter cannot be seen; synthesise it anew")
+    elif verification.changed:
+        found.append(f"changed after it was verified: {', '.join(verification.changed)}; synthesise it anew")
+    if verification.not_computed:
+        names = ", ".join(name.removeprefix("verified.") for name in verification.not_computed)
+        found.append(f"not computed again, as they come from the design or from a solver: {names}")
     return found
+
+
+def _shown(value: Any) -> str:
+    return "nothing" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -234,7 +234,7 @@ class Rounded(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Verified(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """gamma_asked: bound of the method on its own plants, where it has one. gamma_verified: worst norm of the rebuilt sampled loop.
 
-    count_drive: the drive that one encoder count asks for [A or V].
+    count_drive: the drive that one encoder count asks for [A or V]. digests: SHA-256 of each block as it was verified (digests.py).
     """
 
     gamma_asked: float | None
@@ -245,6 +245,7 @@ class Verified(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     rounded: tuple[Rounded, ...] = ()
     margins: Margins | None = None
     robustness: Robustness | None = None
+    digests: dict[str, str] = {}
 
 
 class Corner(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

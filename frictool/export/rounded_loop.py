@@ -13,21 +13,19 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
-from frictool.documents.certificate import CertifiedWeights, Filter
 from frictool.documents.controller import Controller, LinearController, Number
 from frictool.errors import NoSolutionError
-from frictool.plant.generalised import Controlled, FirstOrder, Weights, generalised_plant
 from frictool.plant.polytope import PlantPoint
 from frictool.ties import largest, smallest
 from frictool.verify.controller import check_feedback, loop_checks
 from frictool.verify.effective import feedbacks, running, virtual_friction
+from frictool.verify.figures import CLAIM, loops_of, vertex_points
 from frictool.verify.observer_loop import check_observer
 from frictool.verify.rounding import held, rounded_linear
 from frictool.verify.speed_loop import performance
 from frictool.verify.stored_forms import limited_radius
 from frictool.verify.words import delay_words
 
-CLAIM = 1.01  # a norm may exceed what is claimed by 1 %, as in synthesis
 FINER = {"q15": "--number q31 or float", "q31": "--number float or double", "float": "--number double", "double": "another design"}
 
 
@@ -123,19 +121,5 @@ def _norms(controller: Controller, linear: LinearController) -> list[tuple[float
     """The norm at each vertex, where the document holds the weights that it is of."""
     if controller.judged_by is None:
         return []
-    weights, runs = _weights(controller.judged_by), running(linear, controller.sample_period_s)
-    controlled: Controlled = "position" if controller.structure == "position" else "speed"
-    lag, period, delay = controller.bench.actuator.loop_time_constant_s, controller.sample_period_s, controller.delay_samples
-    norms = []
-    for vertex in controller.verified.vertices:
-        rates = PlantPoint(vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant).rates
-        norm = performance(runs, generalised_plant(controlled, rates, lag, weights, period, delay))
-        norms.append((norm, vertex.name))
-    return norms
-
-
-def _weights(stored: CertifiedWeights) -> Weights:
-    def weight(one: Filter) -> FirstOrder:
-        return FirstOrder(one.gain, *(np.inf if value is None else value for value in (one.zero, one.pole)))
-
-    return Weights(weight(stored.error), stored.disturbance, stored.drive, stored.command, weight(stored.noise), stored.eta)
+    loops, runs = loops_of(controller, vertex_points(controller)), running(linear, controller.sample_period_s)
+    return [(performance(runs, loops.plant(point.rates)), point.name) for point in loops.points]

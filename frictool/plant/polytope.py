@@ -10,12 +10,13 @@ for one knee, times those of the other parameters, 2^5 = 32 with all of them. Th
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
+from frictool.documents.bench import Bench
 from frictool.documents.laws import Backward, PositionLaw
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
@@ -111,6 +112,18 @@ def polytope(model: Model, scheduled: Sequence[Parameter] = PARAMETERS) -> Polyt
         return _named([(j, tangent.viscous, tangent.coulomb, k) for j, tangent, k in moving], tuple(scheduled))
     corners = itertools.product(ends("inertia"), ends("viscous"), ends("coulomb"), ends("constant"))
     return _named(list(corners), tuple(scheduled))
+
+
+def bench_intervals(bench: Bench) -> dict[str, tuple[float, float]]:
+    """Return the interval of each parameter over the product's life, from the bench alone; every `intervals` holds it."""
+    known = {name: getattr(bench.mechanics, name) for name in ("inertia", "viscous", "coulomb")}
+    return {name: quantity.interval for name, quantity in (known | {"constant": bench.actuator.constant}).items()}
+
+
+def corner_points(box: Mapping[str, tuple[float, float]]) -> tuple[PlantPoint, ...]:
+    """Return the named corners of the four intervals, as those of `polytope`."""
+    corners = itertools.product(box["inertia"], box["viscous"], box["coulomb"], box["constant"])
+    return _named(list(corners), PARAMETERS).vertices
 
 
 def _named(corners: list[tuple[float, float, float, float]], scheduled: tuple[Parameter, ...]) -> Polytope:

@@ -32,6 +32,7 @@ from frictool.verify.certificate_loop import Loop
 from frictool.verify.effective import chain
 from frictool.verify.enclosure import ONE, Enclosure
 from frictool.verify.enclosure_axis import CONTROL_POINTS
+from frictool.verify.figures import weights_of
 from frictool.verify.speed_loop import performance
 
 Matrix = NDArray[np.float64]
@@ -74,14 +75,6 @@ def certified_weights(weights: Weights) -> CertifiedWeights:
     return CertifiedWeights(stored(weights.error), weights.disturbance, weights.drive, weights.command, noise, weights.eta)
 
 
-def _weights(document: CertifiedWeights) -> Weights:
-    def weight(stored: Filter) -> FirstOrder:
-        return FirstOrder(stored.gain, *(np.inf if value is None else value for value in (stored.zero, stored.pole)))
-
-    noise = weight(document.noise)
-    return Weights(weight(document.error), document.disturbance, document.drive, document.command, noise, document.eta)
-
-
 def _bound(loop: Loop, box: Box, of: Literal["norm", "sensitivity"]) -> Bound | str:
     """The bound with its proof, or why there is none."""
     worst, where = _scan(loop, box)
@@ -114,7 +107,7 @@ def _scan(loop: Loop, box: Box) -> tuple[float, PlantPoint]:
     found = []
     for j, sigma, constant in itertools.product(*(np.unique(np.linspace(low, high, SCANNED)) for low, high in ends)):
         point = PlantPoint("", float(j), float(sigma), coulomb, float(constant))
-        plant = generalised_plant(loop.controlled, point.rates, loop.lag, _weights(loop.weights), loop.period, loop.delay)
+        plant = generalised_plant(loop.controlled, point.rates, loop.lag, weights_of(loop.weights), loop.period, loop.delay)
         found.append((performance(k, plant), point))
     worst, at = largest(value for value, _ in found)
     return worst, found[at][1]

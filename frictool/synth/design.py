@@ -12,6 +12,7 @@ import msgspec
 from frictool.documents import controller as stored
 from frictool.documents.certificate import Certificate
 from frictool.documents.design import Design
+from frictool.documents.digests import with_digests
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.spec import Spec
@@ -90,7 +91,7 @@ def designed(
         notes = (*notes, *told)
     if controller.certificate is None and posed.weighs:
         controller = msgspec.structs.replace(controller, weights=certified_weights(posed.weights))
-    return Designed(controller, (*chosen.derived, *composed.derived), trade, notes)
+    return Designed(with_digests(controller), (*chosen.derived, *composed.derived), trade, notes)
 
 
 def _with_resonances(posed: Problem, controller: stored.Controller) -> str:

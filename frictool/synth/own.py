@@ -13,6 +13,7 @@ import msgspec
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design
 from frictool.documents.design_blocks import PositionLaw, Prefilter
+from frictool.documents.digests import with_digests
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance, called
 from frictool.documents.spec import Spec
@@ -20,6 +21,7 @@ from frictool.documents.weights import Weights
 from frictool.plant.polytope import polytope
 from frictool.synth.acceptance import accept
 from frictool.synth.blocks import blocks
+from frictool.synth.certificate import certified_weights
 from frictool.synth.design import _document
 from frictool.synth.problem import Candidate, Problem
 from frictool.synth.realisation import stored_forms
@@ -75,4 +77,5 @@ def own_controller(
     composed, linear = blocks(model, design), stored_forms(given)
     verified = accept(posed, Candidate(given, given), linear, composed)
     origin = provenance or called("frictool.synth.own_controller", model=model, spec=spec)
-    return msgspec.structs.replace(_document(posed, linear, verified, composed, origin), method="own")
+    document = _document(posed, linear, verified, composed, origin)
+    return with_digests(msgspec.structs.replace(document, method="own", weights=certified_weights(chosen.weights)))

@@ -11,25 +11,17 @@ from frictool.lmi.lyapunov_bounds import common_bound, parameter_dependent_bound
 from frictool.lmi.structured import worst_gain
 from frictool.plant.box import corners, enclosing
 from frictool.plant.lti import Lti
-from frictool.plant.polytope import PlantPoint
 from frictool.plant.uncertain_axis import uncertain_plant
-from frictool.synth.problem import CLAIM, Problem
-from frictool.ties import largest
-from frictool.verify.controller import loop_checks
+from frictool.synth.problem import Problem
 from frictool.verify.effective import Feedback
-from frictool.verify.interior import interior_points, searched, worst_norm
+from frictool.verify.figures import CLAIM
+from frictool.verify.interior import points_inside, worst_seen, worst_sensitivity
 from frictool.verify.words import plant_words
-
-POINTS = 300  # inside the box
-SEED = 1
 
 
 def robustness(problem: Problem, system: Lti) -> stored.Robustness:
     """Of the sampled loop that `system` closes. Raises NoSolutionError where a plant inside is unstable, or 1 % above the vertices."""
-    box = enclosing(problem.box.vertices)
-    vertices = worst_norm(system, problem.running, problem.box.vertices)
-    inside = worst_norm(system, problem.running, interior_points(box, _count(problem), SEED))
-    worst = searched(system, problem.running, box, (vertices, inside)[largest((vertices.norm, inside.norm))[1]])
+    vertices, worst = worst_seen(system, problem.running, problem.box.vertices)
     if math.isinf(worst.norm):
         raise NoSolutionError(
             f"not verified: the sampled loop is unstable inside the box, at {plant_words(worst.point, problem.model.bench)}; "
@@ -40,10 +32,11 @@ def robustness(problem: Problem, system: Lti) -> stored.Robustness:
             f"not verified: the norm is {worst.norm:.4g} inside the box, at {plant_words(worst.point, problem.model.bench)}, "
             f"where {vertices.norm:.4g} is claimed; narrow the intervals or relax the weights"
         )
+    box = enclosing(problem.box.vertices)
     plant, blocks = uncertain_plant(problem.controlled, box, problem.lag, problem.weights, problem.period, problem.delay)
     loops = [problem.running(point.rates).closed(system) for point in corners(box)]
     return stored.Robustness(
-        interior_points=_count(problem),
+        interior_points=points_inside(problem.box.vertices),
         interior=worst.norm,
         structured=_found(worst_gain(plant.closed(system), blocks, worst.norm).value),
         parameter_dependent=_found(parameter_dependent_bound(loops).gamma),
@@ -56,25 +49,13 @@ def seen_inside(problem: Problem, loops: Sequence[Feedback]) -> stored.Robustnes
 
     Raises NoSolutionError where a plant inside is unstable, or 1 % above the vertices.
     """
-
-    def sensitivity(point: PlantPoint) -> float:
-        margin = loop_checks(loops, point, problem.lag, (problem.delay,))[0].modulus_margin
-        return 1.0 / margin if margin > 0.0 else math.inf
-
-    points = interior_points(enclosing(problem.box.vertices), _count(problem), SEED)
-    vertices = max(map(sensitivity, problem.box.vertices))
-    inside, at = largest(map(sensitivity, points))
+    vertices, inside, at = worst_sensitivity(loops, problem.lag, problem.delay, problem.box.vertices)
     if inside > CLAIM * vertices:
         raise NoSolutionError(
-            f"not verified: the largest sensitivity is {inside:.4g} inside the box, at {plant_words(points[at], problem.model.bench)}, "
+            f"not verified: the largest sensitivity is {inside:.4g} inside the box, at {plant_words(at, problem.model.bench)}, "
             f"where {vertices:.4g} is claimed; narrow the intervals"
         )
-    return stored.Robustness(interior_points=_count(problem), interior=max(inside, vertices))
-
-
-def _count(problem: Problem) -> int:
-    """One where nothing is uncertain: there is no other plant."""
-    return POINTS if len(problem.box.vertices) > 1 else 1
+    return stored.Robustness(interior_points=points_inside(problem.box.vertices), interior=max(inside, vertices))
 
 
 def _found(value: float) -> float | None:

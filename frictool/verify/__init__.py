@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING
 from frictool.exports import lazily
 
 if TYPE_CHECKING:
-    from frictool.verify.again import verify as verify
     from frictool.verify.observed_controller import with_observer as with_observer
+    from frictool.verify.recheck import verify as verify
 else:
     __getattr__, __dir__ = lazily(
         __name__,
         {
-            "verify": "frictool.verify.again",
+            "verify": "frictool.verify.recheck",
             "with_observer": "frictool.verify.observed_controller",
         },
     )

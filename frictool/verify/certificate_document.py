@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from frictool.documents.certificate import Certificate, CertifiedWeights
-from frictool.documents.controller import Controller, Vertex
+from frictool.documents.controller import Controller
 from frictool.errors import NoSolutionError
 from frictool.verify.certificate import Proved, prove
 from frictool.verify.certificate_loop import Loop
-
-PARAMETERS = ("inertia", "viscous", "coulomb", "constant")
 
 
 def certified_loop(controller: Controller, weights: CertifiedWeights) -> Loop:
@@ -25,23 +23,23 @@ def certified_loop(controller: Controller, weights: CertifiedWeights) -> Loop:
 
 
 def prove_document(controller: Controller, certificate: Certificate) -> tuple[Proved, ...]:
-    """Everything that the certificate states, proved of the controller's stored coefficients.
+    """Prove everything that the certificate states, of the controller's stored coefficients; nothing where it states no bound.
 
-    Raises NoSolutionError where an inequality does not hold, or where the certificate's box leaves out a vertex of the document.
+    Raises
+    ------
+    NoSolutionError
+        If an inequality does not hold, or a bound is missing without a reason.
     """
-    for vertex in controller.verified.vertices:
-        for name in PARAMETERS:
-            low, high = getattr(certificate.box, name)
-            if not low <= getattr(vertex, name) <= high:
-                raise NoSolutionError(_outside(vertex, name, low, high))
+    quantities = ("sensitivity",) if controller.judged_by is None else ("norm", "sensitivity")
+    for quantity in quantities:
+        if quantity not in {bound.of for bound in certificate.bounds} | certificate.not_proved.keys():
+            raise NoSolutionError(
+                f"{controller.name}: not proved: certificate.bounds has no bound of the {quantity}, and certificate.not_proved no reason; "
+                "synthesise the controller anew"
+            )
+    if not certificate.bounds:
+        return ()
     try:
         return prove(certificate, certified_loop(controller, certificate.weights))
     except NoSolutionError as error:
         raise NoSolutionError(f"{controller.name}: {error}") from None
-
-
-def _outside(vertex: Vertex, name: str, low: float, high: float) -> str:
-    return (
-        f"not proved: vertex {vertex.name} has {name} {getattr(vertex, name):.6g}, the certificate's box {low:.6g} to {high:.6g}; "
-        "synthesise the controller anew"
-    )

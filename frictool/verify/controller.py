@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from frictool.documents.controller import Controller, DelayCheck, Limiter, Velocity
+from frictool.documents.controller import Controller, DelayCheck, Limiter, Velocity, Vertex
 from frictool.errors import NoSolutionError
 from frictool.plant.linear_axis import Rates
 from frictool.plant.polytope import PlantPoint
+from frictool.ties import TOLERANCE
 from frictool.verify.effective import ETA, Feedback, feedbacks_of, open_loop, virtual_friction
 from frictool.verify.margins import sensitivity
 from frictool.verify.norms import norm, spectral_radius
@@ -18,8 +19,6 @@ from frictool.verify.resonant_loop import require, resonant_check
 from frictool.verify.speed_loop import LoopCheck, check_loop
 from frictool.verify.stored_forms import check_forms
 from frictool.verify.words import delay_words
-
-AGREEMENT = 1e-6  # relative, between a stored margin and the one found again
 
 
 def loop_checks(loops: Sequence[Feedback], point: PlantPoint, lag: float, delays: tuple[int, ...]) -> tuple[DelayCheck, ...]:
@@ -48,8 +47,37 @@ def limiter_brake(limiter: Limiter | None, velocity: Velocity, constant: float, 
 
 
 def recheck(controller: Controller) -> None:
-    """Raises NoSolutionError where the coefficients do not give what `verified` says of them, at some vertex and delay; where the stored
-    forms are not of one controller; or where the document is not of its own bench."""
+    """Check a document before its coefficients are relied on: `check_document`, and the modulus margin at every vertex and delay.
+
+    Raises
+    ------
+    NoSolutionError
+        As `check_document`, or if the coefficients do not give a margin that `verified` states.
+    """
+    check_document(controller)
+    for vertex, found in _checks(controller):
+        for stored, computed in zip(vertex.checks, found, strict=True):
+            stated = [stored.modulus_margin]
+            if stored.delay_samples == controller.delay_samples:
+                stated.append(vertex.modulus_margin)
+            for margin in stated:
+                if abs(computed.modulus_margin - margin) > TOLERANCE * margin:
+                    raise NoSolutionError(
+                        f"{controller.name}: not verified: at vertex {vertex.name} the stored coefficients give a modulus margin of "
+                        f"{computed.modulus_margin:.6g} with {delay_words(computed.delay_samples)}, the document says {margin:.6g}; "
+                        "synthesise it anew"
+                    )
+
+
+def check_document(controller: Controller) -> None:
+    """Check everything of a document that needs no stored figure.
+
+    Raises
+    ------
+    NoSolutionError
+        If the document is not of its own bench, a loop at a vertex is unstable or misses the specified margin, or the stored forms are not
+        of one controller.
+    """
     _of_its_bench(controller)
     if controller.velocity.observer is not None:
         check_observer(controller.velocity.observer)
@@ -75,34 +103,38 @@ def _of_its_bench(controller: Controller) -> None:
             raise NoSolutionError(f"{controller.name}: not verified: {key}: found {found}, but its bench has {has}; synthesise it anew")
 
 
+def _checks(controller: Controller) -> Iterator[tuple[Vertex, tuple[DelayCheck, ...]]]:
+    """Each vertex of a document, and what its loops are there with each delay that it lists."""
+    lag, loops = controller.bench.actuator.loop_time_constant_s, feedbacks_of(controller)
+    for vertex in controller.verified.vertices:
+        point = PlantPoint(vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant)
+        yield vertex, loop_checks(loops, point, lag, tuple(check.delay_samples for check in vertex.checks))
+
+
 def _vertices(controller: Controller) -> None:
-    lag = controller.bench.actuator.loop_time_constant_s
-    loops, constant = feedbacks_of(controller), controller.bench.actuator.constant.value
+    lag, required = controller.bench.actuator.loop_time_constant_s, controller.verified.modulus_margin_specified
+    constant = controller.bench.actuator.constant.value
     brake = limiter_brake(controller.limiter, controller.velocity, constant, controller.sample_period_s)
     if not controller.verified.vertices:
         raise NoSolutionError(f"{controller.name}: not verified: the controller names no vertex; synthesise it anew")
-    for vertex in controller.verified.vertices:
-        point = PlantPoint(vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant)
-        delays = tuple(check.delay_samples for check in vertex.checks)
-        if controller.delay_samples not in delays:
+    for vertex, found in _checks(controller):
+        where = f"{controller.name}: not verified: at vertex {vertex.name}"
+        for check in found:
+            if check.spectral_radius >= 1.0:
+                raise NoSolutionError(
+                    f"{where} the loop of the stored coefficients is unstable with {delay_words(check.delay_samples)} "
+                    f"(spectral radius {check.spectral_radius:.6g}); synthesise it anew"
+                )
+        margin = next((check.modulus_margin for check in found if check.delay_samples == controller.delay_samples), None)
+        if margin is None:
             raise NoSolutionError(
                 f"{controller.name}: not verified: vertex {vertex.name} has no check at the bench's delay; synthesise it anew"
             )
-        for stored, found in zip(vertex.checks, loop_checks(loops, point, lag, delays), strict=True):
-            stated = [stored.modulus_margin]
-            if stored.delay_samples == controller.delay_samples:
-                stated.append(vertex.modulus_margin)
-            _compare(f"{controller.name}: not verified: at vertex {vertex.name}", stated, found)
-        if not all(check_feedback(one, point.rates, lag, delay).stable for one in brake for delay in delays):
-            raise NoSolutionError(
-                f"{controller.name}: not verified: at vertex {vertex.name} the limiter's virtual friction is unstable at rest; raise "
-                "limiter.virtual_speed"
-            )
-        if vertex.modulus_margin < controller.verified.modulus_margin_specified:
-            raise NoSolutionError(
-                f"{controller.name}: not verified: at vertex {vertex.name} the modulus margin is {vertex.modulus_margin:.6g}, specified "
-                f"{controller.verified.modulus_margin_specified:g}; synthesise it anew"
-            )
+        rates = PlantPoint(vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant).rates
+        if not all(check_feedback(one, rates, lag, check.delay_samples).stable for one in brake for check in found):
+            raise NoSolutionError(f"{where} the limiter's virtual friction is unstable at rest; raise limiter.virtual_speed")
+        if margin < required * (1.0 - TOLERANCE):
+            raise NoSolutionError(f"{where} the modulus margin is {margin:.6g}, specified {required:g}; synthesise it anew")
 
 
 def _resonant(controller: Controller) -> None:
@@ -115,17 +147,3 @@ def _resonant(controller: Controller) -> None:
     for samples in sorted({check.delay_samples for vertex in controller.verified.vertices for check in vertex.checks}):
         required = controller.verified.modulus_margin_specified if samples == controller.delay_samples else 0.0
         require(resonant_check(loops, points, lag, samples, resonances), resonances, required, controller.name)
-
-
-def _compare(where: str, stated: list[float], found: DelayCheck) -> None:
-    if found.spectral_radius >= 1.0:
-        raise NoSolutionError(
-            f"{where} the loop of the stored coefficients is unstable with {delay_words(found.delay_samples)} "
-            f"(spectral radius {found.spectral_radius:.6g}); synthesise it anew"
-        )
-    for margin in stated:
-        if abs(found.modulus_margin - margin) > AGREEMENT * margin:
-            raise NoSolutionError(
-                f"{where} the stored coefficients give a modulus margin of {found.modulus_margin:.6g} with "
-                f"{delay_words(found.delay_samples)}, the document says {margin:.6g}; synthesise it anew"
-            )

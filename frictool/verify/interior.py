@@ -12,16 +12,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.plant.box import DYNAMIC, Box
+from frictool.plant.box import DYNAMIC, Box, enclosing
 from frictool.plant.generalised import GeneralisedPlant
 from frictool.plant.linear_axis import Rates
 from frictool.plant.lti import Lti
 from frictool.plant.polytope import PlantPoint
 from frictool.ties import largest
+from frictool.verify.controller import loop_checks
+from frictool.verify.effective import Feedback
 from frictool.verify.norms import norm
 
 PRIMES = (2, 3, 5, 7)
 NAMES = (*DYNAMIC, "coulomb")
+POINTS = 300  # inside the box
+SEED = 1
 STEPS = 30  # of the search, each halves the steps that bring nothing
 
 
@@ -53,6 +57,32 @@ def _radical_inverse(index: NDArray[np.int64], base: int) -> NDArray[np.float64]
 def _point(name: str, box: Box, unit: NDArray[np.float64]) -> PlantPoint:
     values = {key: low + float(part) * (high - low) for (key, (low, high)), part in zip(((n, box[n]) for n in NAMES), unit, strict=True)}
     return PlantPoint(name, values["inertia"], values["viscous"], values["coulomb"], values["constant"])
+
+
+def worst_seen(controller: Lti, plant: Callable[[Rates], GeneralisedPlant], vertices: Sequence[PlantPoint]) -> tuple[Worst, Worst]:
+    """Return the worst norm at the vertices, and the worst one that POINTS plants inside and a search from the worst of all find."""
+    box = enclosing(vertices)
+    at_vertices = worst_norm(controller, plant, vertices)
+    inside = worst_norm(controller, plant, interior_points(box, points_inside(vertices), SEED))
+    start = (at_vertices, inside)[largest((at_vertices.norm, inside.norm))[1]]
+    return at_vertices, searched(controller, plant, box, start)
+
+
+def worst_sensitivity(loops: Sequence[Feedback], lag: float, delay: int, vertices: Sequence[PlantPoint]) -> tuple[float, float, PlantPoint]:
+    """Return the largest sensitivity at the vertices, the largest at POINTS plants inside, and the plant that has it."""
+
+    def sensitivity(point: PlantPoint) -> float:
+        margin = loop_checks(loops, point, lag, (delay,))[0].modulus_margin
+        return 1.0 / margin if margin > 0.0 else np.inf
+
+    points = interior_points(enclosing(vertices), points_inside(vertices), SEED)
+    inside, at = largest(map(sensitivity, points))
+    return max(map(sensitivity, vertices)), inside, points[at]
+
+
+def points_inside(vertices: Sequence[PlantPoint]) -> int:
+    """Return how many plants inside are looked at: one where nothing is uncertain, as there is no other plant."""
+    return POINTS if len(vertices) > 1 else 1
 
 
 def worst_norm(controller: Lti, plant: Callable[[Rates], GeneralisedPlant], points: Sequence[PlantPoint]) -> Worst:

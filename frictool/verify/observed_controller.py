@@ -9,28 +9,25 @@ eta or the position's error, its loop is the same; only what brakes by the speed
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import msgspec
 
 from frictool.control.composition import uses_speed
 from frictool.documents.certificate import Certificate
-from frictool.documents.controller import Controller, Margins, Velocity, Vertex
+from frictool.documents.controller import Controller, Velocity, Vertex
+from frictool.documents.digests import changed_blocks, with_digests
 from frictool.documents.observer import Observer
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.polytope import PlantPoint
 from frictool.ties import smallest
-from frictool.verify.controller import check_feedback, limiter_brake, loop_checks
-from frictool.verify.count_current import count_current
-from frictool.verify.effective import Feedback, feedbacks_of, friction_to_speed, from_position, open_loop
-from frictool.verify.margins import loop_margins
-from frictool.verify.norms import norm
+from frictool.verify.controller import check_feedback, limiter_brake
+from frictool.verify.figures import LinearLoops, loops_of, vertex_points
 from frictool.verify.observer_loop import check_observer
 from frictool.verify.words import delay_words
 
 NOT_CERTIFIED = "what is proved is a loop around eta, and this one is fed by an observer's speed; `verify` finds its margins again"
+REPLACED = ("velocity", "verified", "certificate")  # blocks of the controller that an observer makes anew
 SAME = 1e-9  # relative, of numbers that two benches have of one rig
 
 
@@ -75,25 +72,33 @@ def with_observer(controller: Controller, observer: Observer, margin: float | No
         merged = msgspec.structs.replace(merged, verified=msgspec.structs.replace(merged.verified, modulus_margin_specified=margin))
     _brake(merged)
     if controller.linear.input != "speed_error" or controller.structure == "position":
-        return Observed(merged)
-    verified, loops = merged.verified, feedbacks_of(merged)
-    vertices = tuple(_vertex(merged, loops, vertex) for vertex in verified.vertices)
+        return Observed(_digested(merged, controller))
+    loops = loops_of(merged, vertex_points(merged))
+    vertices = tuple(_vertex(merged, loops, point) for point in loops.points)
     if not vertices:
         raise NoSolutionError(f"{controller.name}: the controller names no vertex at which its loop could be verified; synthesise it anew")
     margin_with_it, at = smallest(vertex.modulus_margin for vertex in vertices)
     verified = msgspec.structs.replace(
-        verified,
+        merged.verified,
         gamma_asked=None,
         gamma_verified=1.0 / margin_with_it,
         vertices=vertices,
-        count_drive=_count(merged, loops),
+        count_drive=loops.count_drive(),
         rounded=(),
-        margins=_margins(merged, loops),
+        margins=loops.margins(),
         robustness=None,
     )
-    merged = msgspec.structs.replace(merged, verified=verified, certificate=_certificate(controller))
+    merged = _digested(msgspec.structs.replace(merged, verified=verified, certificate=_certificate(controller)), controller)
     before = min(vertex.modulus_margin for vertex in controller.verified.vertices)
     return Observed(merged, before, margin_with_it, vertices[at].name)
+
+
+def _digested(merged: Controller, source: Controller) -> Controller:
+    """The document with digests of the blocks that are new; one that was changed in the source before keeps the digest that tells."""
+    if not source.verified.digests:
+        return merged
+    changed = changed_blocks(source)
+    return with_digests(merged, *(block for block in REPLACED if block == "velocity" or block not in changed))
 
 
 def _certificate(controller: Controller) -> Certificate | None:
@@ -124,19 +129,13 @@ def _of_one_rig(controller: Controller, observer: Observer) -> None:
             )
 
 
-def _point(vertex: Vertex) -> PlantPoint:
-    return PlantPoint(vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant)
-
-
-def _vertex(controller: Controller, loops: Sequence[Feedback], vertex: Vertex) -> Vertex:
-    """The vertex with what the loops are there now. Raises NoSolutionError where one is unstable."""
-    lag, delays = controller.bench.actuator.loop_time_constant_s, tuple(check.delay_samples for check in vertex.checks)
-    checks = loop_checks(loops, _point(vertex), lag, delays)
-    for check in checks:
+def _vertex(controller: Controller, loops: LinearLoops, point: PlantPoint) -> Vertex:
+    """The figures of a vertex as the loops are now. Raises NoSolutionError where one is unstable."""
+    vertex = loops.vertex(point)
+    for check in vertex.checks:
         if check.spectral_radius >= 1.0:
             _refuse(controller, vertex, check.delay_samples, check.spectral_radius, "the sampled loop")
-    margin = min(check.modulus_margin for check in checks if check.delay_samples == controller.delay_samples)
-    return msgspec.structs.replace(vertex, norm=1.0 / margin, sampled_norm=1.0 / margin, modulus_margin=margin, stable=True, checks=checks)
+    return vertex
 
 
 def _brake(controller: Controller) -> None:
@@ -144,9 +143,9 @@ def _brake(controller: Controller) -> None:
     bench = controller.bench.actuator
     brake = limiter_brake(controller.limiter, controller.velocity, bench.constant.value, controller.sample_period_s)
     for one in brake:
-        for vertex in controller.verified.vertices:
+        for vertex, point in zip(controller.verified.vertices, vertex_points(controller), strict=True):
             for check in vertex.checks:
-                found = check_feedback(one, _point(vertex).rates, bench.loop_time_constant_s, check.delay_samples)
+                found = check_feedback(one, point.rates, bench.loop_time_constant_s, check.delay_samples)
                 if not found.stable:
                     _refuse(controller, vertex, check.delay_samples, found.spectral_radius, "the limiter's virtual friction at rest")
 
@@ -156,23 +155,4 @@ def _refuse(controller: Controller, vertex: Vertex, delay: int, radius: float, w
         f"{controller.name}: not verified: with the observer {what} is unstable at vertex {vertex.name} with {delay_words(delay)} "
         f"(spectral radius {radius:.4f}); try an observer of another bandwidth (observe design --kind tracking --bandwidth), or a slower "
         "controller"
-    )
-
-
-def _count(controller: Controller, loops: Sequence[Feedback]) -> float:
-    """What one encoder count asks of the drive at most: the miss taken whole."""
-    return max(count_current(from_position(loop), controller.bench.encoder.resolution) for loop in loops)
-
-
-def _margins(controller: Controller, loops: Sequence[Feedback]) -> Margins:
-    lag, delay = controller.bench.actuator.loop_time_constant_s, controller.delay_samples
-    points = [_point(vertex).rates for vertex in controller.verified.vertices]
-    found = [loop_margins(open_loop(loop, rates, lag, delay)) for loop in loops for rates in points]
-    up, wait = min(each.gain_up for each in found), min(each.delay for each in found)
-    return Margins(
-        small_gain=max(norm(friction_to_speed(loops[-1], rates, lag, delay))[0] for rates in points),
-        gain_increase=up if math.isfinite(up) else None,
-        gain_decrease=max(one.gain_down for one in found) or None,
-        phase_deg=math.degrees(min(one.phase for one in found)),
-        delay_s=wait if math.isfinite(wait) else None,
     )

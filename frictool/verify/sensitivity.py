@@ -18,7 +18,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.documents.certificate import CertifiedWeights, Filter
+from frictool.documents.certificate import CertifiedWeights
 from frictool.documents.controller import Controller, Velocity, Vertex
 from frictool.plant.connect import Block, connect
 from frictool.plant.generalised import Controlled, FirstOrder, Weights, generalised_plant
@@ -27,6 +27,7 @@ from frictool.plant.lti import Lti, delay, gain, held
 from frictool.plant.polytope import PlantPoint
 from frictool.ties import largest
 from frictool.verify.effective import DIFFERENCE, SPEED, low_pass, running, seen_axis
+from frictool.verify.figures import first_order
 from frictool.verify.norms import norm
 from frictool.verify.observer_loop import shown_speeds
 
@@ -130,13 +131,9 @@ def _velocity(velocity: Velocity, period: float, sees: str) -> Block:
     return Block(low_pass(velocity, period), (sees,), ("shown",))
 
 
-def _first_order(stored: Filter) -> FirstOrder:
-    return FirstOrder(stored.gain, *(np.inf if value is None else value for value in (stored.zero, stored.pole)))
-
-
 def _templates(weights: CertifiedWeights, gamma: float, frequencies: Vector, period: float) -> dict[Name, Vector]:
     """gamma over each weight that is not 0."""
-    w2 = np.abs(_first_order(weights.error).system(period).response(frequencies)[:, 0, 0])
+    w2 = np.abs(first_order(weights.error).system(period).response(frequencies)[:, 0, 0])
     found: dict[Name, Vector] = {"error": gamma / w2}
     if weights.drive > 0.0:
         found["drive"] = np.full_like(frequencies, gamma / weights.drive)
@@ -147,7 +144,7 @@ def _templates(weights: CertifiedWeights, gamma: float, frequencies: Vector, per
 
 def _worst(controller: Controller, vertices: tuple[Vertex, ...], weights: CertifiedWeights, gamma: float) -> dict[Name, Worst]:
     """By norms, not by the grid of frequencies."""
-    weighted = Weights(_first_order(weights.error), weights.disturbance, weights.drive)
+    weighted = Weights(first_order(weights.error), weights.disturbance, weights.drive)
     loops = [_closed(controller, vertex, weighted) for vertex in vertices]
     found: dict[Name, Worst] = {}
     for name, (row, column) in ENTRIES.items():

@@ -122,7 +122,9 @@ def test_what_is_no_such_system_is_refused(given: Any, words: str) -> None:
 
 def test_one_s_own_controller_is_verified_kept_and_read_again(controller: Controller, tmp_path: Path) -> None:
     assert controller.method == "own"
-    assert verify(controller) == ()  # no certificate; the margins are found again
+    found = verify(controller)
+    assert found.proved == ()  # it has no certificate
+    assert found.unaltered
     save(controller, tmp_path / "pid.yaml")
     assert load(tmp_path / "pid.yaml") == controller
 
@@ -133,7 +135,7 @@ def test_one_s_own_speed_loop_goes_under_a_position_law() -> None:
     found = own_controller(lead, MODEL, SPEC, position_law=law)
     assert found.structure == "speed_cascade"
     assert found.position_law is not None
-    verify(found)
+    assert verify(found).unaltered
 
 
 @pytest.mark.parametrize(

@@ -5,30 +5,18 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from functools import cache
 from pathlib import Path
 
 import msgspec
 import pytest
 
-from frictool.documents.controller import Controller
+from frictool.documents.controller import Controller, StateSpace
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
-from frictool.synth.certificate import around, certify
-from frictool.verify.certificate_document import certified_loop
 from tests.cli.run import refused, run
-from tests.synth.example import clutch_model
 from tests.synth.test_design import clutch_controller
-from tests.verify.test_certificate import WEIGHTS
+from tests.verify.certified import certified
 from tests.verify.truthful import truthful
-
-
-@cache
-def _certified() -> Controller:
-    from frictool.plant.polytope import polytope
-
-    controller = clutch_controller()
-    return msgspec.structs.replace(controller, certificate=certify(certified_loop(controller, WEIGHTS), around(polytope(clutch_model()))))
 
 
 def _written(folder: Path, controller: Controller) -> Path:
@@ -37,16 +25,26 @@ def _written(folder: Path, controller: Controller) -> Path:
     return path
 
 
-def _with_gain(controller: Controller, factor: float) -> Controller:
-    linear, k = controller.linear, controller.linear.discrete
+def _with_gain(controller: Controller, factor: float, *, forms: bool = False) -> Controller:
+    """forms: in the sections and the continuous form too."""
+    linear = controller.linear
+    changed = {"discrete": _louder(linear.discrete, factor)}
+    if forms:
+        first, *others = linear.sos
+        changed["continuous"] = _louder(linear.continuous, factor)
+        changed["sos"] = (tuple(factor * value for value in first[:3]) + first[3:], *others)
+    return msgspec.structs.replace(controller, linear=msgspec.structs.replace(linear, **changed))
+
+
+def _louder(k: StateSpace, factor: float) -> StateSpace:
     rows = {name: tuple(tuple(factor * value for value in row) for row in getattr(k, name)) for name in ("c", "d")}
-    return msgspec.structs.replace(controller, linear=msgspec.structs.replace(linear, discrete=msgspec.structs.replace(k, **rows)))
+    return msgspec.structs.replace(k, **rows)
 
 
 def test_what_was_written_is_read_and_proved(tmp_path: Path) -> None:
-    path = _written(tmp_path, _certified())
+    path = _written(tmp_path, certified("speed"))
     assert path.stat().st_size < 200_000
-    assert load(path, Controller).certificate == _certified().certificate
+    assert load(path, Controller).certificate == certified("speed").certificate
     text = run("verify", path)
     assert text.code == 0, text.stderr
     for words in ("proved for every constant", "0.0128 to 0.014 N m/A", "norm from the weighted", "modulus margin is above 0.6"):
@@ -55,34 +53,49 @@ def test_what_was_written_is_read_and_proved(tmp_path: Path) -> None:
     assert [one["of"] for one in found["certificate"]] == ["norm", "sensitivity"]
     assert found["not_proved"] == {}
     assert found["box"]["viscous"] == [0.0, 7.62e-4]
-    controller = clutch_controller()
+    assert found["differences"] == found["changed"] == []
+    controller = certified("speed")
     worst = min(vertex.modulus_margin for vertex in controller.verified.vertices)
     assert 0.95 * worst < found["certificate"][1]["modulus_margin_above"] < worst
 
 
-def test_the_last_digits_take_no_part(tmp_path: Path) -> None:
-    assert run("verify", _written(tmp_path, _with_gain(_certified(), 1.0 + 1e-12))).code == 0
+def test_an_edit_within_what_is_proved_is_exit_1_and_the_bounds_hold(tmp_path: Path) -> None:
+    """In the twelfth digit no figure changes; by one in ten thousand figures do. The bounds are proved of both."""
+    for factor, shown in ((1.0 + 1e-12, "all as stored"), (1.0001, "verified.gamma_verified: found ")):
+        path = _written(tmp_path, _with_gain(certified("speed"), factor, forms=True))
+        result = run("verify", path)
+        assert (result.code, result.stderr) == (1, "")
+        for words in ("proved for every constant", shown, "changed after it was verified: linear;"):
+            assert words in result.stdout
+        found = json.loads(run("verify", path, "--json").stdout)
+        assert [one["of"] for one in found["certificate"]] == ["norm", "sensitivity"]
+        assert found["changed"] == ["linear"]
+        assert bool(found["differences"]) == (factor == 1.0001)
 
 
 def test_a_gain_changed_by_a_fifth_is_exit_4(tmp_path: Path) -> None:
-    changed = _with_gain(_certified(), 1.2)
+    changed = _with_gain(certified("speed"), 1.2)
     for told in (changed, truthful(changed)):  # whatever it says of its margins
         refused(run("verify", _written(tmp_path, told)), 4, "speed: not proved: norm <", "bounded-real inequality", "K/J")
 
 
-def test_a_margin_that_is_not_what_the_document_says_is_exit_4(tmp_path: Path) -> None:
-    controller = _certified()
+def test_a_margin_that_is_not_what_the_document_says_is_exit_1(tmp_path: Path) -> None:
+    controller = certified("speed")
     first, *others = controller.verified.vertices
     vertices = (msgspec.structs.replace(first, modulus_margin=first.modulus_margin * 1.01), *others)
     told = msgspec.structs.replace(controller, verified=msgspec.structs.replace(controller.verified, vertices=vertices))
-    refused(run("verify", _written(tmp_path, told)), 4, "not verified", "modulus margin")
+    result = run("verify", _written(tmp_path, told))
+    assert (result.code, result.stderr) == (1, "")
+    shown = f"found {vertices[0].modulus_margin:.6g}, the coefficients give {first.modulus_margin:.6g}"
+    assert f"verified.vertices[0].modulus_margin: {shown}" in result.stdout
+    assert "changed after" not in result.stdout
 
 
 def test_a_vertex_outside_of_the_box_is_exit_4(tmp_path: Path) -> None:
-    certificate = _certified().certificate
+    certificate = certified("speed").certificate
     assert certificate is not None
     box = msgspec.structs.replace(certificate.box, coulomb=(0.018, 0.17))
-    smaller = msgspec.structs.replace(_certified(), certificate=msgspec.structs.replace(certificate, box=box))
+    smaller = msgspec.structs.replace(certified("speed"), certificate=msgspec.structs.replace(certificate, box=box))
     refused(run("verify", _written(tmp_path, smaller)), 4, "vertex v0", "has coulomb 0.18, the certificate's box 0.018 to 0.17")
 
 
@@ -99,13 +112,13 @@ def test_without_a_certificate_the_answer_is_no(tmp_path: Path) -> None:
     ("found", "told"), [("version: 1", "version: 2"), ("bits: 22", "bits: many"), ("below: ", "below: -"), ("factor:", "factors:")]
 )
 def test_a_bad_document_is_exit_3(tmp_path: Path, found: str, told: str) -> None:
-    path = _written(tmp_path, _certified())
+    path = _written(tmp_path, certified("speed"))
     path.write_text(path.read_text().replace(found, told, 1))
     refused(run("verify", path), 3, "controller.yaml:", "certificate")
 
 
 def test_no_solver_is_loaded(tmp_path: Path) -> None:
-    path = _written(tmp_path, _certified())
+    path = _written(tmp_path, certified("speed"))
     script = (
         "import sys; from frictool.cli.main import main; sys.argv = ['frictool', 'verify', sys.argv[1]]\n"
         "try: main()\nexcept SystemExit as stop: assert not stop.code, stop.code\n"

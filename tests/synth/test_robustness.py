@@ -13,6 +13,7 @@ from frictool.errors import NoSolutionError
 from frictool.synth import robustness as beyond
 from frictool.synth.design import problem
 from frictool.synth.lpv import lpv
+from frictool.verify import interior
 from frictool.verify.interior import Worst, searched
 from tests.synth.example import ROOT, clutch_model
 
@@ -27,7 +28,7 @@ def test_a_worse_plant_inside_is_refused(factor: float, told: str, monkeypatch: 
         found = searched(*given)
         return replace(found, norm=factor * found.norm)
 
-    monkeypatch.setattr(beyond, "searched", worse)
-    monkeypatch.setattr(beyond, "POINTS", 4)
+    monkeypatch.setattr(interior, "searched", worse)
+    monkeypatch.setattr(interior, "POINTS", 4)
     with pytest.raises(NoSolutionError, match=told):
         beyond.robustness(posed, lpv(posed).controller)

@@ -21,7 +21,8 @@ from frictool.plant.lti import Lti
 from frictool.plant.polytope import PlantPoint, polytope
 from frictool.synth.design import design_controller, problem
 from frictool.synth.methods import METHODS
-from frictool.synth.schedule import at, verified_schedule, weights
+from frictool.synth.schedule import verified_schedule
+from frictool.verify.scheduled import at, weights
 from tests.synth.example import ROOT, clutch_model
 
 RIG, HERE = ROOT / "configs/clutch", Provenance("a test", "0")

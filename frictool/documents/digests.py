@@ -1,0 +1,73 @@
+"""Digests of a controller's blocks: whether a document is the one that was verified.
+
+The gain of a position law, a prefilter or a specified margin follows from the model, the specification and the design, which are no part
+of the document. No figure of the linear loop depends on them, so that nothing can be computed again. Each block therefore has a digest.
+No proof uses it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from typing import Any
+
+import msgspec
+
+from frictool.documents.controller import Controller, Verified
+
+UNTOUCHED = ("format", "name", "provenance", "verified")  # fields without a digest: titles, and figures that are computed again
+HEADER = ("axis", "structure", "method", "domain", "sample_period_s", "delay_samples", "drive", "drive_limit", "sign_convention")
+GIVEN = ("gamma_asked", "modulus_margin_specified")  # fields of `verified` that follow from the design and the specification
+SOLVED = ("structured", "parameter_dependent", "common")  # fields of `verified.robustness` that need a solver
+
+
+def block_digests(controller: Controller) -> dict[str, str]:
+    """Return the SHA-256 of each block, by name; of blocks that the document has.
+
+    `header` holds the fields of one value at the top, `verified` those figures of `verified` that cannot be computed again. Numbers are
+    digested and not their spelling, so that comments and the layout of the file may change.
+    """
+    fields = msgspec.to_builtins(controller)
+    blocks = {name: fields[name] for name in sorted(fields) if name not in (*UNTOUCHED, *HEADER)}
+    blocks["header"] = {name: fields[name] for name in HEADER}
+    blocks["verified"] = not_computed(controller.verified)
+    return {name: _digest(block) for name, block in sorted(blocks.items())}
+
+
+def not_computed(verified: Verified) -> dict[str, float]:
+    """Return the figures of `verified` that `frictool verify` cannot compute again, by their key in the document."""
+    found = {f"verified.{name}": getattr(verified, name) for name in GIVEN}
+    if verified.robustness is not None:
+        found |= {f"verified.robustness.{name}": getattr(verified.robustness, name) for name in SOLVED}
+    return {key: value for key, value in found.items() if value is not None}
+
+
+def with_digests(controller: Controller, *blocks: str) -> Controller:
+    """Return the controller with the digests of its blocks as they are now.
+
+    blocks: only these; the other digests stay, so that an earlier change of another block is still seen. All if none is named.
+    """
+    now = block_digests(controller)
+    kept = {name: value for name, value in controller.verified.digests.items() if name not in blocks} if blocks else {}
+    made = {name: value for name, value in now.items() if not blocks or name in blocks}
+    verified = msgspec.structs.replace(controller.verified, digests=dict(sorted((kept | made).items())))
+    return msgspec.structs.replace(controller, verified=verified)
+
+
+def changed_blocks(controller: Controller) -> tuple[str, ...]:
+    """Return the names of the blocks that are not those that were verified: changed, added or removed."""
+    now, then = block_digests(controller), controller.verified.digests
+    return tuple(name for name in sorted({*now, *then}) if now.get(name) != then.get(name))
+
+
+def _digest(block: Any) -> str:
+    return hashlib.sha256(json.dumps(_plain(block), sort_keys=True).encode()).hexdigest()
+
+
+def _plain(value: Any) -> Any:
+    """Every number as the double that a file holds; a key without a value counts as absent, as it may be in another version's documents."""
+    if isinstance(value, dict):
+        return {key: _plain(one) for key, one in value.items() if one is not None}
+    if isinstance(value, (list, tuple)):
+        return [_plain(one) for one in value]
+    return float(value) if isinstance(value, (int, float)) and not isinstance(value, bool) else value

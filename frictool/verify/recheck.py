@@ -1,0 +1,164 @@
+"""Everything that a controller document states of its loop, computed again from its coefficients, its bench and its weights. No solver."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+
+from frictool.documents.controller import Controller, Robustness, Rounded, Schedule, Verified
+from frictool.documents.digests import SOLVED, changed_blocks, not_computed
+from frictool.plant.polytope import corner_points
+from frictool.ties import TOLERANCE
+from frictool.verify.certificate import Proved
+from frictool.verify.certificate_document import prove_document
+from frictool.verify.controller import check_document
+from frictool.verify.figures import HELD, OFFERED, LinearLoops, loops_of, stands
+from frictool.verify.interior import points_inside
+from frictool.verify.scheduled import scheduled_figures
+from frictool.verify.stated_box import box_of, check_box
+
+# Relative differences that another processor's last digits may make; figures that have no entry here agree within TOLERANCE.
+SEARCHED = 1e-3  # of what a search finds, which may end at another plant nearby
+ROOTS = 1e-3  # of the unit circle: a multiple eigenvalue moves by a root of the rounding error
+TOLERANCES = {"interior": SEARCHED, "spectral_radius": ROOTS}
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A stored figure that the document does not give. key: its place in the document; None stands for no value."""
+
+    key: str
+    stored: Any
+    computed: Any
+
+
+@dataclass(frozen=True)
+class Verification:
+    """The answer of `verify`.
+
+    proved: the certificate's bounds. differences: stored figures that are not those of the coefficients. changed: blocks that are not those
+    that were verified. not_computed: stored figures by their key that `verify` cannot compute.
+    """
+
+    proved: tuple[Proved, ...]
+    differences: tuple[Difference, ...]
+    changed: tuple[str, ...]
+    not_computed: dict[str, float]
+
+    @property
+    def unaltered(self) -> bool:
+        """Whether every figure that can be computed is the stored one, and every block the one that was verified."""
+        return not self.differences and not self.changed
+
+
+def verify(controller: Controller) -> Verification:
+    """Prove the certificate of a controller in integers, and compute every figure under `verified` and `schedule` again.
+
+    Returns
+    -------
+    Verification
+        With the figures that differ from the stored ones by more than another processor's last digits do.
+
+    Raises
+    ------
+    NoSolutionError
+        If a bound is not proved or missing, the certificate's box does not hold the bench's intervals, a loop is unstable or misses the
+        specified margin, or the stored forms are not of one controller.
+    """
+    check_box(controller)
+    certificate = controller.certificate
+    proved = () if certificate is None else prove_document(controller, certificate)
+    check_document(controller)
+    found = (*_differences(controller), *_below_what_is_seen(controller.verified))
+    return Verification(proved, found, changed_blocks(controller), not_computed(controller.verified))
+
+
+def _differences(controller: Controller) -> tuple[Difference, ...]:
+    computed: dict[str, Any] = {"verified": computed_figures(controller)}
+    if controller.schedule is not None:
+        computed["schedule"] = _scheduled(controller, controller.schedule)
+    return tuple(
+        difference
+        for name, figures in computed.items()
+        for difference in _compared(name, msgspec.to_builtins(getattr(controller, name)), msgspec.to_builtins(figures))
+    )
+
+
+def computed_figures(controller: Controller) -> Verified:
+    """Return `verified` with everything computed again that can be, at the corners of the certificate's box."""
+    verified = controller.verified
+    loops = loops_of(controller, corner_points(box_of(controller)))
+    vertices = tuple(loops.vertex(point) for point in loops.points)
+    gamma = max(vertex.sampled_norm for vertex in vertices)
+    by_observer = controller.velocity.observer is not None and controller.linear.input == "speed_error"
+    return msgspec.structs.replace(
+        verified,
+        gamma_verified=gamma,
+        vertices=vertices,
+        count_drive=loops.count_drive(),
+        rounded=() if by_observer else _rounded(loops, verified, gamma),
+        margins=loops.margins(),
+        robustness=None if by_observer else _robustness(controller, loops),
+    )
+
+
+def _rounded(loops: LinearLoops, verified: Verified, gamma: float) -> tuple[Rounded, ...]:
+    """The formats that stand; at the edge, within TOLERANCE, those that the document lists."""
+    listed = {one.number for one in verified.rounded}
+    found = []
+    for number in (*HELD, *OFFERED):
+        one = loops.rounded(number)
+        room = TOLERANCE if number in listed else -TOLERANCE
+        if stands(one, gamma * (1.0 + room), verified.modulus_margin_specified * (1.0 - room)):
+            found.append(one)
+    return tuple(found)
+
+
+def _robustness(controller: Controller, loops: LinearLoops) -> Robustness | None:
+    """What is seen inside the box; a document with a certificate has it."""
+    known = controller.verified.robustness
+    if known is None and controller.certificate is None:
+        return None
+    count, interior = points_inside(loops.points), loops.seen_inside()
+    return msgspec.structs.replace(known or Robustness(count, interior), interior_points=count, interior=interior)
+
+
+def _scheduled(controller: Controller, schedule: Schedule) -> Schedule:
+    loops = loops_of(controller, ())
+    found = scheduled_figures(schedule.corners, schedule.parameters, loops.plant, loops.lag, loops.delay, loops.period)
+    return msgspec.structs.replace(schedule, gamma=found.gamma, modulus_margin=found.modulus_margin, points=found.points)
+
+
+def _below_what_is_seen(verified: Verified) -> Iterator[Difference]:
+    """The solver's upper bounds that are below a norm at a vertex, and so are none."""
+    if verified.robustness is None:
+        return
+    for name in SOLVED:
+        bound = getattr(verified.robustness, name)
+        if bound is not None and bound < verified.gamma_verified * (1.0 - SEARCHED):
+            yield Difference(f"verified.robustness.{name}", bound, f"at least {verified.gamma_verified:.6g}")
+
+
+def _compared(key: str, stored: Any, computed: Any) -> Iterator[Difference]:
+    """Every value of two trees of dictionaries and lists that differs."""
+    if isinstance(stored, dict) and isinstance(computed, dict):
+        for name in {**stored, **computed}:
+            yield from _compared(f"{key}.{name}", stored.get(name), computed.get(name))
+    elif isinstance(stored, (list, tuple)) and isinstance(computed, (list, tuple)):
+        if len(stored) != len(computed):
+            yield Difference(key, f"{len(stored)} entries", f"{len(computed)} entries")
+            return
+        for index, pair in enumerate(zip(stored, computed, strict=True)):
+            yield from _compared(f"{key}[{index}]", *pair)
+    elif not _agree(key, stored, computed):
+        yield Difference(key, stored, computed)
+
+
+def _agree(key: str, stored: Any, computed: Any) -> bool:
+    if not all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in (stored, computed)):
+        return bool(stored == computed)
+    tolerance = TOLERANCES.get(key.rpartition(".")[2], TOLERANCE)
+    return bool(stored == computed or abs(stored - computed) <= tolerance * max(abs(stored), abs(computed)))

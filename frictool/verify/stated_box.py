@@ -1,0 +1,45 @@
+"""The box of plants that a controller document is about: the certificate's, or that of its vertices."""
+
+from __future__ import annotations
+
+from frictool.documents.controller import Controller
+from frictool.errors import NoSolutionError
+from frictool.plant.box import enclosing
+from frictool.plant.polytope import bench_intervals
+from frictool.verify.figures import vertex_points
+
+NAMES = ("inertia", "viscous", "coulomb", "constant")
+
+
+def box_of(controller: Controller) -> dict[str, tuple[float, float]]:
+    """Return the interval (low, high) of each parameter. A document without certificate needs a vertex."""
+    if controller.certificate is None:
+        return enclosing(vertex_points(controller))
+    low_and_high = {name: getattr(controller.certificate.box, name) for name in NAMES}
+    return {name: (low, high) for name, (low, high) in low_and_high.items()}
+
+
+def check_box(controller: Controller) -> None:
+    """Check that the box holds every vertex of the document and the bench's intervals.
+
+    Raises
+    ------
+    NoSolutionError
+        If it does not, or if the document has no vertex.
+    """
+    if not controller.verified.vertices:
+        raise NoSolutionError(f"{controller.name}: not verified: the controller names no vertex; synthesise it anew")
+    holder = "the vertices" if controller.certificate is None else "the certificate's box"
+    for name, (low, high) in box_of(controller).items():
+        for point in vertex_points(controller):
+            if not low <= (value := getattr(point, name)) <= high:
+                raise NoSolutionError(
+                    f"{controller.name}: not proved: vertex {point.name} has {name} {value:.6g}, {holder} {low:.6g} to {high:.6g}; "
+                    "synthesise the controller anew"
+                )
+        least, most = bench_intervals(controller.bench)[name]
+        if least < low or most > high:
+            raise NoSolutionError(
+                f"{controller.name}: not proved: the bench has {name} {least:.6g} to {most:.6g}, {holder} {low:.6g} to {high:.6g}; "
+                "synthesise the controller anew"
+            )

@@ -1,0 +1,38 @@
+"""The `speed` and `fast` controllers of the clutch with a certificate, as `frictool synth` writes them."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Literal
+
+import msgspec
+
+from frictool.documents.controller import Controller, Robustness
+from frictool.documents.design import Design
+from frictool.documents.digests import with_digests
+from frictool.documents.provenance import Provenance
+from frictool.documents.registry import load
+from frictool.documents.spec import Spec
+from frictool.plant.polytope import polytope
+from frictool.synth.certificate import around, certify
+from frictool.synth.design import design_controller
+from frictool.verify.certificate_document import certified_loop
+from frictool.verify.figures import loops_of, vertex_points
+from frictool.verify.interior import POINTS
+from tests.synth.example import ROOT, clutch_model
+
+RIG = ROOT / "configs/clutch"
+Named = Literal["speed", "fast"]
+
+
+@cache
+def certified(name: Named) -> Controller:
+    """The solver's bounds take a quarter of a minute and are left out; the certificate's bound is one too and stands for them."""
+    spec, design = load(RIG / "spec.yaml", Spec), load(RIG / f"designs/{name}.yaml", Design)
+    found = design_controller(clutch_model(), spec, design, Provenance("a test", "0"))
+    assert found.weights is not None
+    certificate = certify(certified_loop(found, found.weights), around(polytope(clutch_model())))
+    bound = certificate.bounds[0].below
+    inside = loops_of(found, vertex_points(found)).seen_inside()
+    verified = msgspec.structs.replace(found.verified, robustness=Robustness(POINTS, inside, bound, bound, bound))
+    return with_digests(msgspec.structs.replace(found, verified=verified, certificate=certificate, weights=None))
