@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from frictool.documents.controller import Controller, DelayCheck, Limiter, Velocity, Vertex
+from frictool.documents.controller import Controller, DelayCheck, Limiter, Velocity
 from frictool.errors import NoSolutionError
 from frictool.plant.linear_axis import Rates
 from frictool.plant.polytope import PlantPoint
@@ -54,23 +54,11 @@ def recheck(controller: Controller) -> None:
     NoSolutionError
         As `check_document`, or if the coefficients do not give a margin that `verified` states.
     """
-    check_document(controller)
-    for vertex, found in _checks(controller):
-        for stored, computed in zip(vertex.checks, found, strict=True):
-            stated = [stored.modulus_margin]
-            if stored.delay_samples == controller.delay_samples:
-                stated.append(vertex.modulus_margin)
-            for margin in stated:
-                if abs(computed.modulus_margin - margin) > TOLERANCE * margin:
-                    raise NoSolutionError(
-                        f"{controller.name}: not verified: at vertex {vertex.name} the stored coefficients give a modulus margin of "
-                        f"{computed.modulus_margin:.6g} with {delay_words(computed.delay_samples)}, the document says {margin:.6g}; "
-                        "synthesise it anew"
-                    )
+    check_document(controller, margins=True)
 
 
-def check_document(controller: Controller) -> None:
-    """Check everything of a document that needs no stored figure.
+def check_document(controller: Controller, *, margins: bool = False) -> None:
+    """Check everything of a document that needs no stored figure; `margins`: and the stored margins of its vertices.
 
     Raises
     ------
@@ -82,7 +70,7 @@ def check_document(controller: Controller) -> None:
     if controller.velocity.observer is not None:
         check_observer(controller.velocity.observer)
     try:
-        _vertices(controller)
+        _vertices(controller, margins)
         _resonant(controller)
         check_forms(controller)
     except (ValueError, np.linalg.LinAlgError, FloatingPointError) as error:  # coefficients near the end of the range of numbers
@@ -103,22 +91,16 @@ def _of_its_bench(controller: Controller) -> None:
             raise NoSolutionError(f"{controller.name}: not verified: {key}: found {found}, but its bench has {has}; synthesise it anew")
 
 
-def _checks(controller: Controller) -> Iterator[tuple[Vertex, tuple[DelayCheck, ...]]]:
-    """Each vertex of a document, and what its loops are there with each delay that it lists."""
-    lag, loops = controller.bench.actuator.loop_time_constant_s, feedbacks_of(controller)
-    for vertex in controller.verified.vertices:
-        point = PlantPoint(vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant)
-        yield vertex, loop_checks(loops, point, lag, tuple(check.delay_samples for check in vertex.checks))
-
-
-def _vertices(controller: Controller) -> None:
+def _vertices(controller: Controller, margins: bool) -> None:
     lag, required = controller.bench.actuator.loop_time_constant_s, controller.verified.modulus_margin_specified
-    constant = controller.bench.actuator.constant.value
+    loops, constant = feedbacks_of(controller), controller.bench.actuator.constant.value
     brake = limiter_brake(controller.limiter, controller.velocity, constant, controller.sample_period_s)
     if not controller.verified.vertices:
         raise NoSolutionError(f"{controller.name}: not verified: the controller names no vertex; synthesise it anew")
-    for vertex, found in _checks(controller):
+    for vertex in controller.verified.vertices:
         where = f"{controller.name}: not verified: at vertex {vertex.name}"
+        point = PlantPoint(vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant)
+        found = loop_checks(loops, point, lag, tuple(check.delay_samples for check in vertex.checks))
         for check in found:
             if check.spectral_radius >= 1.0:
                 raise NoSolutionError(
@@ -130,11 +112,22 @@ def _vertices(controller: Controller) -> None:
             raise NoSolutionError(
                 f"{controller.name}: not verified: vertex {vertex.name} has no check at the bench's delay; synthesise it anew"
             )
-        rates = PlantPoint(vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant).rates
-        if not all(check_feedback(one, rates, lag, check.delay_samples).stable for one in brake for check in found):
+        if margins:
+            _compare(where, vertex.modulus_margin, margin, controller.delay_samples)
+            for stored, check in zip(vertex.checks, found, strict=True):
+                _compare(where, stored.modulus_margin, check.modulus_margin, check.delay_samples)
+        if not all(check_feedback(one, point.rates, lag, check.delay_samples).stable for one in brake for check in found):
             raise NoSolutionError(f"{where} the limiter's virtual friction is unstable at rest; raise limiter.virtual_speed")
         if margin < required * (1.0 - TOLERANCE):
             raise NoSolutionError(f"{where} the modulus margin is {margin:.6g}, specified {required:g}; synthesise it anew")
+
+
+def _compare(where: str, stated: float, found: float, delay_samples: int) -> None:
+    if abs(found - stated) > TOLERANCE * stated:
+        raise NoSolutionError(
+            f"{where} the stored coefficients give a modulus margin of {found:.6g} with {delay_words(delay_samples)}, the document says "
+            f"{stated:.6g}; synthesise it anew"
+        )
 
 
 def _resonant(controller: Controller) -> None:
