@@ -14,6 +14,7 @@ from frictool.documents.quantity import Quantity
 from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION
 from frictool.identify import methods
 from frictool.identify.breakaway.breakaway import Breakaway, breakaway, is_ramp
+from frictool.identify.constant_effort import without_constant_effort
 from frictool.identify.estimators.auto import inertia_over_position
 from frictool.identify.force_error import SlipRows, force_error, motion_rows
 from frictool.identify.orientation import negative_work, opposite_signs, reversed_sign
@@ -81,12 +82,19 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
     found: dict[str, Interval] = {}
     refused: dict[str, str] = {}
     fit, onsets = None, None
+    unmeasured: str | None = None
+    try:
+        refuse_unmeasured(sliding, bench)
+        sliding, left_out = without_constant_effort(sliding, bench)
+        odd += left_out
+    except NothingUsable as error:
+        sliding, unmeasured = [], str(error)
     rows = motion_rows(sliding, bench)
     try:
         fit = _slide(sliding, rows, bench, method, settings)
         _accept(fit.parameters, fit.refused, bench, found, refused)
     except NothingUsable as error:
-        refused.update(dict.fromkeys(SLIDING, str(error)))
+        refused.update(dict.fromkeys(SLIDING, unmeasured or str(error)))
     if not {"viscous", "coulomb"} <= found.keys() or _any_negative(fit):
         reason = reversed_sign(sliding, bench, settings)
         if reason is not None:
@@ -170,7 +178,6 @@ def _slide(records: list[Record], rows: Sequence[SlipRows], bench: Bench, method
     """Return the fit of one method with its force error. Raises NothingUsable if there is none, or if it explains too little."""
     if not records:
         raise NothingUsable("no log of sliding motion was given")
-    refuse_unmeasured(records, bench)
     fit = methods.run(method, records, bench, settings)
     refuse_self_explained(fit, records)
     fit = with_force_error(fit, rows, fit.parameters, bench)

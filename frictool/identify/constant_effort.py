@@ -1,0 +1,157 @@
+"""Find strokes whose logged effort is constant although the motion is not: a saturated sensor, or a command in place of a measurement.
+
+A constant effort is explained by Coulomb friction and an offset of its own size, with next to no residual, whatever the axis is. Inertia
+and viscous friction then come out near zero in narrow intervals. A constant effort says something only
+
+    at constant speed                 nothing changes that the effort would have to follow
+    at several levels                 an open-loop test: what the levels have in common is the axis
+    at zero                           the axis coasts
+
+A stroke is proved constant where most of its motion has the effort within a band, and the acceleration changes there by so much that the
+bench's least inertia needs several times the band. If the proved strokes of a direction share one level, every stroke at that level is
+constant.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.polynomial.legendre import legfit
+
+from frictool.documents.bench import Bench
+from frictool.documents.quantity import si_unit
+from frictool.identify.outcome import NothingUsable
+from frictool.identify.record import Record, Vector
+from frictool.identify.rows.strokes import find_strokes
+
+ENDS = 0.05  # of a stroke's travel at either end, where the axis may rest
+SHORTEST = 20  # samples of a stroke's motion
+NOISE_BAND = 6.0  # width of the band in standard deviations of the effort's noise
+LEAST_BAND = 0.2  # width of the band relative to the level, as wide as the torque ripple of a drive
+IN_BAND = 0.8  # share of a stroke's motion that the band holds
+DEMAND = 2.0  # effort that the change of acceleration needs, in bands
+SURE = 3.0  # standard deviations of the encoder's counts
+ONE_LEVEL = 0.75  # share of the proved strokes of a direction that lie within a band of their median
+MOST = 0.5  # share of the motion above which a record is refused
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Effort within one band in the samples [start, end) of a stroke: `level` and width of the `band` in N m | N, `direction` +-1.
+
+    proved: the motion needs an effort that changes there.
+    """
+
+    start: int
+    end: int
+    level: float
+    band: float
+    direction: float
+    proved: bool
+
+
+def without_constant_effort(records: list[Record], bench: Bench) -> tuple[list[Record], list[str]]:
+    """Return the records without their constant stretches, and a warning for each record that lost some.
+
+    Raises
+    ------
+    NothingUsable
+        If the effort of a record is constant for more than half of its motion.
+    """
+    kept, warnings = [], []
+    for record in records:
+        stretches, moving = constant_stretches(record, bench)
+        lost = sum(stretch.end - stretch.start for stretch in stretches)
+        if not lost:
+            kept.append(record)
+            continue
+        first, unit = min(stretches, key=lambda stretch: stretch.start), si_unit("effort", bench.axis)
+        found = (
+            f"{Path(record.name).name}: the effort stays near {first.level:.4g} {unit} for {100.0 * lost / moving:.0f} % of the motion, "
+            f"from {record.time[first.start]:.6g} s on, while the axis changes its speed: a saturated measurement, or a command"
+        )
+        if lost > MOST * moving:
+            raise NothingUsable(f"{found}; log the measured current with a range that it does not leave, or more than one level of effort")
+        warnings.append(f"{found}; these samples are left out")
+        kept.append(_without(record, stretches))
+    return kept, warnings
+
+
+def constant_stretches(record: Record, bench: Bench) -> tuple[list[Stretch], int]:
+    """Return the stretches of constant effort, and the number of samples in motion."""
+    strokes = find_strokes(record)
+    edges = np.flatnonzero(np.diff(strokes.number, prepend=-1, append=-1) != 0)
+    noise, inertia = NOISE_BAND * _noise(record.effort), bench.mechanics.inertia.interval[0]
+    found, moving = list[Stretch](), 0
+    for start, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+        travel = float(strokes.advance[end - 1])
+        if strokes.sign[start] == 0.0 or travel <= 0.0:
+            continue
+        first, last = np.searchsorted(np.maximum.accumulate(strokes.advance[start:end]), [ENDS * travel, (1.0 - ENDS) * travel])
+        part = slice(start + int(first), start + int(last))
+        moving += part.stop - part.start
+        if part.stop - part.start < SHORTEST:
+            continue
+        stretch = _stretch(record, part, noise, inertia, float(strokes.sign[start]))
+        if stretch is not None and abs(stretch.level) > stretch.band:
+            found.append(stretch)
+    return [one for side in (1.0, -1.0) for one in _of_one_level([s for s in found if s.direction == side])], moving
+
+
+def _noise(effort: Vector) -> float:
+    """Standard deviation of the noise of an effort (n,), from its second differences; a few large ones do not count."""
+    return float(np.median(np.abs(np.diff(effort, 2)))) / (0.6745 * np.sqrt(6.0)) if effort.size > 2 else 0.0
+
+
+def _stretch(record: Record, part: slice, noise: float, inertia: float, direction: float) -> Stretch | None:
+    """The part of a stroke whose effort is within one band, if that is most of its motion."""
+    effort = record.effort[part]
+    band = max(noise, LEAST_BAND * abs(float(np.median(effort))))
+    level = _densest(effort, band)
+    inside = np.flatnonzero(np.abs(effort - level) <= 0.5 * band)
+    if inside.size < max(IN_BAND * effort.size, SHORTEST):
+        return None
+    first, last = part.start + int(inside[0]), part.start + int(inside[-1]) + 1
+    position, duration = record.position[first:last], (last - first) * record.period
+    cubic = legfit(np.linspace(-1.0, 1.0, position.size), position, 3)[3]
+    counts = record.resolution / np.sqrt(12.0) * np.sqrt(7.0 / position.size)  # standard deviation that they leave on it
+    change = 120.0 * max(abs(float(cubic)) - SURE * counts, 0.0) / duration**2  # of the acceleration over the stretch
+    return Stretch(first, last, level, band, direction, inertia * change > DEMAND * band)
+
+
+def _densest(values: Vector, band: float) -> float:
+    """Middle of the band of this width that holds the most values."""
+    ordered = np.sort(values)
+    held = np.searchsorted(ordered, ordered + band, side="right") - np.arange(ordered.size)
+    best = int(np.argmax(held))
+    return 0.5 * float(ordered[best] + ordered[best + int(held[best]) - 1])
+
+
+def _of_one_level(stretches: list[Stretch]) -> list[Stretch]:
+    """The stretches of a direction at the level that the proved ones share, or none if these have several levels."""
+    proved = [stretch for stretch in stretches if stretch.proved]
+    if not proved:
+        return []
+    middle = float(np.median([stretch.level for stretch in proved]))
+    same = [stretch for stretch in stretches if abs(stretch.level - middle) <= stretch.band]
+    return same if sum(stretch.proved for stretch in same) >= ONE_LEVEL * len(proved) else []
+
+
+def _without(record: Record, stretches: list[Stretch]) -> Record:
+    """The record without the stretches; each gap begins a new piece."""
+    keep = np.ones(record.time.size, dtype=np.bool_)
+    for stretch in stretches:
+        keep[stretch.start : stretch.end] = False
+    index = np.flatnonzero(keep)
+    piece = np.cumsum((np.diff(index, prepend=index[0]) > 1) | (np.diff(record.piece[index], prepend=record.piece[index[0]]) > 0))
+    return replace(
+        record,
+        time=record.time[index],
+        position=record.position[index],
+        effort=record.effort[index],
+        piece=piece.astype(np.int64),
+        reference=None if record.reference is None else record.reference[index],
+        velocity=None if record.velocity is None else record.velocity[index],
+    )
