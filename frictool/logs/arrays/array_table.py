@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from frictool.errors import LogError
 from frictool.logs.arrays.byte_streams import Bytes
+from frictool.logs.expansion import refusal
 from frictool.logs.table import BLOCK_ROWS, BehindDamage, Block, Loss, Nanoseconds, find, listed
 
 _LINE = re.compile(r"(.+)([\[(])(:,)?([0-9]{1,6})(,:)?[\])]")
@@ -101,6 +102,7 @@ class ArrayTable:
         rows, read = common_rows(self.source, {name: column.rows for name, column in every.items()}), 0
         if self.damage is not None and losses is None:
             raise LogError(self.source, f"is damaged: {self.damage}")
+        check_rows(self.source, self.size, rows, len(every))
         with ExitStack() as stack:
             feeds = {name: stack.enter_context(Feed(column)) for name, column in every.items()}
             while read < rows:
@@ -138,6 +140,12 @@ class ArrayTable:
             if losses is None:
                 raise LogError(self.source, f"is damaged: {loss.reason}")
             losses.append(loss)
+
+
+def check_rows(source: str, size: int, rows: int, columns: int) -> None:
+    """Raise LogError where a file of `size` bytes announces more rows than it may hold."""
+    if reason := refusal(size, rows, columns):
+        raise LogError(source, reason)
 
 
 def find_array(names: Sequence[str], wanted: str | int) -> str | None:

@@ -4,7 +4,8 @@
     tables(path)  ── open ──▶ the library's tables ──▶ what they are
     blocks(...)   ── open ──▶ the library's blocks ──▶ block, block, ... loss, ... end
 
-The child is ended where it takes longer than a file of that size can, and whatever it dies of is one line.
+The child is ended where it takes more processor time for an answer than a file of that size can, and whatever it dies of is one line. Its
+processor time does not depend on what else the machine does.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import multiprocessing
 import os
 import signal
 import sys
+import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -26,7 +28,9 @@ from frictool.errors import LogError
 from frictool.logs.arrays.array_table import find_array
 from frictool.logs.table import Block, Loss, Table
 
-WAIT_S = 8.0  # for an answer, beside what reading the whole file takes
+WAIT_S = 8.0  # of processor time for an answer, beside what reading the whole file takes
+LOOK_S = 0.5  # between two looks at the processor time
+LONGEST_WAIT = 20.0  # times as long an answer may take by the clock: the child may also wait for something that does not come
 SLOWEST = 10e6  # bytes/s
 MEMORY = 700_000_000  # bytes that a child may take, beside what it starts with
 TEXT = 300  # characters of a library's message
@@ -127,8 +131,8 @@ def _child(path: Path, work: Callable[..., None], arguments: tuple[Any, ...]) ->
     patience = WAIT_S + path.stat().st_size / SLOWEST
     try:
         while True:
-            if not ours.poll(patience):
-                raise LogError(path, f"is damaged: its reader came to no end in {patience:.0f} s")
+            if not _answers(ours, process.pid, patience):
+                raise LogError(path, f"is damaged: its reader came to no end in {patience:.0f} s of processor time")
             kind, *answer = ours.recv()
             if kind == "end":
                 return
@@ -142,6 +146,25 @@ def _child(path: Path, work: Callable[..., None], arguments: tuple[Any, ...]) ->
         process.kill()
         process.join()
         ours.close()
+
+
+def _answers(ours: Connection, pid: int | None, patience: float) -> bool:
+    """Whether an answer comes before the process has used `patience` s of processor time, or LONGEST_WAIT times that by the clock."""
+    begun, used = time.monotonic(), _processor_time(pid)
+    while not ours.poll(LOOK_S):
+        waited, now = time.monotonic() - begun, _processor_time(pid)
+        if waited > LONGEST_WAIT * patience or (waited if used is None or now is None else now - used) > patience:
+            return ours.poll(0.0)
+    return True
+
+
+def _processor_time(pid: int | None) -> float | None:
+    """The processor time of a process in s, None where the system does not tell it as Linux does."""
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace").rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    except (OSError, ValueError, IndexError, AttributeError):
+        return None
 
 
 def _run(connection: Connection, path: Path, work: Callable[..., None], arguments: tuple[Any, ...]) -> None:

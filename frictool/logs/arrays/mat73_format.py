@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictool.errors import LogError
-from frictool.logs.arrays.array_table import common_rows
+from frictool.logs.arrays.array_table import check_rows, common_rows
 from frictool.logs.arrays.guard import Described, guarded
 from frictool.logs.arrays.mat_array import ADVICE, lines
 from frictool.logs.extras import library
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 HEADS = (0, 512, 1024, 2048)  # where it may stand; MATLAB has 512 bytes before it
 CLASS, OBJECT, EMPTY = "MATLAB_class", "MATLAB_object_decode", "MATLAB_empty"
-DEEPEST, MOST = 12, 100_000  # structures within structures, arrays
+DEEPEST, MOST = 12, 20_000  # structures within structures, arrays
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -164,6 +164,7 @@ class HdfTable:
         """As `Table.blocks`; from a block on that cannot be decoded, the rest is lost."""
         chosen = {name: self.columns[name] for name in wanted}
         rows = common_rows(self.source, {name: line.rows for name, line in chosen.items()})
+        check_rows(self.source, self.size, rows, len(chosen))
         for first in range(0, rows, BLOCK_ROWS):
             n = min(BLOCK_ROWS, rows - first)
             try:

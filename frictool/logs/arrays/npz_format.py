@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 NPY, ZIP = b"\x93NUMPY", b"PK\x03\x04"
 ALONE = "array"  # what the one array of an .npy is called
-MOST_MEMBERS = 100_000
+MOST_MEMBERS = 20_000
 MOST_COLUMNS = 1000  # of a matrix
 LONGEST_HEAD = 1 << 16
 LONGEST_REASON = 80  # characters: zipfile quotes whole members

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictool.errors import LogError
+from frictool.logs.arrays.array_table import check_rows
 from frictool.logs.arrays.guard import Described, guarded
 from frictool.logs.extras import library
 from frictool.logs.log import Vector
@@ -115,6 +116,7 @@ class ParquetTable:
         """As `Table.blocks`; a row group that cannot be decoded is lost from there on, the next one is read."""
         chosen = [*wanted, *([] if self.clock is None else [self.clock])]
         total, row = self.file.metadata.num_rows, 0
+        check_rows(self.source, self.size, total, len(chosen))
         for group in range(self.file.num_row_groups):
             end = row + self.file.metadata.row_group(group).num_rows
             try:

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from frictool.logs.canonical.mcap_layout import RECORD_HEAD
 
+SHORTEST = 14  # bytes of a body: schemas, channels and messages, which are all that a chunk may hold, have as many
+MOST_SHORT = 100_000  # records with a shorter body that are gone through
 _HEAD = struct.Struct("<BQ")
 _LENGTH = struct.Struct("<Q")
 
@@ -26,25 +28,35 @@ class Bounds(NamedTuple):
 
 
 def record_bounds(data: bytes) -> Bounds:
-    """Where the records of a chunk lie. Raises ValueError where a length does not fit; `whole_records` tells how far they do."""
+    """Where the records of a chunk lie. Raises ValueError where a record is none or does not fit; `whole_records` tells how far they do."""
     bounds, end = whole_records(data)
     if end != len(data):
+        if end < len(data) and not data[end]:
+            raise ValueError(f"a record of kind 0 stands at byte {end} of its chunk; allowed: 1 and above")
+        if int((bounds.length < SHORTEST).sum()) >= MOST_SHORT:
+            raise ValueError(f"more than {MOST_SHORT} records of a chunk are shorter than {SHORTEST} bytes")
         raise ValueError(f"a record is announced that does not fit the {len(data) - end} bytes left of its chunk")
     return bounds
 
 
 def whole_records(data: bytes) -> tuple[Bounds, int]:
-    """The records that are whole, and where the last of them ends."""
+    """The records that are whole, and where the last of them ends: before one of kind 0, or where there are too many to be any."""
     uniform = _uniform(data)
     if uniform is not None:
         return uniform, len(data)
     begins = []
     position, last = 0, len(data) - RECORD_HEAD
     length_at = _LENGTH.unpack_from
-    while position <= last:
-        end = position + RECORD_HEAD + length_at(data, position + 1)[0]
+    short = 0
+    while position <= last and data[position]:
+        length = length_at(data, position + 1)[0]
+        end = position + RECORD_HEAD + length
         if end > len(data):
             break
+        if length < SHORTEST:
+            short += 1
+            if short > MOST_SHORT:
+                break
         begins.append(position)
         position = end
     heads = np.array(begins, np.int64)
@@ -57,6 +69,8 @@ def _uniform(data: bytes) -> Bounds | None:
     if len(data) < RECORD_HEAD:
         return None
     opcode, length = _HEAD.unpack_from(data)
+    if not opcode or length < SHORTEST:
+        return None
     step = RECORD_HEAD + length
     if len(data) % step:
         return None

@@ -69,7 +69,7 @@ class FileRecords:
 
     def __init__(self, stream: BinaryIO, size: int) -> None:
         self._stream = stream
-        self._size = size
+        self.size = self._size = size
         self._bytes = CountedBytes(stream, size)
         self._doubtful: int | None = None  # where the last message begins, if it is what was read last
 

@@ -6,8 +6,12 @@ import msgspec
 
 from frictool.logs.recordings.object_numbers import ObjectDecoder
 
+LONGEST = 2_000_000  # bytes of a message
+
 
 def _decoded(data: bytes) -> object:
+    if len(data) > LONGEST:
+        raise ValueError(f"is {len(data)} bytes of JSON; allowed: {LONGEST}")
     try:
         found: object = msgspec.json.decode(data)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:

@@ -11,16 +11,22 @@ from frictool.logs.log import Vector
 from frictool.logs.recordings.messages import LABELS, MOST_LISTED, Messages
 
 MOST_NUMBERS = 20_000  # of one message
+MOST_VALUES = 100_000  # of one mapping of a message
 
 
 def numbers(found: object, path: str = "", labels: Sequence[str] = ()) -> Iterator[tuple[str, float]]:
-    """Paths and numbers of objects made of mappings, sequences, numbers and texts; an element has its label and its index."""
+    """Paths and numbers of objects made of mappings, sequences, numbers and texts; an element has its label and its index.
+
+    Raises ValueError where a mapping has more than MOST_VALUES keys.
+    """
     if isinstance(found, bool | int | float):
         try:
             yield path, float(found)
         except OverflowError:
             yield path, float("inf")
     elif isinstance(found, Mapping):
+        if len(found) > MOST_VALUES:
+            raise ValueError(f"has more than {MOST_VALUES} keys")
         labels = next((texts for key in LABELS if (texts := _labels(found.get(key)))), labels)
         for key, value in found.items():
             yield from numbers(value, f"{path}.{key}" if path else str(key), labels)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from frictool.errors import LogError
+from frictool.logs.expansion import Budget
 from frictool.logs.recordings.decoders import topic_of
 from frictool.logs.recordings.messages import Messages, packed
 from frictool.logs.recordings.recording import SAMPLED, Gap, Topic
@@ -79,7 +80,7 @@ class BagRecording:
             stream.seek(min(start or self.size, self.size))
             while stream.tell() < self.size:
                 fields, length = _head(stream.read, self.size - stream.tell())
-                data, kind = stream.read(min(length, LARGEST_CHUNK)), fields.get(b"op", b"\0")[0]
+                data, kind = stream.read(min(length, LARGEST_CHUNK)), _kind(fields)
                 if kind == CONNECTION:
                     self._connect(fields, data)
                 elif kind == CHUNK_INFO:
@@ -91,6 +92,7 @@ class BagRecording:
     def _pieces(self, stream: BinaryIO) -> Iterator[tuple[Grouped | Lost, int]]:
         """The messages, chunk by chunk. Raises OSError."""
         stream.seek(len(MAGIC))
+        budget = Budget(self.size)
         over = False  # behind the chunks stand the connections again, and where the chunks are
         while (start := stream.tell()) < self.size:
             where = f"is damaged or cut off at byte {start} of {self.size}"
@@ -103,10 +105,10 @@ class BagRecording:
                 return
             data = stream.read(min(length, self.size - stream.tell()))
             cut = len(data) < length
-            kind = fields.get(b"op", b"\0")[0]
+            kind = _kind(fields)
             try:
                 if kind == CHUNK:
-                    plain = _plain(fields, data)
+                    plain = _plain(fields, data, budget)
                     found, end = self._grouped(plain)
                     whole = end == len(plain) == _number(fields, b"size") and not cut
                     yield found if whole else Lost(f"{where}: a chunk of {length} bytes cannot be read to its end", found), stream.tell()
@@ -133,8 +135,10 @@ class BagRecording:
                 break
             if start + length > len(data):
                 break
+            kind = _kind(fields)
+            if not kind:
+                break
             position = start + length
-            kind = fields.get(b"op", b"\0")[0]
             if kind == CONNECTION:
                 self._connect(fields, data[start:position])
             elif kind == MESSAGE:
@@ -197,6 +201,11 @@ def _fields(data: bytes) -> Fields:
     return fields
 
 
+def _kind(fields: Fields) -> int:
+    """The kind of a record; 0 where its header does not say it."""
+    return int.from_bytes(fields.get(b"op", b"")[:1], "little")
+
+
 def _number(fields: Fields, name: bytes) -> int:
     value = fields.get(name, b"")
     if len(value) != 4:
@@ -204,11 +213,13 @@ def _number(fields: Fields, name: bytes) -> int:
     return int(_U32.unpack(value)[0])
 
 
-def _plain(fields: Fields, data: bytes) -> bytes:
+def _plain(fields: Fields, data: bytes, budget: Budget) -> bytes:
     """The records of a chunk, as far as they can be had. Raises ValueError."""
     size, compression = _number(fields, b"size"), fields.get(b"compression", b"none")
     if size > LARGEST_CHUNK:
         raise ValueError(f"a chunk of {size} bytes is announced; allowed: {LARGEST_CHUNK}")
+    if reason := budget.take(size):
+        raise ValueError(reason)
     try:
         if compression == b"bz2":
             return bz2.BZ2Decompressor().decompress(data, size + 1)
