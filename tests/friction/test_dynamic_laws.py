@@ -186,10 +186,16 @@ def test_inner_loops_close_where_the_memory_is_non_local(name: str, closes: bool
     assert (abs(after - before) < 0.01) == closes
 
 
-def test_lugre_and_elasto_plastic_agree_in_steady_slip_only() -> None:
-    q = {**STRIBECK, **STIFF}
-    early = [
-        run(name, np.full(100, 1e-4), 1e-4, q | extra)[-1, STATE]
-        for name, extra in (("lugre", {}), ("elasto_plastic", {"elastic_limit": 9e-6}))
-    ]
-    assert early[0] != early[1]
+def test_lugre_and_elasto_plastic_agree_in_slow_steady_slip_only() -> None:
+    """Slowly both slip at the breakaway. Fast the elasto-plastic spring is longer than g(v) asks for; before slip LuGre's lags behind x."""
+    both = {"lugre": {**STRIBECK, **STIFF}, "elasto_plastic": {**STRIBECK, **STIFF, "elastic_limit": 9e-6}}
+    for v in (1e-6, -1e-6):
+        slow = [steady(name, v, q) for name, q in both.items()]
+        assert slow == pytest.approx([math.copysign(STRIBECK["breakaway"], v)] * 2, rel=1e-4)
+    fast = [steady(name, 0.1, q) - STRIBECK["viscous"] * 0.1 for name, q in both.items()]
+    assert fast[0] == pytest.approx(STRIBECK["coulomb"], rel=1e-6)
+    assert 0.9 * STRIBECK["breakaway"] < fast[1] < STRIBECK["breakaway"]
+    below = 0.8e-5  # below the elastic limit, where the elasto-plastic spring is as long as the way
+    early = [float(run(name, np.full(1001, 1e-4), below / 1e-4 / 1000, q)[-1, STATE]) for name, q in both.items()]
+    assert early[0] < 0.8 * early[1]
+    assert early[1] == pytest.approx(below, rel=2e-3)

@@ -52,20 +52,25 @@ def test_the_controller_keeps_the_gamma_that_it_was_asked_for(seed: int, n: int,
     assert found.optimum * (1.0 - 1e-3) <= reached(plant, controller(plant, found)) <= found.gamma * (1.0 + ROUNDING)
 
 
-@settings(max_examples=10, deadline=None, derandomize=True)
-@given(seed=st.integers(0, 10_000), sampled=st.booleans())
-def test_sums_of_the_vertex_controllers_keep_gamma_between_the_vertices(seed: int, sampled: bool) -> None:
-    plants = random_polytope(seed, 3, sampled=sampled)
-    try:
-        found = minimise(plants, 1.05)
-        controllers = scheduled(plants, found)
-    except NoSolutionError:  # a random polytope need not have a common Lyapunov matrix
-        return
-    for weights in (*np.eye(3), *np.random.default_rng(seed).dirichlet(np.ones(3), size=6)):
-        blend = Lti(
-            *(sum(weight * getattr(k, part) for weight, k in zip(weights, controllers, strict=True)) for part in "abcd"), plants[0].period
-        )
-        assert reached(between(plants, weights), blend) <= found.gamma * (1.0 + ROUNDING)
+@pytest.mark.parametrize("sampled", [False, True])
+def test_sums_of_the_vertex_controllers_keep_gamma_between_the_vertices(sampled: bool) -> None:
+    """A random polytope need not have a common Lyapunov matrix; most of these have one."""
+    solved = 0
+    for seed in range(6):
+        plants = random_polytope(seed, 3, sampled=sampled)
+        try:
+            found = minimise(plants, 1.05)
+            controllers = scheduled(plants, found)
+        except NoSolutionError:
+            continue
+        solved += 1
+        for weights in (*np.eye(3), *np.random.default_rng(seed).dirichlet(np.ones(3), size=6)):
+            blend = Lti(
+                *(sum(weight * getattr(k, part) for weight, k in zip(weights, controllers, strict=True)) for part in "abcd"),
+                plants[0].period,
+            )
+            assert reached(between(plants, weights), blend) <= found.gamma * (1.0 + ROUNDING)
+    assert solved >= 3
 
 
 @pytest.mark.parametrize("plants", [clutch_speed(slice(None, None, 5)), position()[::5]], ids=["speed", "position"])

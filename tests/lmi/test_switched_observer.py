@@ -127,15 +127,23 @@ def _simulated(modes: dict[int, Subsystem], found: SwitchedGains, random: np.ran
     return float(gain), falls
 
 
-@given(st.integers(0, 10**6), st.integers(1, 3), st.integers(1, 2), st.sampled_from([1.0, 0.95, 0.8]))
-@settings(max_examples=20, deadline=None)
-def test_any_two_systems_are_certified_and_keep_it_or_are_refused(seed: int, n: int, outputs: int, decay: float) -> None:
-    random = np.random.default_rng(seed)
-    modes = {0: _random(random, n, outputs), 1: _random(random, n, outputs)}
-    try:
-        found = synthesise(modes, ALL, decay)
-    except NoSolutionError:
-        return
+@pytest.mark.parametrize("decay", [1.0, 0.95, 0.8])
+def test_any_two_systems_are_certified_and_keep_it_or_are_refused(decay: float) -> None:
+    """Most pairs of random systems have gains with which they may switch at will."""
+    certified = 0
+    for seed, n, outputs in product(range(2), (1, 2, 3), (1, 2)):
+        random = np.random.default_rng(seed)
+        modes = {0: _random(random, n, outputs), 1: _random(random, n, outputs)}
+        try:
+            found = synthesise(modes, ALL, decay)
+        except NoSolutionError:
+            continue
+        certified += 1
+        _keeps_what_is_certified(modes, found, random)
+    assert certified >= 9
+
+
+def _keeps_what_is_certified(modes: dict[int, Subsystem], found: SwitchedGains, random: np.random.Generator) -> None:
     gain, falls = _simulated(modes, found, random)
     assert falls
     assert gain <= found.gamma

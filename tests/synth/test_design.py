@@ -137,13 +137,19 @@ def test_a_bench_without_delay_gets_a_controller_too() -> None:
 
 
 def test_weights_at_the_edge_of_the_numbers_give_nothing_that_is_not_verified() -> None:
-    weights = msgspec.structs.replace(_design().weights, drive=0.5e6)
-    try:  # whether the solver comes to the end of it depends on the processor's rounding; gamma grows as the weight does
-        found = design_controller(clutch_model(), _spec(), msgspec.structs.replace(_design(), weights=weights), HERE).verified
-    except NoSolutionError:
-        return
-    assert all(vertex.stable and vertex.modulus_margin >= 0.5 for vertex in found.vertices)
-    assert all(vertex.norm <= found.gamma_asked for vertex in found.vertices)
+    """The last weight is at the edge: whether the solver comes to an end depends on the processor's rounding. The others are solved."""
+    solved = 0
+    for drive in (0.5, 0.6, 0.5e6):
+        weights = msgspec.structs.replace(_design().weights, drive=drive)
+        try:
+            found = design_controller(clutch_model(), _spec(), msgspec.structs.replace(_design(), weights=weights), HERE).verified
+        except NoSolutionError:
+            continue
+        solved += 1
+        assert all(vertex.stable and vertex.modulus_margin >= 0.5 for vertex in found.vertices)
+        # a frozen controller is not promised gamma at every vertex, but with this weight only the plant's own answer counts
+        assert drive < 1e3 or all(vertex.norm <= found.gamma_asked for vertex in found.vertices)
+    assert solved >= 2
 
 
 @pytest.mark.parametrize("factor", [1e9, 1e12])
