@@ -21,18 +21,21 @@ from frictool.documents.observer import Observer
 from frictool.observe.samples import Piece
 
 Vector = NDArray[np.float64]
+MISS = "miss"  # of control/tracking_observer.py
 
 
 @dataclass(frozen=True)
 class Along:
     """What an observer finds along a piece, all (n,): time [s], position [rad | m], velocity [per s], friction [N m | N], of the velocity's
-    sign; wear [1], or [N m | N] of an additive observer, None where it knows of none."""
+    sign; wear [1], or [N m | N] of an additive observer, None where it knows of none; miss: of a tracking observer, measured less
+    predicted position beyond its dead zone [rad | m]."""
 
     time: Vector
     position: Vector
     velocity: Vector
     friction: Vector
     wear: Vector | None
+    miss: Vector | None = None
 
 
 class ObserverRun:
@@ -43,6 +46,7 @@ class ObserverRun:
         self.machine = machine(self.program)
         self.inputs = np.array([self.program.inputs[name].index for name in ("position", "effort")])
         self.nodes = {name: node for name, node in self.found._asdict().items() if node is not None}
+        self.nodes |= {name: self.program.nodes[index] for index, name in self.program.names.items() if name == MISS}
         self.columns = sorted(self.nodes, key=lambda name: self.nodes[name].op != "state")
         places = [self.nodes[name].index for name in self.columns]
         split = sum(node.op == "state" for node in self.nodes.values())
@@ -58,7 +62,7 @@ class ObserverRun:
         record_along(self.machine, self.inputs, given, self.states, self.others, found)
         self.is_begun = True
         values = {name: found[:, column] for column, name in enumerate(self.columns)}
-        return Along(piece.time, values["position"], values["velocity"], values["friction"], values.get("wear"))
+        return Along(piece.time, values["position"], values["velocity"], values["friction"], values.get("wear"), values.get(MISS))
 
     def _start(self, position: float) -> None:
         """At rest at `position`; what was learned of the wear stays."""

@@ -22,8 +22,9 @@ from frictool.documents.model import Model
 from frictool.documents.observer import Observer
 from frictool.documents.provenance import Provenance
 from frictool.observe.along import Along, ObserverRun
+from frictool.observe.design.error_gains import error_gains
 from frictool.observe.design.tracking import design_tracking, spread
-from frictool.observe.kernels.velocity_interval import STATE_SIZE, velocity_interval
+from frictool.observe.kernels.velocity_interval import STATE_SIZE, IntervalSizes, velocity_interval
 from frictool.observe.samples import Piece, Vector
 from frictool.observe.velocity_figures import VelocityFigures
 
@@ -41,9 +42,10 @@ class VelocityEstimator:
             raise ValueError("the velocity's interval is that of a tracking observer")
         self._run = ObserverRun(self.observer)
         self._lagged = model.bench.actuator.loop_time_constant_s > 0.0
-        self._bandwidth, self._step = tracking.bandwidth_rad_s, model.bench.encoder.resolution
-        self._unsure, friction = spread(model)
-        self._friction = friction / self.observer.inertia.value
+        self._bandwidth, inertia, period = tracking.bandwidth_rad_s, self.observer.inertia.value, self.observer.sample_period_s
+        unsure, friction = spread(model)
+        step, passed = model.bench.encoder.resolution, error_gains(tracking.gains, inertia, period)
+        self._sizes = IntervalSizes(unsure, friction / inertia, step, tracking.cell, self._bandwidth, period, *passed)
         self._widening = NormalDist().inv_cdf(0.5 + 0.5 * confidence) / CALIBRATED
         self._figures = VelocityFigures(self._bandwidth / (2.0 * math.pi), self.observer.sample_period_s)
         self._state = np.zeros(STATE_SIZE)
@@ -81,8 +83,8 @@ class VelocityEstimator:
             self._state[:] = 0.0
         acceleration = np.where(found.velocity != 0.0, (piece.effort - found.friction) / self.observer.inertia.value, 0.0)
         half = np.empty(piece.time.size)
-        sizes = self._unsure, self._friction, self._step, self._bandwidth, self.observer.sample_period_s
-        velocity_interval(found.velocity, acceleration, piece.position, *sizes, self._state, half)
+        assert found.miss is not None
+        velocity_interval(found.velocity, acceleration, piece.position, found.miss, self._sizes, self._state, half)
         return self._widening * half
 
 
@@ -97,7 +99,7 @@ def _with_effort(piece: Piece, effort: Vector) -> Piece:
 def _joined(parts: list[Along]) -> Along:
     if len(parts) == 1:
         return parts[0]
-    time, position, velocity, friction = (
-        np.concatenate([getattr(part, name) for part in parts]) for name in ("time", "position", "velocity", "friction")
+    time, position, velocity, friction, miss = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("time", "position", "velocity", "friction", "miss")
     )
-    return Along(time, position, velocity, friction, None)
+    return Along(time, position, velocity, friction, None, miss)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from frictool.documents.model import Model
 from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.chunks import chunked
 from frictool.logs.canonical.mcap_format import write_mcap
@@ -14,7 +15,7 @@ from frictool.logs.canonical.mcap_layout import Head
 from frictool.logs.canonical.mcap_writer import CanonicalWriter, write_streams
 from frictool.logs.flow import Samples
 from frictool.logs.log import Log, Stream
-from tests.observe.fleet import Unit, believed, run, steps
+from tests.observe.fleet import NOISE, Unit, believed, run, steps
 
 UNITS = {"position": "rad", "current": "A", "effort": "N m", "velocity": "rad/s"}
 CONSTANT = 13.4e-3  # N m/A
@@ -22,16 +23,16 @@ MINUTE = 60_000  # samples
 PLACES = (30.0, 0.0, 50.0, 20.0)  # rad, one after another
 
 
-def model_file(folder: Path) -> Path:
-    """The model that the clutches are believed to have."""
+def model_file(folder: Path, model: Model | None = None) -> Path:
+    """A model as a file; by default the one that the clutches are believed to have."""
     path = folder / "model.yaml"
-    path.write_text(to_yaml(believed()), encoding="utf-8")
+    path.write_text(to_yaml(model or believed()), encoding="utf-8")
     return path
 
 
-def log_of(unit: Unit, seed: int, seconds: float = 8.0, **metadata: dict[str, str]) -> Log:
+def log_of(unit: Unit, seed: int, seconds: float = 8.0, noise: float = NOISE, **metadata: dict[str, str]) -> Log:
     """What a clutch would have logged of `seconds` of steps, with what only a simulation knows."""
-    played = run(unit, steps(seconds), seed)
+    played = run(unit, steps(seconds), seed, noise=noise)
     piece = played.pieces[0]
     signals = {"position": piece.position, "current": piece.effort / CONSTANT, "effort": piece.effort, "velocity": played.velocity}
     return Log((Stream("/axis", piece.time, signals, UNITS),), {"log": {"kind": "simulated"}, **metadata})

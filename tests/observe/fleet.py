@@ -57,7 +57,7 @@ class Unit:
     wear: of all dry friction, that in the gap too. added [N m]: on top of it, in either direction, outside the gap. forward, backward: of
     one direction, outside the gap. zone: of all dry friction beyond EDGE, where the motor is at a sample's beginning. `wear` and `zone`
     begin at `since` [s], the others are there from the start. late: samples by which the logged current is late. plain_viscous
-    [N m s/rad]: at every speed.
+    [N m s/rad]: at every speed. counts: of the encoder a turn, in place of the bench's.
     """
 
     wear: float = 1.0
@@ -73,6 +73,7 @@ class Unit:
     constant: float = 1.0
     plain_viscous: float = 0.0
     late: int = 0
+    counts: float | None = None
 
     @property
     def kind(self) -> Kind:
@@ -111,6 +112,14 @@ def believed() -> Model:
     return msgspec.structs.replace(model, parameters=msgspec.structs.replace(model.parameters, inertia=wrong))
 
 
+def with_encoder(model: Model, counts: float | None) -> Model:
+    """The model with an encoder of so many counts a turn; as it is for None."""
+    if counts is None:
+        return model
+    encoder = msgspec.structs.replace(model.bench.encoder, counts_per_revolution=counts)
+    return msgspec.structs.replace(model, bench=msgspec.structs.replace(model.bench, encoder=encoder))
+
+
 def spread(seed: int, **fields: float) -> Unit:
     """A unit of the spread of numbers.md 9: viscous +-50 %, friction in the gap +-40 %, its width and the inertia +-20 %."""
     draw = np.random.Generator(np.random.PCG64([seed, UNITS_STREAM])).uniform(-1.0, 1.0, 4)
@@ -120,7 +129,7 @@ def spread(seed: int, **fields: float) -> Unit:
 
 def axis(unit: Unit) -> AxisParameters:
     """The axis of a unit, but for `wear` and `zone`, which the loop below lets come."""
-    plain = axis_of(clutch())
+    plain = axis_of(with_encoder(clutch(), unit.counts))
     laws, loose = plain.laws, unit.gap_friction * plain.backlash_coulomb
     assert laws.shape is not None
     assert laws.backward is not None

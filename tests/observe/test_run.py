@@ -20,7 +20,7 @@ from frictool.observe.run import FIELDS
 from frictool.observe.wear.estimator import prior
 from tests.cli.run import Result, also_called, refused, run
 from tests.observe.files import cut, log_of, model_file, repeated, save
-from tests.observe.fleet import Unit, believed
+from tests.observe.fleet import Unit, believed, clutch, with_encoder
 from tests.observe.observers import drawn_observer
 
 SECONDS = 6.0
@@ -258,3 +258,14 @@ def test_a_model_without_dry_friction_is_refused(rig: SimpleNamespace, tmp_path:
     flat = "\n".join(lines).replace("value: 0.12192", "value: 0").replace("value: 0.13411", "value: 0")
     model.write_text(flat + "\n")
     refused(observe(model, rig.worn), 3, "friction")
+
+
+@pytest.mark.parametrize("noise", [0.05, 0.5])
+def test_the_stated_rate_of_the_velocity_holds_with_a_fine_encoder(noise: float, tmp_path: Path) -> None:
+    """Of 95 % stated, intervals that leave out the drive's noise held 77 % at 0.05 A and 60 % at 0.5 A."""
+    log = log_of(Unit(counts=4096.0), 1, SECONDS, noise)
+    path, model = save(log, tmp_path / "fine.mcap"), model_file(tmp_path, with_encoder(clutch(), 4096.0))
+    assert observe(model, path, "-o", tmp_path / "found.mcap").code == 0
+    signals, true = read_mcap(tmp_path / "found.mcap").main.signals, log.main.signals["velocity"]
+    inside = (signals["velocity_low"] <= true) & (true <= signals["velocity_high"])
+    assert 0.94 <= inside[true != 0.0].mean() <= 0.995

@@ -17,10 +17,13 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.signal import butter, lfilter, sosfiltfilt
 
+from frictool.errors import NoSolutionError
+from frictool.observe.design.error_gains import error_gains
+from frictool.observe.design.tracking import gains
 from frictool.observe.samples import Piece
 from frictool.observe.velocity import VelocityEstimator
 from frictool.observe.velocity_figures import ORDER, VelocityFigures
-from tests.observe.fleet import Loop, Run, believed, run, spread, steps, targets
+from tests.observe.fleet import Loop, Run, Unit, believed, clutch, run, spread, steps, targets, with_encoder
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -74,6 +77,50 @@ def test_the_intervals_cover_the_true_velocity() -> None:
     assert 0.93 <= np.mean(covered) <= 0.995
     assert np.mean(moving) >= 0.93
     assert max(wider) < 40.0  # rad/s; a count in one sample is 112
+
+
+@pytest.mark.parametrize("inertia", [0.9, 1.0])
+@pytest.mark.parametrize("noise", [0.0, 0.5])
+@pytest.mark.parametrize("counts", [256.0, 4096.0, 1e5])
+def test_the_intervals_cover_whatever_encoder_and_drive_noise(counts: float, noise: float, inertia: float) -> None:
+    """The noise is nowhere stated: how far the positions miss the predicted ones shows it. No interval is wider than a count needs."""
+    model, unit = with_encoder(clutch(), counts), Unit(inertia=inertia, counts=counts)
+    inside, wide, off = [], [], []
+    for seed, loop in ((0, "speed"), (1, "linear")):
+        log = run(unit, steps(SECONDS) if seed == 0 else targets(seed, SECONDS), seed, loop, noise)
+        estimator = VelocityEstimator(model)
+        found = np.concatenate([estimator.take(piece) for piece in log.pieces], axis=1)
+        moving = log.velocity != 0.0
+        inside.append(((found[1] <= log.velocity) & (log.velocity <= found[2]))[moving].mean())
+        wide.append(0.5 * np.mean((found[2] - found[1])[moving]))
+        off.append(np.sqrt(np.mean((found[0] - log.velocity)[moving] ** 2)))
+    assert 0.93 <= np.mean(inside) <= 0.995
+    assert np.mean(wide) < 3.5 * np.mean(off)
+
+
+def test_the_gains_of_the_error_are_those_of_a_simulated_error() -> None:
+    """White rounding and white acceleration through the observer's linear error, one sample after another."""
+    period, inertia, draw = 1e-3, 2e-5, np.random.default_rng(4)
+    for bandwidth in (50.0, 400.0, 1000.0):
+        one, two, three = gains(bandwidth, period, inertia)
+        found = error_gains((one, two, three), inertia, period)
+        for rounding in (True, False):
+            x = v = d = 0.0
+            misses, velocities = [], []
+            for noise in draw.normal(0.0, 1.0, 60_000):
+                miss = (noise if rounding else 0.0) - x
+                misses.append(miss)
+                x, v, d = x + one * miss, v + two * miss, d + three * miss
+                velocities.append(v)
+                acceleration = d / inertia + (0.0 if rounding else noise)
+                x, v = x + period * v + 0.5 * period**2 * acceleration, v + period * acceleration
+            ratio = np.std(velocities) if rounding else np.std(velocities) / np.std(misses)
+            assert ratio == pytest.approx(found.rounding if rounding else found.misfit, rel=0.05)
+
+
+def test_an_observer_whose_error_grows_is_refused() -> None:
+    with pytest.raises(NoSolutionError, match="does not decay"):
+        error_gains((0.1, 5000.0, 0.0), 2e-5, 1e-3)
 
 
 @settings(max_examples=10, deadline=None)

@@ -1,0 +1,67 @@
+"""How far the velocity of a tracking observer is off under white noise, by the steady covariance of its linear error.
+
+    error     e = (x, v, d/J), measured before the correction:   e+ = F ((1 - L C) e - L n) + B a
+    in slip   F is the model x'' = a + d/J over one period; n: error of the measured position, a: error of the acceleration
+
+Time is counted in periods here, so that the matrices depend on the gains alone. The covariance is the sum of A^k Q A'^k, doubled at
+each step (Smith's method).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.errors import NoSolutionError
+
+Matrix = NDArray[np.float64]
+DOUBLINGS = 60
+CONVERGED = 1e-12  # relative
+
+
+class ErrorGains(NamedTuple):
+    """Standard deviations of the corrected velocity [1/s], both relative to a length.
+
+    rounding: for a white error of the measured position, over that error's standard deviation. misfit: for a white error of the
+    acceleration, over the standard deviation of the miss that it causes between measured and predicted position.
+    """
+
+    rounding: float
+    misfit: float
+
+
+def error_gains(gains: tuple[float, float, float], inertia: float, period: float) -> ErrorGains:
+    """Return the gains of a tracking observer with L1 [1], L2 [1/s], L3 [N m/rad | N/m].
+
+    Raises NoSolutionError where its error does not decay.
+    """
+    one, two, three = gains
+    correction = np.array([[one], [two * period], [three * period**2 / inertia]])
+    model = np.array([[1.0, 1.0, 0.5], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]])
+    kept = np.eye(3)
+    kept[:, :1] -= correction
+    disturbed = np.array([[0.5], [1.0], [0.0]])
+    by_rounding = _covariance(model @ kept, model @ correction)
+    by_acceleration = _covariance(model @ kept, disturbed)
+    velocity = (kept @ by_acceleration @ kept.T)[1, 1]
+    rounded = (kept @ by_rounding @ kept.T)[1, 1] + correction[1, 0] ** 2
+    return ErrorGains(float(np.sqrt(rounded)) / period, float(np.sqrt(velocity / by_acceleration[0, 0])) / period)
+
+
+def _covariance(a: Matrix, b: Matrix) -> Matrix:
+    """Return the sum of A^k b b' A'^k over k >= 0."""
+    total, power = b @ b.T, a
+    if np.max(np.abs(np.linalg.eigvals(a))) >= 1.0:
+        raise NoSolutionError(
+            "the error of the tracking observer does not decay with its gains, so that the velocity has no interval; design it again: "
+            "frictool observe design MODEL --kind tracking"
+        )
+    for _ in range(DOUBLINGS):
+        added = power @ total @ power.T
+        total = total + added
+        if np.max(np.abs(added)) <= CONVERGED * np.max(np.abs(total)):
+            break
+        power = power @ power
+    return total
