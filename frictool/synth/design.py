@@ -22,6 +22,7 @@ from frictool.synth.acceptance import accept, resonant
 from frictool.synth.blocks import Blocks, blocks
 from frictool.synth.certificate import around, certified_weights, certify
 from frictool.synth.disturbance import disturbance
+from frictool.synth.feasibility import check_feasible
 from frictool.synth.lpv import bound
 from frictool.synth.methods import METHODS
 from frictool.synth.problem import Candidate, Problem
@@ -70,6 +71,7 @@ def designed(
     names the vertex and its figure), or where the model's load is no disturbance that the drive can bear.
     """
     disturbance(model)  # refuses what no loop of these structures can do
+    possible = check_feasible(model, spec, design)
     posed, chosen = _posed(model, spec, design)
     composed, trade = blocks(model, design), None
     if design.relax == "auto":
@@ -80,7 +82,7 @@ def designed(
     progress("verification at the vertices")
     linear = _linear(posed, candidate)
     verified = accept(posed, candidate, linear, composed)
-    controller, notes = _document(posed, linear, verified, composed, provenance), (*candidate.notes, *composed.notes)
+    controller, notes = _document(posed, linear, verified, composed, provenance), (*possible, *candidate.notes, *composed.notes)
     if controller.resonances is not None:
         notes = (*notes, _with_resonances(posed, controller))
     if design.scheduled:

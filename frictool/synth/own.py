@@ -23,6 +23,7 @@ from frictool.synth.acceptance import accept
 from frictool.synth.blocks import blocks
 from frictool.synth.certificate import certified_weights
 from frictool.synth.design import _document
+from frictool.synth.feasibility import check_feasible
 from frictool.synth.problem import Candidate, Problem
 from frictool.synth.realisation import stored_forms
 from frictool.synth.weights import choose_weights
@@ -70,6 +71,7 @@ def own_controller(
         position_law=position_law,
         prefilter=prefilter,
     )
+    check_feasible(model, spec, design)
     bench, chosen = model.bench, choose_weights(model, spec, design)
     lag, period = bench.actuator.loop_time_constant_s, bench.sample_period_s
     posed = _Posed(polytope(model), lag, period, bench.delay_samples, chosen.weights, design, model, spec)

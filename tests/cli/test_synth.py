@@ -78,3 +78,27 @@ def test_a_picture_over_another_file_of_the_command_is_refused_at_once(folder: P
     assert "-o and --plot have the same name" in same.stderr
     refused(run(*_arguments(folder), "-o", controller, "--plot", also_called(folder / "spec.yaml", ".svg")), 3, "is an input")
     assert not controller.exists()
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "code", "words"),
+    [
+        (
+            "design",
+            "band: {value: 2, unit: rad}",
+            "band: {value: 0.1, unit: rad}",
+            3,
+            ["position_law.band", "0.1 rad", "at least the encoder's"],
+        ),
+        ("design", "band: {value: 2, unit: rad}", "band: {value: 2.5, unit: rad}", 3, ["2.5 rad", "at most static_error", "2 rad"]),
+        ("spec", "static_error: {value: 2,", "static_error: {value: 1,", 3, ["found 2 rad", "at most static_error", "1 rad"]),
+        ("spec", "_95_s: 0.22", "_95_s: 0.04", 4, ["is 0.04 s", "at least 0.05", "step of 40 rad", "inertia 1.53e-05", "actuator.limit"]),
+        ("spec", "drive_peak: {value: 50, unit: A}", "drive_peak: 10", 3, ["drive_peak: found 10", "write {value: 10, unit: A}"]),
+    ],
+)
+def test_what_encoder_and_drive_cannot_give_is_refused(folder: Path, file: str, old: str, new: str, code: int, words: list[str]) -> None:
+    text = (folder / f"{file}.yaml").read_text()
+    assert old in text
+    (folder / f"{file}.yaml").write_text(text.replace(old, new))
+    refused(run(*_arguments(folder), "-o", folder / "controller.yaml"), code, *words)
+    assert not (folder / "controller.yaml").exists()

@@ -1,0 +1,129 @@
+"""What no controller can reach: requirements and bands that encoder, drive and specification exclude, before anything is designed.
+
+A step of length s from rest takes the drive at its limit at least t(s), bang-bang, on a plant with inertia J and Coulomb friction F:
+
+    a+ = (E - F)/J speeds up, a- = (E + F)/J slows down, E the actuator's effort at its limit; the axis may overshoot by 5 % of s
+    it turns from a+ to a- at x1 = 1.05 s a-/(a+ + a-), so that it comes to rest at 1.05 s; t is when it passes 0.95 s
+
+In a backlash the motor's own, smaller friction counts while it speeds up. t grows with the square root of s. Viscous friction, the
+drive's lag and, in one of both directions, a load only add to it. A specification does not say how long its steps are. The
+shortest step that it can mean must be possible (else exit 4): the one of which 5 % is static_error, without that key one encoder count,
+at most the travel. A note says which longer steps are not possible.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+from frictool.documents.design import Design
+from frictool.documents.model import Model
+from frictool.documents.quantity import PositiveLength, si_unit
+from frictool.documents.spec import Spec
+from frictool.errors import FrictoolError, NoSolutionError
+from frictool.plant.polytope import polytope
+
+WITHIN = 0.05  # of the step: response_time_95_s
+RISE = (0.1, 0.9)  # of the step: rise_time_s
+
+
+class Fastest(NamedTuple):
+    """The slowest of the bench's plants under the drive's limit: effort [N m | N], inertia, Coulomb friction, and t(s)/sqrt(s)."""
+
+    effort: float
+    inertia: float
+    coulomb: float
+    per_root: float
+
+
+def check_feasible(model: Model, spec: Spec, design: Design) -> tuple[str, ...]:
+    """Return notes on what is possible for short steps alone.
+
+    Raises FrictoolError where a band contradicts the encoder or the specification, NoSolutionError where the drive cannot give a time.
+    """
+    _check_bands(model, spec, design)
+    notes = []
+    delay = model.bench.delay_samples * model.bench.sample_period_s
+    for key, part, before in (("response_time_95_s", _settling, delay), ("rise_time_s", _rising, 0.0)):
+        asked = getattr(spec, key)
+        if asked is not None:
+            notes += _check_time((key, asked, before), model, shortest_step(model, spec), fastest(model, part))
+    return tuple(notes)
+
+
+def _check_bands(model: Model, spec: Spec, design: Design) -> None:
+    law, limiter, unit = design.position_law, design.limiter, si_unit("position", model.axis)
+    step = model.bench.encoder.resolution
+    if law is not None and law.band is not None and law.band.value < step:
+        raise FrictoolError(
+            f"position_law.band: found {law.band.value:.6g} {unit}; allowed: at least the encoder's step, {step:.6g} {unit}, below which "
+            "no error is measured; write a larger band, or leave the key out for one step"
+        )
+    bands: dict[str, PositiveLength | None] = {} if limiter is None else {"limiter": limiter.band}
+    bands |= {} if law is None or law.action == "none" else {"position_law": law.band}
+    for name, given in bands.items():
+        band = step if given is None else given.value
+        if spec.static_error is not None and band > spec.static_error.value:
+            found = f"the encoder's step is {band:.6g} {unit}" if given is None else f"found {band:.6g} {unit}"
+            raise FrictoolError(
+                f"{name}.band: {found}; allowed: at most static_error of the specification, {spec.static_error.value:.6g} {unit}: the "
+                "drive is released anywhere in the band; narrow the band, or widen static_error"
+            )
+
+
+def shortest_step(model: Model, spec: Spec) -> float:
+    """Return the shortest step [rad | m] that a response time of the specification can mean."""
+    resolution, travel = model.bench.encoder.resolution, model.bench.mechanics.travel
+    error = resolution if spec.static_error is None else max(resolution, spec.static_error.value)
+    return min(error / WITHIN, math.inf if travel is None else travel.high - travel.low)
+
+
+def _settling(up: float, down: float) -> float:
+    """Return the time in which a step of length 1 comes to stay within 5 %, for accelerations up to `up` and braking with `down`."""
+    turning = (1.0 + WITHIN) * down / (up + down)
+    if turning >= 1.0 - WITHIN:
+        return math.sqrt(2.0 * (1.0 - WITHIN) / up)
+    fastest_speed = math.sqrt(2.0 * up * turning)
+    return fastest_speed / up + (fastest_speed - math.sqrt(4.0 * WITHIN * down)) / down
+
+
+def _rising(up: float, down: float) -> float:
+    """Return the least time from 10 % to 90 % of a step of length 1; braking comes after it."""
+    low, high = RISE
+    return math.sqrt(2.0 * high / up) - math.sqrt(2.0 * low / up)
+
+
+def fastest(model: Model, part: Callable[[float, float], float]) -> Fastest:
+    """Return the slowest vertex of the model's polytope. Its drive moves every vertex (synth/disturbance.py)."""
+    known, limit, found = model.bench.mechanics, model.bench.actuator.limit.value, []
+    loose = known.backlash_coulomb.value if known.backlash is not None and known.backlash_coulomb is not None else math.inf
+    for vertex in polytope(model).vertices:
+        effort = vertex.constant * limit
+        up, down = (effort - min(vertex.coulomb, loose)) / vertex.inertia, (effort + vertex.coulomb) / vertex.inertia
+        found.append(Fastest(effort, vertex.inertia, vertex.coulomb, part(up, down)))
+    return max(found, key=lambda one: one.per_root)
+
+
+def _check_time(requirement: tuple[str, float, float], model: Model, shortest: float, slowest: Fastest) -> list[str]:
+    """Return a note on longer steps; requirement: its key, its time and the delay before the axis moves [s]."""
+    (key, asked, delay), bench, axis = requirement, model.bench, model.axis
+    unit, effort = si_unit("position", axis), si_unit("effort", axis)
+    plant = (
+        f"{slowest.effort:.4g} {effort} at its limit, inertia {slowest.inertia:.4g} {si_unit('inertia', axis)}, Coulomb friction "
+        f"{slowest.coulomb:.4g} {effort}"
+    )
+    least = delay + slowest.per_root * math.sqrt(shortest)
+    if asked < least:
+        raise NoSolutionError(
+            f"{key} of the specification is {asked:.4g} s; the drive needs at least {least:.4g} s for a step of {shortest:.4g} {unit}, the "
+            f"shortest that it can mean ({plant}); raise {key}, take a drive with a higher actuator.limit, or narrow the "
+            "intervals of inertia and coulomb"
+        )
+    longest, travel = ((asked - delay) / slowest.per_root) ** 2, bench.mechanics.travel
+    if travel is None or longest >= travel.high - travel.low:
+        return []
+    return [
+        f"{key} of {asked:.4g} s: for steps longer than {longest:.4g} {unit} no controller reaches it; the whole travel takes at least "
+        f"{delay + slowest.per_root * math.sqrt(travel.high - travel.low):.4g} s ({plant})"
+    ]
