@@ -14,6 +14,7 @@ from typing import Any, BinaryIO, TypeVar
 import click
 
 from frictool.cli.endings import check_ending
+from frictool.cli.read_back import check_document
 from frictool.errors import OutputError
 from frictool.part_files import part_file
 
@@ -140,7 +141,8 @@ def check_targets(targets: Mapping[str, Path | None], inputs: list[Path]) -> Non
 
 
 def save_text(target: Path, text: str, inputs: list[Path]) -> None:
-    """Writes `text` as UTF-8 to `target`, whole or not at all."""
+    """Write `text` as UTF-8 to `target`, whole or not at all; a document has to be one that can be read back."""
+    check_document(target, text)
     with replacing(target, inputs) as stream:
         stream.write(text.encode(errors="backslashreplace"))  # a file's name need not be text
 

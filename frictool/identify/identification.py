@@ -17,6 +17,7 @@ from frictool.identify.breakaway.breakaway import Breakaway, breakaway, is_ramp
 from frictool.identify.constant_effort import without_constant_effort
 from frictool.identify.estimators.auto import inertia_over_position
 from frictool.identify.force_error import SlipRows, force_error, motion_rows
+from frictool.identify.informative import NEVER_NEGATIVE, below_coulomb, useless
 from frictool.identify.orientation import negative_work, opposite_signs, reversed_sign
 from frictool.identify.outcome import CURVE, PARAMETERS, SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.plausible import implausible
@@ -26,7 +27,6 @@ from frictool.identify.twice import refuse_twice
 from frictool.plant.axis_model import load_law
 
 SLIDING_LOG, RAMP_LOG = "sliding", "ramp"
-NEVER_NEGATIVE = ("inertia", "viscous", "coulomb", "breakaway", "stribeck_velocity")
 PHYSICAL = frozenset(NEVER_NEGATIVE)  # at least one of them is in every model that `identify` writes
 LARGEST_FORCE_ERROR = 0.5  # above it the model leaves more than a quarter of the effort's mean square unexplained
 DOUBTFUL_FORCE_ERROR = 0.2  # above it the effort is noisy, or something in it is not in the model, of which no interval knows
@@ -108,7 +108,7 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
             raise _reversed(opposite_signs(ramps, shown, bench), method, settings, kinds, odd)
         _accept({"breakaway": onsets.interval}, {}, bench, found, refused)
     except NothingUsable as error:
-        if "breakaway" not in found:
+        if "breakaway" not in found and (ramps or "breakaway" not in refused):
             refused["breakaway"] = str(error)
     laws = None if fit is None else fit.laws
     if onsets is not None and onsets.by_position is not None and laws is not None and laws.load is not None and bench.load is None:
@@ -120,6 +120,11 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
         laws = _rising(onsets, bench, found, laws)
     if fit is not None:
         fit = with_force_error(replace(fit, laws=laws), rows, found, bench)
+    if onsets is not None and onsets.by_position is None and {"breakaway", "coulomb"} <= found.keys():
+        impossible = below_coulomb(found["breakaway"], found["coulomb"])
+        if impossible is not None:
+            refused["breakaway"] = impossible
+            del found["breakaway"]
     ordered = {name: found[name] for name in (*PARAMETERS, *CURVE) if name in found}
     warnings = (*odd, *_surprises(ordered, bench), *_doubts(fit))
     result = Identification((fit and fit.method) or method, settings.confidence, kinds, ordered, refused, fit, onsets, warnings, laws)
@@ -300,23 +305,6 @@ def _accept(
             found[name] = Interval(interval.value, low, interval.high)
         else:
             refused[name] = reason
-
-
-def useless(name: str, interval: Interval, known: Quantity | None) -> str | None:
-    """Why an interval is of no use, or None: it is impossible, or no narrower than what the bench knows (4.2.1)."""
-    shown = f"[{interval.low:.4g}, {interval.high:.4g}]"
-    if not interval.half_width < float("inf"):
-        return "the motion does not repeat often enough to tell how uncertain it is"
-    if name in NEVER_NEGATIVE and interval.value < 0.0:
-        hint = "; do position and drive have one sign (encoder.direction)?" if interval.high < 0.0 else ""
-        return f"the log gives {interval.value:.4g} in {shown}, which is negative{hint}"
-    if name == "inertia" and interval.low <= 0.0:
-        return f"the log's interval {shown} reaches zero"
-    if known is None or known.low is None or known.high is None:
-        return None
-    if interval.high - interval.low >= known.high - known.low:
-        return f"the log's interval {shown} is no narrower than the bench's [{known.low:.4g}, {known.high:.4g}]"
-    return None
 
 
 def _by_reason(refused: Mapping[str, str]) -> dict[str, list[str]]:

@@ -11,7 +11,7 @@ the regression.
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from scipy.optimize import minimize_scalar
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
 from frictool.identify.estimators.regimes import EVIDENCE
+from frictool.identify.informative import below_coulomb, too_vague
 from frictool.identify.methods import Settings
 from frictool.identify.outcome import Fit, Interval, NothingUsable
 from frictool.identify.record import Record, Vector
@@ -32,6 +33,7 @@ FEWEST_COUNTS = 10.0  # of a run: its speed is then known to a tenth
 FEWEST_SPEEDS = 6  # runs each way
 EXPONENTS = (2.0, 1.0, 0.5)
 NAMES = ("coulomb", "fall", "viscous", "offset")
+FALL = ("breakaway", "stribeck_velocity")
 
 
 @dataclass(frozen=True)
@@ -60,10 +62,25 @@ class Runs:
 def stribeck_curve(records: list[Record], bench: Bench, settings: Settings) -> Fit:
     """Coulomb, viscous, offset, and, where friction falls with speed, breakaway and Stribeck velocity.
 
-    Raises NothingUsable where there are not six runs at constant speeds each way, or their speeds are all alike.
+    Where the runs do not tell breakaway and Stribeck velocity, both are refused and the straight line is fitted: the fall is not known
+    then. Raises NothingUsable where there are not six runs at constant speeds each way, or their speeds are all alike.
     """
     runs = find_runs(records)
     velocity, exponent = _choice(runs)
+    fit = _fitted(runs, velocity, exponent, settings.confidence)
+    if velocity == 0.0:
+        return fit
+    reason = next((why for name in FALL if (why := too_vague(name, fit.parameters[name])) is not None), None)
+    if reason is None:
+        reason = below_coulomb(fit.parameters["breakaway"], fit.parameters["coulomb"])
+    if reason is None:
+        return fit
+    straight = _fitted(runs, 0.0, exponent, settings.confidence)
+    return replace(straight, refused={**straight.refused, **dict.fromkeys(FALL, f"{reason}; slower runs would tell it")})
+
+
+def _fitted(runs: Runs, velocity: float, exponent: float, confidence: float) -> Fit:
+    """The fit of a curve of this Stribeck velocity and exponent, or of the straight line where the velocity is 0."""
     design, names = runs.design(velocity, exponent), [name for name in NAMES if velocity > 0.0 or name != "fall"]
     weight, cluster = np.sqrt(runs.samples), np.arange(runs.speed.size)
     value = np.linalg.lstsq(design * weight[:, None], runs.effort * weight, rcond=None)[0]
@@ -75,7 +92,7 @@ def stribeck_curve(records: list[Record], bench: Bench, settings: Settings) -> F
         solution = solve(columns, runs.effort, weight, cluster)
     except Singular as error:
         raise NothingUsable(str(error)) from None
-    half = solution.half_width(settings.confidence)
+    half = solution.half_width(confidence)
     found = {name: Interval(float(v), float(v - h), float(v + h)) for name, v, h in zip(names, value, half, strict=False)}
     if velocity > 0.0:
         found |= {"breakaway": _sum(found["coulomb"], found.pop("fall")), "stribeck_velocity": _around(velocity, float(half[-1]))}

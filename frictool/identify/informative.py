@@ -1,0 +1,53 @@
+"""Decide whether an interval tells a parameter: a value that physics allows, known to within a factor."""
+
+from __future__ import annotations
+
+from frictool.documents.quantity import Quantity
+from frictool.identify.outcome import Interval
+
+POSITIVE = ("inertia", "breakaway", "stribeck_velocity")
+NEVER_NEGATIVE = (*POSITIVE, "viscous", "coulomb")
+LARGEST_FACTOR = 10.0  # upper over lower end of an interval
+
+
+def too_vague(name: str, interval: Interval) -> str | None:
+    """Return why an interval tells no value of a parameter that is never negative, or None.
+
+    Viscous and Coulomb friction may be 0: an interval of theirs that reaches 0 has no factor, and the bench's interval judges it.
+    """
+    shown = f"the log's interval [{interval.low:.4g}, {interval.high:.4g}]"
+    if name in POSITIVE and interval.low <= 0.0:
+        return f"{shown} reaches zero"
+    if name in NEVER_NEGATIVE and 0.0 < LARGEST_FACTOR * interval.low < interval.high:
+        return f"{shown} spans a factor of {interval.high / interval.low:.3g}; allowed: {LARGEST_FACTOR:g}"
+    return None
+
+
+def useless(name: str, interval: Interval, known: Quantity | None) -> str | None:
+    """Return why an interval is of no use, or None: impossible, too vague, or no narrower than what the bench knows (4.2.1)."""
+    shown = f"[{interval.low:.4g}, {interval.high:.4g}]"
+    if not interval.half_width < float("inf"):
+        return "the motion does not repeat often enough to tell how uncertain it is"
+    if name in NEVER_NEGATIVE and interval.value < 0.0:
+        hint = "; do position and drive have one sign (encoder.direction)?" if interval.high < 0.0 else ""
+        return f"the log gives {interval.value:.4g} in {shown}, which is negative{hint}"
+    vague = too_vague(name, interval)
+    if vague is not None or known is None:
+        return vague
+    if known.low is None or known.high is None:
+        if name in NEVER_NEGATIVE and interval.low <= 0.0 and interval.high > LARGEST_FACTOR * known.value:
+            return f"the log's interval {shown} reaches zero and {LARGEST_FACTOR:g} times the bench's value, {known.value:.4g}"
+        return None
+    if interval.high - interval.low >= known.high - known.low:
+        return f"the log's interval {shown} is no narrower than the bench's [{known.low:.4g}, {known.high:.4g}]"
+    return None
+
+
+def below_coulomb(breakaway: Interval, coulomb: Interval) -> str | None:
+    """Return why a breakaway is impossible beside this Coulomb friction, or None."""
+    if breakaway.high >= coulomb.low:
+        return None
+    return (
+        f"the log's interval [{breakaway.low:.4g}, {breakaway.high:.4g}] lies below Coulomb friction, [{coulomb.low:.4g}, "
+        f"{coulomb.high:.4g}], and friction at rest is no smaller than in slip"
+    )
