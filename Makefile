@@ -7,7 +7,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --no-compile --disable-pip-versi
 COMPILE := -@$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: demo test lint accept thesis fuzz mutation bench rack logs schemas dist clean
+.PHONY: demo test lint accept test-envs thesis fuzz mutation bench rack logs schemas dist clean
 
 demo: $(VENV)/.run
 	$(MAKE) -C configs/clutch demo
@@ -23,6 +23,10 @@ lint: $(VENV)/.dev
 
 accept: $(VENV)/.dev
 	$(BIN)/python -m tests.accept build/accept.json
+
+# the tests with the linear algebra of other processors, and the chain with the lowest and the newest dependencies: an hour
+test-envs: $(VENV)/.dev
+	$(BIN)/python -m tests.envs build/envs.json
 
 # the thesis's tables and main figures made anew beside the printed ones: a page; exit code 1 where a value differs without a word
 thesis: $(VENV)/.dev

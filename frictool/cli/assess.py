@@ -32,7 +32,7 @@ Exit code 1 where a wanted precision cannot be reached; the message says with wh
 positive = FiniteRange(0.0, min_open=True)
 
 
-class Precision(click.ParamType[Any]):
+class Precision(click.ParamType):  # type: ignore[type-arg]  # generic since click 8.4, which is not the lowest allowed
     """`5%`, `0.05`, `inertia=5%`."""
 
     name = "precision"

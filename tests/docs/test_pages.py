@@ -155,6 +155,11 @@ def test_a_line_that_has_changed_is_noticed() -> None:
     assert not agrees("mass 1.3201e-05 kg", "inertia 1.3201e-05 kg")
     assert agrees("margin 0.648 at v02", "margin 0.621 at v14", solved=True)
     assert not agrees("margin 0.821 at v02", "margin 0.621 at v02", solved=True)
+    assert agrees("margin > 0.615 (33 cells, exact)", "margin > 0.616 (13 cells, exact)", solved=True)
+    assert not agrees("margin > 0.616 (33 cells, exact)", "margin > 0.616 (13 cells, exact)")
+    assert not agrees("stable at all 16 vertices, margin 0.49 >= 0.5", "stable at all 16 vertices, margin 0.52 >= 0.5", solved=True)
+    assert not agrees("order 5", "order 4", solved=True)
+    assert not agrees("response 0.21 <= 0.22", "response 0.23 <= 0.22", solved=True)
     printed = ["a 1", "", "b 2", "c 3", "d 4"]
     assert first_missing(printed, ["a 1", "...", "c 3", "d 4"]) is None
     assert first_missing(printed, ["...", "b 2", "..."]) is None
