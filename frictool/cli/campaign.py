@@ -184,7 +184,7 @@ def _check_targets(paths: Paths, options: Options) -> None:
     if options.worst is not None and options.worst.exists() and not options.worst.is_dir():
         raise OutputError(f"{options.worst}: is no directory; --worst names one")
     if options.worst is not None:
-        check_output(options.worst / "worst.yaml", [])
+        check_output(options.worst / "worst.yaml" if options.worst.exists() else options.worst, [])
 
 
 def _play(trial: CampaignTrial, draws: Draws, store: Store, paths: Paths, options: Options) -> tuple[Trials, list[WorstCase]]:
@@ -249,6 +249,8 @@ def _save(found: Findings, worst: list[WorstCase], provenance: Provenance, paths
         from frictool.campaign.telling.document import as_document
 
         contents[options.output] = as_document(found, provenance)
+    if options.worst is not None:
+        options.worst.mkdir(exist_ok=True)
     for target, text in contents.items():
         save_text(target, text, inputs)
 

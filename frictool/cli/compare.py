@@ -21,6 +21,7 @@ from frictool.cli.output import (
     output_option,
     print_json,
     refuse_inputs,
+    require_folder,
     save_text,
     say,
 )
@@ -58,6 +59,7 @@ def command(parameters: Path | None, laws: tuple[str, ...], allow: bool, output:
             check_output(output, inputs)
         else:
             check_folder(output, ", or a page (.html)")
+            require_folder(output)
             refuse_inputs(output, inputs)
         if output.is_file() and not _is_page(output):
             raise OutputError(f"{output}: is a file; name a page (.html) or a folder")

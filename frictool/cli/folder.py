@@ -8,13 +8,15 @@ import tarfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from frictool.cli.output import STDOUT, refuse_inputs
+from frictool.cli.output import STDOUT, refuse_inputs, require_folder
 from frictool.errors import OutputError
 from frictool.part_files import part_folder
 
 
-def save_folder(target: Path, files: Mapping[str, str | bytes], inputs: list[Path], *, overwrite: bool) -> None:
-    """Writes `files` (relative name -> content) into `target`; other files there stay as they are. `-` writes a tar archive to stdout.
+def save_folder(target: Path, files: Mapping[str, str | bytes], inputs: list[Path], *, overwrite: bool, parents: bool = False) -> None:
+    """Write `files` (relative name -> content) into `target`; other files there stay as they are. `-` writes a tar archive to stdout.
+
+    `target` itself is made where it is missing, the folders above it only with `parents`.
 
     Raises OutputError, having changed nothing, where a file is an input, cannot be written, or exists and `overwrite` is false.
     """
@@ -22,9 +24,11 @@ def save_folder(target: Path, files: Mapping[str, str | bytes], inputs: list[Pat
         sys.stdout.buffer.write(archive(files))
         sys.stdout.buffer.flush()
         return
+    if not parents:
+        require_folder(target)
     _refuse(target, [target / name for name in files], inputs, overwrite)
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
+        target.parent.mkdir(parents=parents, exist_ok=True)
         with part_folder(target) as temporary:
             staged = temporary / "files"
             for name, text in files.items():

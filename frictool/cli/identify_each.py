@@ -11,7 +11,18 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from frictool.cli.endings import TABLES, says_file
-from frictool.cli.output import STDOUT, check_output, command_line, note, print_json, refuse_inputs, replacing, save_text, say
+from frictool.cli.output import (
+    STDOUT,
+    check_output,
+    command_line,
+    note,
+    print_json,
+    refuse_inputs,
+    replacing,
+    require_folder,
+    save_text,
+    say,
+)
 from frictool.cli.progress import progress
 from frictool.errors import EXIT_DONE, EXIT_INPUT, EXIT_NO, EXIT_NO_SOLUTION, OutputError
 
@@ -113,8 +124,9 @@ def _check_outputs(asked: Asked, jobs: Sequence[Group], inputs: list[Path]) -> N
         raise OutputError(f"{asked.folder}: is a file; name a folder for the models, or a table that ends in {', '.join(TABLES)}")
     for target in (asked.folder / TABLE, *(asked.folder / f"{one.name}.yaml" for one in jobs)):
         refuse_inputs(target, inputs)
+    require_folder(asked.folder)
     try:
-        asked.folder.mkdir(parents=True, exist_ok=True)
+        asked.folder.mkdir(exist_ok=True)
     except OSError as error:
         raise OutputError(f"{asked.folder}: cannot be written: {error.strerror or error}") from None
 
@@ -124,7 +136,9 @@ def _save_model(asked: Asked, one: One, inputs: list[Path]) -> None:
 
     name = model_file(one)
     if asked.folder is not None and one.found is not None and name is not None:
-        save_text(asked.folder / name, one.found.text, inputs)
+        target = asked.folder / name
+        target.parent.mkdir(parents=True, exist_ok=True)  # below the folder that was asked for
+        save_text(target, one.found.text, inputs)
 
 
 def _tell(asked: Asked, batch: list[One], inputs: list[Path]) -> None:

@@ -46,7 +46,7 @@ def command(folder: Path, axis: str | None, log: Path | None, as_json: bool) -> 
 
     start = _start(folder, axis, log)
     files = starting_documents(start)
-    save_folder(folder, files, [] if log is None else [log], overwrite=False)
+    save_folder(folder, files, [] if log is None else [log], overwrite=False, parents=True)
     if log is not None and start.log_path is None:
         note(f"warning: make cannot read the path of {log.name}, it has blanks or signs of its own; the Makefile takes what lies in logs/")
     if as_json:

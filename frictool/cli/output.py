@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
 import sys
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -85,12 +86,21 @@ def replacing(target: Path, inputs: list[Path]) -> Iterator[BinaryIO]:
             yield stream
         return
     target = target.resolve() if target.is_symlink() else target
+    require_folder(target)
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
         with part_file(target) as stream:
             yield stream
     except OSError as error:
         raise OutputError(f"{target}: cannot be written: {error.strerror or error}") from None
+
+
+def require_folder(target: Path) -> None:
+    """Raise OutputError if the folder in which `target` is to be written does not exist: its name may be a slip of the keyboard."""
+    folder = target.resolve().parent if target.is_symlink() else target.parent
+    if not folder.exists():
+        raise OutputError(f"{target}: there is no folder {folder}; make it first (mkdir -p {shlex.quote(str(folder))}) or name another")
+    if not folder.is_dir():
+        raise OutputError(f"{target}: cannot be written: {folder} is no folder")
 
 
 @contextmanager
@@ -117,9 +127,9 @@ def check_output(target: Path, inputs: list[Path]) -> None:
         return
     if target.is_dir():
         raise OutputError(f"{target}: is a directory; name a file")
-    folder = next(parent for parent in target.resolve().parents if parent.exists())
+    require_folder(target)
     try:
-        tempfile.TemporaryFile(dir=folder).close()
+        tempfile.TemporaryFile(dir=target.resolve().parent).close()
     except OSError as error:
         raise OutputError(f"{target}: cannot be written: {error.strerror or error}") from None
 

@@ -26,7 +26,7 @@ WORST = Worst("overshoot", math.inf, 4.5, (0.0, 0.1 + 0.7, 1.0), 12, 300, 2)
 
 @pytest.fixture(name="path")
 def _path(tmp_path: Path) -> Path:
-    path = tmp_path / "deep" / "trials.jsonl"
+    path = tmp_path / "trials.jsonl"
     with Store(path, HEADER) as store:
         store.add(TRIALS[:2])
         store.add_worst(ASKED, WORST)

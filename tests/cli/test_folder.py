@@ -10,7 +10,9 @@ import pytest
 
 from frictool.cli.folder import archive, save_folder
 from frictool.errors import OutputError
+from tests.cli.run import refused, run
 
+ROOT = Path(__file__).parents[2]
 FILES = {"a.txt": "α\n", "deep/b.txt": "b\n"}
 
 
@@ -19,6 +21,7 @@ def names(folder: Path) -> list[str]:
 
 
 def test_a_new_folder_appears_whole_and_leaves_nothing_beside_it(tmp_path: Path) -> None:
+    (tmp_path / "x").mkdir()
     save_folder(tmp_path / "x/new", FILES, [], overwrite=False)
     assert names(tmp_path) == ["x", "x/new", "x/new/a.txt", "x/new/deep", "x/new/deep/b.txt"]
     assert (tmp_path / "x/new/a.txt").read_bytes() == "α\n".encode()
@@ -74,3 +77,26 @@ def test_archive_is_a_function_of_the_files() -> None:
     assert archive(FILES) == archive(dict(FILES))
     with tarfile.open(fileobj=io.BytesIO(archive(FILES))) as tar:
         assert [(entry.name, entry.mtime, entry.uid, entry.mode) for entry in tar] == [("a.txt", 0, 0, 0o644), ("deep/b.txt", 0, 0, 0o644)]
+
+
+MISSING = [
+    ("ingest {sines} --bench {bench} -o {out}/run.mcap", "run.mcap"),
+    ("assess --bench {bench} -o {out}/assess.txt", "assess.txt"),
+    ("excite --bench {bench} --kind sines -o {out}/test.csv", "test.csv"),
+    ("identify {sines} --bench {bench} -o {out}/model.yaml", "model.yaml"),
+    ("identify --each log {sines} --bench {bench} -o {out}/models", "models"),
+    ("schema bench -o {out}/bench.json", "bench.json"),
+    ("convert {sines} --bench {bench} -o {out}/log.csv", "log.csv"),
+    ("compare -o {out}/laws", "laws"),
+    ("compare -o {out}/laws.html", "laws.html"),
+]
+
+
+@pytest.mark.parametrize(("line", "target"), MISSING, ids=lambda item: item.split()[0])
+def test_a_missing_folder_is_named_and_not_made(line: str, target: str, tmp_path: Path) -> None:
+    """A misspelt folder must not become one."""
+    given = {"sines": ROOT / "sample_logs/sines.csv", "bench": ROOT / "configs/clutch/bench.yaml", "out": tmp_path / "bulid" / "logs"}
+    words = line.format(**given).split()
+    result = run(*words)
+    refused(result, 3, f"{given['out'] / target}: there is no folder {given['out']}", f"mkdir -p {given['out']}")
+    assert list(tmp_path.iterdir()) == []

@@ -20,12 +20,13 @@ from tests.docs.playing import COMMENT, EXIT, scratch
 DEVELOPMENT = {"dev", "bench"}  # extras that no user installs
 REQUIREMENT = re.compile(r"([\w.-]+)(?:\[[\w,]+\])?>=([\w.]+)")
 CLUTCH = "configs/clutch"
+FORMATS = ("csv", "mat", "mf4", "npz", "parquet")
 FURTHER = (  # after the commands of the README
     f"frictool assess --bench {CLUTCH}/bench.yaml",
     f"frictool excite --bench {CLUTCH}/bench.yaml --kind sines -o build/excite.mcap --plot build/excite.svg",
     "frictool validate build/model.yaml build/sines.mcap --plot build/validate.svg",
-    *(f"frictool convert build/sines.mcap -o build/sines.{ending}" for ending in ("csv", "mat", "mf4", "npz", "parquet")),
-    *(f"frictool info build/sines.{ending} --bench {CLUTCH}/bench.yaml" for ending in ("csv", "mat", "mf4", "npz", "parquet")),
+    *(f"frictool convert build/sines.mcap -o build/sines.{ending}" for ending in FORMATS),
+    *(f"frictool ingest build/sines.{ending} --guess --axis rotary -o build/{ending}.yaml" for ending in FORMATS),
     f"frictool campaign build/model.yaml --controller build/controller.yaml --scenario {CLUTCH}/scenarios/steps.yaml "
     f"--spec {CLUTCH}/spec.yaml --trials 8 --cores 2 -o build/campaign.html  # exit code 1",
     "frictool reduce configs/belt/mechanism.yaml --bandwidth 1000 -o build/belt.yaml",

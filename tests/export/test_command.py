@@ -33,6 +33,7 @@ def controller(tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize("number", NUMBERS)
 def test_writes_four_files_and_says_what_they_cover(controller: Path, number: str, tmp_path: Path) -> None:
+    (tmp_path / "deep").mkdir()
     result = run("export", controller, "--lang", "c", "--number", number, "-o", tmp_path / "deep/c", "--json")
     assert result.code == 0
     assert sorted(path.name for path in (tmp_path / "deep/c").iterdir()) == NAMES

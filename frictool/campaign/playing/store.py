@@ -39,7 +39,6 @@ class Store:
         if path.is_dir():
             raise InputFileError(path, "is a directory; name a file in which trials are kept")
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
             self._file = path.open("a", encoding="utf-8")
             _lock(self._file, path)  # before it is read: another campaign's last line may be half written
             self._read(path, header)

@@ -33,29 +33,37 @@ vpath %.mat $(sort $(dir $(LOGS)))
 vpath %.mcap $(sort $(dir $(LOGS)))
 
 build/logs/%.mcap: %.csv bench.yaml
+	@mkdir -p $(@D)
 	$(INGEST)
 
 build/logs/%.mcap: %.mat bench.yaml
+	@mkdir -p $(@D)
 	$(INGEST)
 
 build/logs/%.mcap: %.mcap bench.yaml
+	@mkdir -p $(@D)
 	$(INGEST)
 
 build/model.yaml: $(INGESTED) bench.yaml
 	$(if $(INGESTED),,$(error put the bench's logs into logs/, as CSV, MATLAB or MCAP))
+	@mkdir -p $(@D)
 	$(FRICTOOL) identify $(INGESTED) --bench bench.yaml $(IDENTIFY) -o $@
 
 $(CONTROLLERS): build/%/controller.yaml: build/model.yaml spec.yaml designs/%.yaml
+	@mkdir -p $(@D)
 	$(FRICTOOL) synth build/model.yaml --spec spec.yaml --design designs/$*.yaml -o $@
 
 $(RUNS): build/%/run.mcap: build/model.yaml build/%/controller.yaml $(SCENARIO)
+	@mkdir -p $(@D)
 	$(FRICTOOL) simulate build/model.yaml --controller build/$*/controller.yaml --scenario $(SCENARIO) -o $@
 
 # exit code 1 says that the specification is not met: a page all the same, and the failure is the verdict's below
 $(PAGES): build/%/report.html: build/%/run.mcap build/%/controller.yaml spec.yaml
+	@mkdir -p $(@D)
 	$(FRICTOOL) report $< --spec spec.yaml --controller build/$*/controller.yaml -o $@ > /dev/null || test $$? -eq 1
 
 $(SOURCES): build/%/c: build/%/controller.yaml
+	@mkdir -p $(@D)
 	$(FRICTOOL) export $< --lang c -o $@
 	@touch $@
 
