@@ -27,8 +27,8 @@ FURTHER = (  # after the commands of the README
     "frictool validate build/model.yaml build/sines.mcap --plot build/validate.svg",
     *(f"frictool convert build/sines.mcap -o build/sines.{ending}" for ending in FORMATS),
     *(f"frictool ingest build/sines.{ending} --guess --axis rotary -o build/{ending}.yaml" for ending in FORMATS),
-    f"frictool campaign build/model.yaml --controller build/controller.yaml --scenario {CLUTCH}/scenarios/steps.yaml "
-    f"--spec {CLUTCH}/spec.yaml --trials 8 --cores 2 -o build/campaign.html  # exit code 1",
+    f"frictool campaign build/model.yaml build/controller.yaml --scenario {CLUTCH}/scenarios/steps.yaml --spec {CLUTCH}/spec.yaml "
+    "-n 8 --cores 2 -o build/campaign.html",
     "frictool reduce configs/belt/mechanism.yaml --bandwidth 1000 -o build/belt.yaml",
     "frictool compare configs/mass/friction.yaml -o build/compare",
     f"frictool equations {CLUTCH}/mechanism.yaml",
