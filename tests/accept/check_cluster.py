@@ -123,6 +123,7 @@ def commands() -> dict[str, Any]:
 
 
 def _both(model: Path, root: Path, name: str, options: tuple[str, ...]) -> Result:
+    (root / name).mkdir()
     return run("observe", "run", model, root / "fleet", "--date", r"\d{4}-\d\d-\d\d", *options, "-o", root / name / "fleet.csv")
 
 
