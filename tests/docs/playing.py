@@ -33,7 +33,9 @@ COMMENT = re.compile(r"\s+#.*$")
 SOLVED = re.compile(r"synth|controller|campaign|run\.mcap|run\.main|observer")  # in commands: a controller that was synthesised is used
 PART, UNITS = Decimal("0.15"), 10  # by which figures that follow from it may differ; or units of the last digit of a decimal fraction
 CELLS = re.compile(r"\(\d+ cells\b")  # of a proof: how many it takes is not promised
-RELATION = re.compile(rf"({NUMBER.pattern})\s*(<=|>=|<|>)\s*({NUMBER.pattern})")
+STEP = re.compile(r"\bstep \d+ at [\d.]+ s\b")  # in which a requirement's figure is worst
+RELATION = re.compile(rf"({NUMBER.pattern})(?: *[^\s\d<>=]+)? *(<=|>=|<|>) *({NUMBER.pattern})")
+JUDGED = Decimal("0.5")  # by which a figure with a limit may differ, where it keeps to the same side
 HOLDS = {"<=": operator.le, ">=": operator.ge, "<": operator.lt, ">": operator.gt}
 DATA = Path(os.environ.get("FRICTOOL_DATA", ROOT.parent / "shared" / "data"))
 
@@ -96,17 +98,20 @@ def agrees(printed: str, page: str, solved: bool = False) -> bool:
 
     solved: the figures follow from a solver or a search, whose last digits depend on the processor. They are held to what is promised: the
     same words, each printed inequality true or false as on the page, figures within PART or UNITS, whole numbers within PART (so that
-    small ones are equal). The vertex that is worst and the number of cells of a proof are not promised.
+    small ones are equal), figures before a limit within JUDGED. The vertex and the step that are worst, and the number of cells of a proof,
+    are not promised.
     """
     if page.endswith(" ..."):
         words = page.split()[:-1]
         printed, page = " ".join(printed.split()[: len(words)]), " ".join(words)
     if solved:
-        printed, page = (CELLS.sub("(# cells", VERTEX.sub("v", text)) for text in (printed, page))
-        if _relations(printed) != _relations(page):
-            return False
+        printed, page = (STEP.sub("step", CELLS.sub("(# cells", VERTEX.sub("v", text))) for text in (printed, page))
     if NUMBER.sub("#", printed).split() != NUMBER.sub("#", page).split():
         return False
+    if solved:
+        if not all(_on_the_same_side(*pair) for pair in zip(RELATION.findall(printed), RELATION.findall(page), strict=True)):
+            return False
+        printed, page = RELATION.sub(r"\3", printed), RELATION.sub(r"\3", page)
     pairs = zip(NUMBER.findall(printed), NUMBER.findall(page), strict=True)
     return all(abs(Decimal(found) - Decimal(said)) <= _allowed(said, solved) for found, said in pairs)
 
@@ -118,9 +123,11 @@ def _allowed(number: str, solved: bool) -> Decimal:
     return size * PART if unit == 1 else max(UNITS * unit, size * PART)
 
 
-def _relations(text: str) -> list[bool]:
-    """Whether each inequality between two printed numbers is true."""
-    return [HOLDS[sign](Decimal(left), Decimal(right)) for left, sign, right in RELATION.findall(text)]
+def _on_the_same_side(printed: tuple[str, str, str], page: tuple[str, str, str]) -> bool:
+    """Whether two inequalities (number, sign, number) are both true or both false, and their first numbers agree within JUDGED."""
+    held = [HOLDS[sign](Decimal(left), Decimal(right)) for left, sign, right in (printed, page)]
+    room = max(UNITS * _unit(page[0]), abs(Decimal(page[0])) * JUDGED)
+    return held[0] == held[1] and abs(Decimal(printed[0]) - Decimal(page[0])) <= room
 
 
 def _unit(number: str) -> Decimal:

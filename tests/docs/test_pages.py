@@ -28,7 +28,7 @@ ELSEWHERE = {  # pages with a test of their own, in a folder of their own
 PLAYED = [page for page in PAGES if blocks(page, "sh", "python") and page != README and name_of(page) not in ELSEWHERE]
 LANGUAGES = {"sh", "text", "python", "console", "yaml", "c", "matlab", "json"}
 WORDS_A_MINUTE = 200
-TARGETS = re.compile(r"make(?: -C (\S+))?(?: (\w[\w ]*))?$")
+TARGETS = re.compile(r"make(?: -C (\S+))?(?: (\w[\w -]*))?$")
 
 
 @pytest.fixture(scope="module")
@@ -160,6 +160,11 @@ def test_a_line_that_has_changed_is_noticed() -> None:
     assert not agrees("stable at all 16 vertices, margin 0.49 >= 0.5", "stable at all 16 vertices, margin 0.52 >= 0.5", solved=True)
     assert not agrees("order 5", "order 4", solved=True)
     assert not agrees("response 0.21 <= 0.22", "response 0.23 <= 0.22", solved=True)
+    judged = "MET static error 0.6242 rad   <= 2 rad   run.mcap /axis/v03, step 2 at 1.1 s"
+    assert agrees("MET static error 0.4 rad   <= 2 rad   run.mcap /axis/v15, step 1 at 0 s", judged, solved=True)
+    assert not agrees("MET static error 1.4 rad   <= 2 rad   run.mcap /axis/v15, step 1 at 0 s", judged, solved=True)
+    assert not agrees("MET static error 0.6 rad   <= 3 rad   run.mcap /axis/v15, step 1 at 0 s", judged, solved=True)
+    assert not agrees("MET static error 0.4 rad   <= 2 rad   run.mcap /axis/v15, step 1 at 0 s", judged)
     printed = ["a 1", "", "b 2", "c 3", "d 4"]
     assert first_missing(printed, ["a 1", "...", "c 3", "d 4"]) is None
     assert first_missing(printed, ["...", "b 2", "..."]) is None
