@@ -129,6 +129,11 @@ def _evidence(spec: Spec, log: Log, label: str, stream: Stream, rig: Rig) -> Evi
     measured, command = _signal(stream, spec.drive, gaps), _signal(stream, "command", gaps)
     if stream.units.get("command") not in (None, "", si_unit(spec.drive, spec.axis)):
         command = None
+    fault = stream.signals.get("controller_fault")
+    if fault is not None and fault.any():  # the drive is 0 from there on: nothing that follows speaks of the controller
+        begin = float(stream.time[int(np.argmax(fault != 0.0))])
+        gaps["position"] = f"the controller sets its fault at {begin:.6g} s, without a valid position, and the drive is 0 from there on"
+        position = None
     seen = None if position is None else encoder_step(position)
     resolution = seen or rig.resolution
     holds: tuple[Hold, ...] = ()

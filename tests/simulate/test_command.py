@@ -17,6 +17,7 @@ from frictool.plant.axis_model import axis_of, load_of
 from tests.cli.run import Result, also_called, refused, run
 from tests.engine.reference import event_integration
 from tests.simulate.example import scenario, write_rig
+from tests.synth.example import ROOT
 
 
 @pytest.fixture
@@ -130,6 +131,10 @@ def test_a_lost_encoder_is_bridged_or_sets_the_fault(rig: dict[str, Path], tmp_p
         log = read_mcap(tmp_path / f"{samples}.mcap")
         assert all(np.all(np.isfinite(values)) for values in log.main.signals.values())
         drives.append(log.main.signals["command"])
+        judged = json.loads(run("report", tmp_path / f"{samples}.mcap", "--spec", ROOT / "configs/clutch/spec.yaml", "--json").stdout)
+        (overshoot,) = (row for row in judged["requirements"] if row["name"] == "overshoot")
+        assert (overshoot["met"] is None) == (samples == 4)
+        assert ("sets its fault at 0.103 s" in (overshoot["reason"] or "")) == (samples == 4)
     assert np.array_equal(drives[0][:100], drives[2][:100])
     assert drives[1][103:].any()
     assert not drives[2][103:].any()
