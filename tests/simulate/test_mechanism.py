@@ -76,6 +76,8 @@ def test_what_happens_to_one_block_is_what_happens_to_the_axis() -> None:
         sensor_faults=(
             SensorFault("lost_counts", 0.7, counts=3),
             SensorFault("encoder_stuck", 0.62, until_s=0.64),
+            SensorFault("encoder_invalid", 0.1, until_s=0.103),
+            SensorFault("encoder_invalid", 1.15),
             SensorFault("drive_offset", 0.9, offset=Quantity(value=0.5, unit="A")),
             SensorFault("drive_gain", 1.0, gain_error=0.1),
         ),
