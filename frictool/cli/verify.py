@@ -12,11 +12,13 @@ from frictool.cli.output import existing, json_option, print_json, say
 if TYPE_CHECKING:
     from frictool.documents.controller import Controller
     from frictool.verify.certificate import Proved
+    from frictool.verify.model_check import ModelCheck
     from frictool.verify.recheck import Verification
 
 HELP = """\b
 Example:
   frictool verify controller.yaml
+  frictool verify controller.yaml --model model.yaml
 
 Prove again what a controller's certificate states, for every constant plant of its intervals and not only at their corners, and compute
 again everything that the document states of its loop.
@@ -25,6 +27,9 @@ The loop is built from the stored coefficients, sampled at the bench's period wi
 proved with whole numbers: no solver, no rounding and no digest takes part. The box has to hold the bench's intervals. Norms, margins and
 rounded forms at the corners, and the plants seen inside the box, have to be what `verified` says. Digests show blocks that were changed
 although no figure depends on them (position law, prefilter). Figures of a solver are listed as not computed.
+
+With --model, also whether the model lies within the intervals that the controller was verified for, and whether the loop has the specified
+modulus margin at every corner of the model's intervals; if not, exit code 1.
 
 Exit codes: 0 everything holds; 1 the controller has no certificate, a stored figure is not that of its coefficients, or a block was changed
 after it was verified; 4 a bound is not proved, or a loop is unstable or misses the specified margin.
@@ -36,22 +41,54 @@ MOST_LINES = 12  # differences that the text lists
 
 @click.command("verify", help=HELP)
 @click.argument("controller", type=existing)
+@click.option("--model", type=existing, help="The plant that the controller has to be verified for (model.yaml).")
 @json_option
 @click.pass_context
-def command(ctx: click.Context, controller: Path, as_json: bool) -> None:
+def command(ctx: click.Context, controller: Path, model: Path | None, as_json: bool) -> None:
     from frictool.documents.controller import Controller
     from frictool.documents.registry import load
     from frictool.errors import EXIT_NO
     from frictool.verify.recheck import verify
 
     document = load(controller, Controller)
+    checked = None if model is None else _checked(document, model)
     verification = verify(document)
     if as_json:
-        print_json(machine_view(document, verification))
+        print_json({**machine_view(document, verification), "model": model_view(checked)})
     else:
-        say("\n".join(lines(document, verification)))
-    if not verification.proved or not verification.unaltered:
+        say("\n".join([*lines(document, verification), *model_lines(document, checked)]))
+    if not verification.proved or not verification.unaltered or (checked is not None and not checked.holds):
         ctx.exit(EXIT_NO)
+
+
+def _checked(controller: Controller, path: Path) -> ModelCheck:
+    from frictool.documents.model import Model
+    from frictool.documents.registry import load
+    from frictool.verify.model_check import check_model
+
+    return check_model(controller, load(path, Model))
+
+
+def model_view(checked: ModelCheck | None) -> dict[str, Any] | None:
+    """Return the check of the model for programs; None without one."""
+    if checked is None:
+        return None
+    plant = {name: getattr(checked.plant, name) for name in NAMES}
+    figures = {"modulus_margin": checked.margin, "modulus_margin_specified": checked.specified}
+    return {"holds": checked.holds, "outside": list(checked.beyond), **figures, "at": plant, "plants": checked.plants}
+
+
+def model_lines(controller: Controller, checked: ModelCheck | None) -> list[str]:
+    """Return the same for people."""
+    from frictool.verify.words import plant_words
+
+    if checked is None:
+        return []
+    found = [f"model: outside the controller's intervals: {phrase}" for phrase in checked.beyond]
+    found += [] if checked.beyond else ["model: within the controller's intervals"]
+    at = f"at {plant_words(checked.plant, controller.bench)}"
+    found.append(f"model: smallest modulus margin of {checked.plants} corners {checked.margin:.4f}, specified {checked.specified:g}, {at}")
+    return found
 
 
 def machine_view(controller: Controller, verification: Verification) -> dict[str, Any]:

@@ -5,9 +5,10 @@ Log(s) --streams--> Evidence per stream --holds--> Measured per hold --worst--> 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import PurePath
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,7 +24,11 @@ from frictool.report.rig import Rig
 from frictool.report.velocity import shown_velocity
 from frictool.thinning import with_gaps
 
+if TYPE_CHECKING:
+    from frictool.report.judged_loop import JudgedLoop
+
 UNKNOWN = Rig()
+NO_CONTROLLER = "a log alone does not contain it; give --controller"
 
 
 @dataclass(frozen=True)
@@ -33,7 +38,9 @@ class Evidence:
     resolution: the position sensor's step [rad or m], 0 where none is known. gaps: what it lacks to be judged, signal -> reason.
     load: lowest and highest mechanical position behind the backlash (n,); twice the same array where the log has it. drive_limit [A or V].
     nominal: it is the nominal plant's and not a variant's: `/axis`, or the only one of its log. simulated: its log says that it was played
-    to a model, so that its topic names a plant; what was measured may hold several streams of one rig.
+    to a model, so that its topic names a plant; what was measured may hold several streams of one rig. modulus_margin: of the controller's
+    loop around the stream's plant, None if not known; margin_gap: why. beyond: how the model lies outside the controller's intervals, or
+    empty.
     """
 
     source: str
@@ -47,6 +54,9 @@ class Evidence:
     simulated: bool
     load: tuple[Vector, Vector] | None = None
     drive_limit: float | None = None
+    modulus_margin: float | None = None
+    margin_gap: str = ""
+    beyond: str = ""
 
     def has(self, signal: str) -> bool:
         """Whether the stream has this signal, finite or not."""
@@ -98,8 +108,10 @@ class Evidence:
         return f"{self.source} {self.stream.topic}"
 
 
-def gather(spec: Spec, logs: list[Log], rig: Rig = UNKNOWN) -> list[Evidence]:
+def gather(spec: Spec, logs: list[Log], rig: Rig = UNKNOWN, loop: JudgedLoop | None = None) -> list[Evidence]:
     """Every axis of every log, in their order; `rig` tells the sensor's step where a log's positions show none, and what no log tells.
+
+    loop: the controller's, of which the margins are computed.
 
     Raises LogError where a log has no stream, an empty one, or one whose position is not in the unit of the specification's kind of axis.
     """
@@ -107,7 +119,11 @@ def gather(spec: Spec, logs: list[Log], rig: Rig = UNKNOWN) -> list[Evidence]:
     for log, label in zip(logs, labels(logs), strict=True):
         if not log.axes:
             raise LogError(log.source, "has no stream of an axis; nothing to report on")
-        found += [_evidence(spec, log, label, stream, rig) for stream in log.axes]
+        beyond = "" if loop is None else loop.beyond(log)
+        for stream in log.axes:
+            margin, gap = (None, NO_CONTROLLER) if loop is None else loop.margin(log, stream.topic)
+            item = _evidence(spec, log, label, stream, rig)
+            found.append(replace(item, modulus_margin=margin, margin_gap=gap, beyond=beyond))
     return found
 
 

@@ -27,7 +27,7 @@ def junit(verdict: Verdict, allow_undecided: bool = False) -> str:
     root = ET.Element("testsuites", {"name": "frictool report", **counts})
     suite = ET.SubElement(root, "testsuite", {"name": name, **counts})
     properties = ET.SubElement(suite, "properties")
-    for key, value in (("verdict", verdict.state), ("summary", verdict.headline)):
+    for key, value in (("verdict", verdict.state), ("summary", verdict.headline), *(("warning", remark) for remark in verdict.remarks)):
         ET.SubElement(properties, "property", {"name": key, "value": printable(value)})
     for requirement in requirements:
         _case(suite, name, requirement, skip)

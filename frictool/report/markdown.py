@@ -23,6 +23,7 @@ def markdown(verdict: Verdict) -> str:
         value = "–" if r.value is None else f"{number(r.value)} {unit_shown(r.unit)}".strip()
         limit = f"{'≤' if r.relation == '<=' else '≥'} {number(r.limit)} {unit_shown(r.unit)}".strip()
         rows.append(f"| {r.name.replace('_', ' ')} | {value} | {limit} | {MARKS[r.outcome]} | {_plain(remark)} |")
+    rows += [f"\n**Warning:** {_plain(remark)}" for remark in verdict.remarks]
     return "\n".join(rows) + "\n"
 
 

@@ -63,13 +63,14 @@ class Requirement:
 class Verdict:
     """All requirements in the specification's order, and the evidence with the metrics of each hold.
 
-    meets: for each stream, whether it meets every requirement by itself, apart from the modulus margin, which is the controller's.
+    meets: for each stream, whether it meets every requirement by itself. remarks: what a reader of the verdict has to know beside it.
     """
 
     name: str
     requirements: tuple[Requirement, ...]
     evidence: tuple[tuple[Evidence, tuple[Measured, ...]], ...]
     meets: tuple[bool, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     @property
     def undecided(self) -> tuple[str, ...]:

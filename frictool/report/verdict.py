@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller
 from frictool.documents.spec import Spec
@@ -10,11 +12,14 @@ from frictool.logs.log import Log
 from frictool.report.drive_judges import judge_energy, judge_peak, judge_rest, judge_rms, judge_saturation
 from frictool.report.evidence import Evidence, gather
 from frictool.report.load_judge import judge_load
+from frictool.report.margin_judge import judge_margin
 from frictool.report.measure import Measured, measure
-from frictool.report.requirement import Requirement, Verdict, Where
+from frictool.report.requirement import Requirement, Verdict
 from frictool.report.rig import Rig
 from frictool.report.worst import Judge, Judged, per_hold
-from frictool.ties import smallest
+
+if TYPE_CHECKING:
+    from frictool.report.judged_loop import JudgedLoop
 
 
 def judge(spec: Spec, logs: list[Log], controller: Controller | None = None, bench: Bench | None = None) -> Verdict:
@@ -25,42 +30,43 @@ def judge(spec: Spec, logs: list[Log], controller: Controller | None = None, ben
     """
     if not logs:
         raise FrictoolError("there is no log to judge; give at least one")
-    requirements, evidence = decided(spec, logs, controller, bench, whole=True)
-    of_logs = [make for name, make in _asked(spec).items() if name != "modulus_margin"]
-    return Verdict(spec.name, requirements, evidence, tuple(_meets(spec, one, of_logs) for one in evidence))
+    loop = None if controller is None else _loop(controller)
+    bench = bench if bench is not None or controller is None else controller.bench
+    evidence = _measured(spec, logs, bench, loop, whole=True)
+    requirements = tuple(make(spec, evidence, controller) for make in _asked(spec).values())
+    remarks = tuple(dict.fromkeys(f"{item.source}: {item.beyond}" for item, _ in evidence if item.beyond))
+    return Verdict(spec.name, requirements, evidence, tuple(_meets(spec, one) for one in evidence), remarks)
 
 
-def decided(
-    spec: Spec, logs: list[Log], controller: Controller | None = None, bench: Bench | None = None, whole: bool = False
-) -> tuple[tuple[Requirement, ...], Judged]:
-    """The requirements of `judge`, and what they were decided by; whole: with metrics that are not specified."""
-    rig = Rig.of(bench if bench is not None or controller is None else controller.bench)
-    evidence = tuple((item, tuple(measure(spec, item, whole))) for item in gather(spec, logs, rig))
-    return tuple(make(spec, evidence, controller) for make in _asked(spec).values()), evidence
+def _loop(controller: Controller) -> JudgedLoop:
+    from frictool.report.judged_loop import JudgedLoop  # loads the blocks of the controller, which a log alone does without
+
+    return JudgedLoop(controller)
+
+
+def decided(spec: Spec, log: Log, bench: Bench, loop: JudgedLoop) -> tuple[Requirement, ...]:
+    """Return the requirements of one simulated log by itself: the margin is that of its plant, whatever the controller's vertices have."""
+    evidence = _measured(spec, [log], bench, loop, whole=False)
+    return tuple(make(spec, evidence, None) for make in _asked(spec).values())
+
+
+def _measured(spec: Spec, logs: list[Log], bench: Bench | None, loop: JudgedLoop | None, whole: bool) -> Judged:
+    """The evidence with the metrics of its holds; whole: also those that are not specified."""
+    asked = loop if whole or spec.modulus_margin is not None else None
+    return tuple((item, tuple(measure(spec, item, whole))) for item in gather(spec, logs, Rig.of(bench), asked))
 
 
 def _asked(spec: Spec) -> dict[str, Judge]:
     return {name: make for name, make in JUDGES.items() if getattr(spec, name) is not None}
 
 
-def _meets(spec: Spec, stream: tuple[Evidence, tuple[Measured, ...]], judges: list[Judge]) -> bool:
-    """Whether one stream by itself meets every requirement."""
-    return bool(judges) and all(make(spec, (stream,), None).met for make in judges)
-
-
-def _modulus_margin(spec: Spec, evidence: Judged, controller: Controller | None) -> Requirement:
-    assert spec.modulus_margin is not None
-    name, limit = "modulus_margin", spec.modulus_margin
-    if controller is None or not controller.verified.vertices:
-        reason = "a log alone cannot tell it; give --controller" if controller is None else "the controller names no vertex"
-        return Requirement(name, name, None, limit, "", None, ">=", reason)
-    vertices = controller.verified.vertices
-    unstable = next((vertex for vertex in vertices if not vertex.stable), None)
-    if unstable is not None:
-        reason, where = "the sampled loop is unstable there", Where(vertex=unstable.name)
-        return Requirement(name, name, unstable.modulus_margin, limit, "", False, ">=", reason, where)
-    margin, at = smallest(vertex.modulus_margin for vertex in vertices)
-    return Requirement(name, name, margin, limit, "", margin >= limit, ">=", "", Where(vertex=vertices[at].name))
+def _meets(spec: Spec, stream: tuple[Evidence, tuple[Measured, ...]]) -> bool:
+    """Whether one stream by itself meets every requirement; a recorded one has no margin of its own."""
+    judges = [make for name, make in _asked(spec).items() if name != "modulus_margin"]
+    margin, simulated = stream[0].modulus_margin, stream[0].simulated
+    if spec.modulus_margin is not None and simulated and (margin is None or margin < spec.modulus_margin):
+        return False
+    return bool(judges or simulated) and all(make(spec, (stream,), None).met for make in judges)
 
 
 # specification key -> its judge, in the order of the specification
@@ -72,7 +78,7 @@ JUDGES: dict[str, Judge] = {
     "load_static_error": judge_load,
     "oscillations": per_hold("oscillations", "oscillations"),
     "limit_cycle": per_hold("limit_cycle", "limit_cycle_amplitude", name="limit_cycle", tell=False),
-    "modulus_margin": _modulus_margin,
+    "modulus_margin": judge_margin,
     "drive_peak": judge_peak,
     "drive_rms": judge_rms,
     "saturation_time_s": judge_saturation,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from typing import NamedTuple, NoReturn
 
@@ -43,8 +42,6 @@ def check_agreement(rig: Rig, controller: Controller, scenario: Scenario, names:
         refuse(names.scenario, "axis", f"found {scenario.axis}, but {names.model} has {rig.axis}")
     check_drive(scenario, rig, names)
     check_efforts(scenario, rig, names)
-    if scenario.variants == "vertices":
-        _check_vertices(controller, names)
 
 
 def check_drive(scenario: Scenario, rig: Rig, names: Names) -> None:
@@ -75,13 +72,3 @@ def disturbances_of(scenario: Scenario) -> Iterator[tuple[str, Disturbance | Spr
 
 def _this(rig: Rig) -> str:
     return "this bench" if rig.owner != "{}" else "this mechanism"
-
-
-def _check_vertices(controller: Controller, names: Names) -> None:
-    """A vertex's name becomes a word of its stream's topic."""
-    seen: set[str] = set()
-    for index, vertex in enumerate(controller.verified.vertices):
-        if not re.fullmatch(r"[A-Za-z0-9_]+", vertex.name) or vertex.name in seen:
-            allowed = "letters, digits and _, each name once"
-            refuse(names.controller, f"verified.vertices[{index}].name", f"found {vertex.name!r}; allowed: {allowed}")
-        seen.add(vertex.name)

@@ -92,6 +92,13 @@ class MechanismPlant:
             self.watch(moved)
             yield moved.variant, run_of(moved, channels, [*self._scheduled(loop.controller, moved)])
 
+    def linear(self, variant: MechanismVariant, conditions: Vector) -> None:
+        """None: margins are those of one axis."""
+
+    def intervals(self) -> Mapping[str, tuple[float, float]]:
+        """None of them: a controller is synthesised for one axis."""
+        return {}
+
     def described(self, variant: MechanismVariant) -> str:
         """See Plant."""
         return variant.described()

@@ -12,7 +12,9 @@ from frictool.documents.controller import Controller
 from frictool.documents.model import Model
 from frictool.documents.scenario import Scenario
 from frictool.engine import closed_loop
+from frictool.engine.conditions import CONSTANT_FACTOR, VISCOUS_FACTOR
 from frictool.plant.axis_model import load_of
+from frictool.plant.polytope import intervals
 from frictool.simulate.agreement import Names, disturbances_of, refuse
 from frictool.simulate.given import check_given
 from frictool.simulate.plant import Loop, Range, Run
@@ -20,6 +22,7 @@ from frictool.simulate.playing import play
 from frictool.simulate.playing_target import play_target
 from frictool.simulate.rig import rig_of
 from frictool.simulate.variants import Variant, count, known, parameters_of, variants_of
+from frictool.verify.played_plant import PlayedPlant
 
 Vector = NDArray[np.float64]
 
@@ -51,11 +54,11 @@ class OneAxis:
 
     def count(self, controller: Controller, scenario: Scenario) -> int:
         """See Plant."""
-        return count(controller, scenario)
+        return count(self.model, scenario)
 
     def variants(self, controller: Controller, scenario: Scenario, owner: str) -> list[Variant]:
         """See Plant."""
-        return variants_of(self.model, controller, scenario, owner, self.ranges())
+        return variants_of(self.model, scenario, owner, self.ranges())
 
     def ranges(self) -> Mapping[str, Range]:
         """See Plant."""
@@ -76,6 +79,26 @@ class OneAxis:
         for variant, record in played:
             yield variant, Run(record, warnings=tuple(self._against_stops(variant, record)))
 
+    def linear(self, variant: Variant, conditions: Vector) -> PlayedPlant:
+        """See Plant."""
+        axis, levels = variant.axis, self.known(variant)
+        backward = axis.laws.backward
+        slopes = [axis.viscous, *([backward.viscous] if backward else [])]
+        slopes += [slope for regime in axis.laws.regimes for slope in (regime.forward, regime.backward)]
+        constants = [axis.constant]
+        if conditions.size:
+            slopes = _drifted(slopes, conditions[:, VISCOUS_FACTOR])
+            constants = _drifted(constants, conditions[:, CONSTANT_FACTOR])
+        return PlayedPlant(**levels, slopes=tuple(dict.fromkeys(slopes)), constants=tuple(dict.fromkeys(constants)))
+
+    def intervals(self) -> Mapping[str, tuple[float, float]]:
+        """See Plant."""
+        return self._intervals
+
+    @cached_property
+    def _intervals(self) -> dict[str, tuple[float, float]]:
+        return intervals(self.model)
+
     def described(self, variant: Variant) -> str:
         """See Plant."""
         units = {name: one.unit for name, one in self.ranges().items()}
@@ -92,3 +115,8 @@ class OneAxis:
             if arrivals.size:
                 first = (arrivals[0] + 1) * self.rig.sample_period_s
                 yield f"{variant.topic} runs against its end stop at {wall:g} {travel.unit}, first at {first:.3f} s"
+
+
+def _drifted(values: list[float], factors: Vector) -> list[float]:
+    """Each value times the least and the largest factor."""
+    return [value * float(factor) for value in values for factor in (factors.min(), factors.max())]

@@ -18,6 +18,7 @@ from frictool.logs.log import Stream
 from frictool.simulate.agreement import Names
 from frictool.simulate.rig import Rig
 from frictool.simulate.target import Target
+from frictool.verify.played_plant import PlayedPlant
 
 Vector = NDArray[np.float64]
 
@@ -113,6 +114,12 @@ class Plant(Protocol[V]):
 
     def play(self, variants: Sequence[V], loop: Loop) -> Iterator[tuple[V, Run]]:
         """Each variant and its run. Raises NoSolutionError where one cannot be simulated."""
+
+    def linear(self, variant: V, conditions: Vector) -> PlayedPlant | None:
+        """The linear plant of a variant under conditions (n, 8); None if its loop's margins are not computed."""
+
+    def intervals(self) -> Mapping[str, tuple[float, float]]:
+        """The intervals [SI] of the document's parameters that a controller is synthesised for; none of a mechanism."""
 
     def described(self, variant: V) -> str:
         """Its values with their units, for the log."""

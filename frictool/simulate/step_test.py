@@ -38,6 +38,9 @@ from frictool.simulate.streams import Sensors, fault_warning
 from frictool.simulate.target import Target
 from frictool.simulate.timeline import conditions_of, felt
 from frictool.simulate.used_speed import used_speed
+from frictool.verify.certified_box import outside, outside_words
+from frictool.verify.played_plant import INTERVALS, intervals_to_text
+from frictool.verify.played_plant import RECORD as PLAYED
 
 Vector = NDArray[np.float64]
 Progress = Callable[[int, int], None]
@@ -119,7 +122,8 @@ class StepTest(Generic[V]):
         if controller.velocity.observer is not None:
             about["speed_from"] = f"{controller.velocity.observer.kind} observer"
         plants = {variant.topic: plant.described(variant) for variant in variants if variant.values}
-        metadata = {"log": about, **({"plants": plants} if plants else {}), **metadata}
+        metadata = {"log": about, **({"plants": plants} if plants else {}), **self._linear(variants, conditions), **metadata}
+        warnings += self._outside
         log = Log(tuple(streams), metadata, scenario.name, tuple(warnings))
         return log if provenance is None else with_provenance(log, provenance)
 
@@ -131,6 +135,21 @@ class StepTest(Generic[V]):
         period = self.plant.rig.sample_period_s
         check_instants(scenario, reference.size * period, period, self.names.scenario)
         return reference, start
+
+    def _linear(self, variants: Sequence[V], conditions: Vector) -> dict[str, dict[str, str]]:
+        """The records by which `report` computes the margins of the loops that were played."""
+        linear = {variant.topic: found.to_text() for variant in variants if (found := self.plant.linear(variant, conditions)) is not None}
+        return {PLAYED: linear, INTERVALS: self._intervals} if linear else {}
+
+    @cached_property
+    def _intervals(self) -> dict[str, str]:
+        return intervals_to_text(self.plant.intervals())
+
+    @cached_property
+    def _outside(self) -> list[str]:
+        """A warning if the model lies outside the controller's certificate."""
+        found = outside(self.controller, self.plant.intervals())
+        return [f"{self.names.model} {outside_words(self.names.controller, found)}"] if found else []
 
     @cached_property
     def _program(self) -> Program:

@@ -1,7 +1,8 @@
-"""What a scenario is played to: the model, each vertex at which the controller was verified, plants drawn at random, or a given one.
+"""The plants that a scenario is played to: the model, the vertices of its ranges, plants drawn at random, or a given one.
 
-A random plant has inertia, viscous and Coulomb friction and constant drawn independently and uniformly from the ranges that the bench gives
-over the product's life; where it gives none, from the model's interval. Plant number i of a seed is the same however many there are.
+The range of inertia, viscous and Coulomb friction and constant is the hull of the model's interval and of the bench's range over the
+product's life. A vertex has an end of each range; a random plant is drawn from them independently and uniformly. Plant number i of a seed
+is the same however many there are.
 
 A vertex and a drawn plant are four numbers; what they mean for a model that says more of its friction: plant/friction_levels.py.
 """
@@ -15,7 +16,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.documents.controller import Controller
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity, drive_dimension, si_unit
 from frictool.documents.scenario import Scenario
@@ -24,6 +24,7 @@ from frictool.logs.log import MAIN_TOPIC
 from frictool.plant.axis import AxisParameters
 from frictool.plant.axis_model import axis_of
 from frictool.plant.friction_levels import coulomb_level, viscous_level
+from frictool.plant.polytope import PlantPoint, corner_points
 from frictool.simulate.given import GIVEN, given_values
 from frictool.simulate.plant import Range
 
@@ -59,16 +60,20 @@ class Variant:
         return self.axis.as_array()
 
 
-def count(controller: Controller, scenario: Scenario) -> int:
+def count(model: Model, scenario: Scenario) -> int:
     """How many variants there are, the nominal one among them."""
-    more = {"nominal": 0, "vertices": len(controller.verified.vertices), "random": scenario.plants or 0, GIVEN: 0}
-    return 1 + more[scenario.variants]
+    if scenario.variants == "vertices":
+        return 1 + len(vertices(model))
+    return 1 + (scenario.plants or 0) * (scenario.variants == "random")
 
 
-def variants_of(
-    model: Model, controller: Controller, scenario: Scenario, owner: str = "model", parameters: Mapping[str, Range] | None = None
-) -> list[Variant]:
-    """The nominal plant, then the controller's vertices or the random plants, where the scenario asks for them; or the one that it gives.
+def vertices(model: Model) -> tuple[PlantPoint, ...]:
+    """The corners of the model's ranges, v01 to v16 if all four have a width."""
+    return corner_points(ranges(model))
+
+
+def variants_of(model: Model, scenario: Scenario, owner: str = "model", parameters: Mapping[str, Range] | None = None) -> list[Variant]:
+    """The nominal plant, then the model's vertices or the random plants, where the scenario asks for them; or the one that it gives.
 
     `owner` is what messages call the model; `parameters`: its `parameters_of`, where they are known. Raises FrictoolError where a plant's
     parameters are out of range, or there is no range to draw from.
@@ -78,7 +83,7 @@ def variants_of(
         return [Variant(GIVEN, _axis(f"{owner} as given", model, **values), values)]
     found = [Variant("", _axis(owner, model))]
     if scenario.variants == "vertices":
-        for vertex in controller.verified.vertices:
+        for vertex in vertices(model):
             values = {key: getattr(vertex, key) for key in PARAMETERS}
             found.append(Variant(vertex.name, _axis(f"{owner} at vertex {vertex.name}", model, **values), values))
     if scenario.variants == "random":
@@ -122,7 +127,7 @@ def parameters_of(model: Model) -> dict[str, Range]:
 
 
 def ranges(model: Model) -> dict[str, tuple[float, float]]:
-    """(low, high) of each of PARAMETERS [SI]: the bench's range over the product's life, or else the model's interval."""
+    """(low, high) of each of PARAMETERS [SI]: the hull of the model's interval and of the bench's range over the product's life."""
     known = model.bench.mechanics
     return {
         "inertia": _range(known.inertia, model.parameters.inertia.interval),
@@ -132,8 +137,12 @@ def ranges(model: Model) -> dict[str, tuple[float, float]]:
     }
 
 
-def _range(given: Quantity, otherwise: tuple[float, float]) -> tuple[float, float]:
-    return given.interval if given.low is not None or given.high is not None else otherwise
+def _range(given: Quantity, today: tuple[float, float]) -> tuple[float, float]:
+    """The hull of the bench's range, if it has one, and of the model's interval."""
+    if given.low is None and given.high is None:
+        return today
+    low, high = given.interval
+    return min(low, today[0]), max(high, today[1])
 
 
 def _drawn(model: Model, plants: int, seed: int, owner: str) -> dict[str, dict[str, float]]:

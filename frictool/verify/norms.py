@@ -29,7 +29,8 @@ def gains(system: Lti, frequencies: ArrayLike) -> NDArray[np.float64]:
     found = np.full(len(w), np.linalg.norm(system.d, 2))
     finite = np.isfinite(w)
     if system.order:
-        found[finite] = np.linalg.norm(system.response(w[finite]), 2, axis=(1, 2))
+        responses = system.response(w[finite])
+        found[finite] = np.abs(responses[:, 0, 0]) if system.d.size == 1 else np.linalg.norm(responses, 2, axis=(1, 2))
     return found
 
 

@@ -15,11 +15,12 @@ from tests.synth.example import clutch_model
 
 
 def controller() -> Controller:
-    """The example's PI without anti-windup, and two vertices."""
+    """The example's PI without anti-windup, and two vertices at opposite corners of the clutch model's ranges."""
     made = clutch_controller(speed=msgspec.structs.replace(speed_controller(), anti_windup=(0.0, 0.0)))
     light = made.verified.vertices[0]
-    heavy = msgspec.structs.replace(light, name="heavy", inertia=1.53e-5, coulomb=0.18)
-    verified = msgspec.structs.replace(made.verified, vertices=(msgspec.structs.replace(light, name="light", inertia=1.11e-5), heavy))
+    heavy = msgspec.structs.replace(light, name="heavy", inertia=1.53e-5, viscous=7.62e-4, coulomb=0.18, constant=12.8e-3)
+    light = msgspec.structs.replace(light, name="light", inertia=1.11e-5, viscous=0.0, coulomb=0.018, constant=14.0e-3)
+    verified = msgspec.structs.replace(made.verified, vertices=(light, heavy))
     return msgspec.structs.replace(made, verified=verified)
 
 

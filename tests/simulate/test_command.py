@@ -19,6 +19,8 @@ from tests.engine.reference import event_integration
 from tests.simulate.example import scenario, write_rig
 from tests.synth.example import ROOT
 
+TOPICS = ["/axis", *(f"/axis/v{k:02d}" for k in range(1, 17))]
+
 
 @pytest.fixture
 def rig(tmp_path: Path) -> dict[str, Path]:
@@ -32,9 +34,9 @@ def simulate(rig: dict[str, Path], output: Path | str, *more: str) -> Result:
 def test_writes_a_log_that_reads_back(rig: dict[str, Path], tmp_path: Path) -> None:
     result = simulate(rig, tmp_path / "run.mcap")
     assert result.code == 0, result.stderr
-    assert result.stdout.splitlines()[0] == "steps: 3 streams, each of 1200 samples, 1.2 s"
+    assert result.stdout.splitlines()[0] == "steps: 17 streams, each of 1200 samples, 1.2 s"
     log = read_mcap(tmp_path / "run.mcap")
-    assert [stream.topic for stream in log.streams] == ["/axis", "/axis/light", "/axis/heavy"]
+    assert [stream.topic for stream in log.streams] == TOPICS
     assert log.main.units["current"] == "A"
     assert log.metadata["log"]["kind"] == "simulated"
     assert log.metadata["provenance"]["command"] == "frictool simulate model.yaml --controller controller.yaml --scenario scenario.yaml"
@@ -76,7 +78,7 @@ def test_json(rig: dict[str, Path], tmp_path: Path) -> None:
     found = json.loads(simulate(rig, tmp_path / "run.mcap", "--json").stdout)
     assert found["scenario"] == "steps"
     assert found["warnings"] == []
-    assert [row["topic"] for row in found["streams"]] == ["/axis", "/axis/light", "/axis/heavy"]
+    assert [row["topic"] for row in found["streams"]] == TOPICS
     for row in found["streams"]:
         assert (row["samples"], row["duration_s"], row["at_rest"]) == (1200, 1.2, True)
         assert abs(row["final_error"]) < 2.2

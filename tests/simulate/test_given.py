@@ -40,7 +40,7 @@ def test_a_drawn_plant_that_is_given_runs_as_among_the_others() -> None:
     """Alone and without threads, to the last bit."""
     plants = scenario(variants="random", plants=5, seed=2)
     log = step_test(clutch_model(), controller(), plants, HERE)
-    for variant, stream in zip(variants_of(clutch_model(), controller(), plants)[1:], log.streams[1:], strict=True):
+    for variant, stream in zip(variants_of(clutch_model(), plants)[1:], log.streams[1:], strict=True):
         (alone,) = given(**variant.values).streams
         assert alone.topic == "/axis/given"
         for name in ("position", "command", "velocity", "load_position"):
@@ -57,7 +57,7 @@ def test_what_is_not_given_is_the_model_s() -> None:
         log = given(**{name: value})
         assert log.metadata["plants"] == {"/axis/given": f"{name} {value:.6g} {UNITS[name]}"}
         one = scenario(variants="given", given={name: Quantity(value=value, unit=UNITS[name])})
-        assert getattr(variants_of(model, controller(), one)[0].axis, name) == value
+        assert getattr(variants_of(model, one)[0].axis, name) == value
 
 
 def test_a_scheduled_controller_is_told_what_is_given_and_else_the_middle() -> None:
@@ -69,7 +69,7 @@ def test_a_scheduled_controller_is_told_what_is_given_and_else_the_middle() -> N
 
 def test_units_are_converted_and_what_is_wrong_is_named(tmp_path: Path) -> None:
     in_millis = scenario(variants="given", given={"coulomb": Quantity(value=50.0, unit="mN m")})
-    (found,) = variants_of(clutch_model(), controller(), in_millis)
+    (found,) = variants_of(clutch_model(), in_millis)
     assert found.values == {"coulomb": pytest.approx(0.05)}
     rig = write_rig(tmp_path)
     for quantity, words in (

@@ -63,12 +63,11 @@ def test_what_a_campaign_varies_is_left_out(braking: Path, tmp_path: Path) -> No
 @pytest.mark.parametrize("name", ["steps", "vertices"])
 def test_vertices(name: str, braking: Path, tmp_path: Path) -> None:
     result, log = play(name, braking, tmp_path)
-    assert [stream.topic for stream in log.streams] == ["/axis", "/axis/nominal"]
-    assert log.metadata["plants"]["/axis/nominal"].startswith("inertia 1.32e-05 kg m^2, viscous 0.000381 N m s/rad, coulomb 0.099 N m")
-    assert json.loads(result.stdout)["streams"][1]["plant"] == log.metadata["plants"]["/axis/nominal"]
-    for stream in log.streams:
-        assert stream.signals["velocity"][-1] == 0.0
-        assert abs(stream.signals["position"][-1] - 15.0) < 2.0
+    assert [stream.topic for stream in log.streams] == ["/axis", *(f"/axis/v{k:02d}" for k in range(1, 17))]
+    assert log.metadata["plants"]["/axis/v01"].startswith("inertia 1.11e-05 kg m^2, viscous 0 N m s/rad, coulomb 0.018 N m")
+    assert json.loads(result.stdout)["streams"][1]["plant"] == log.metadata["plants"]["/axis/v01"]
+    assert log.main.signals["velocity"][-1] == 0.0
+    assert abs(log.main.signals["position"][-1] - 15.0) < 2.0
 
 
 def test_random(braking: Path, tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from frictool.documents.registry import load
 from frictool.engine.axis_friction import breakaway_at, coulomb_at
 from frictool.errors import FrictoolError
 from frictool.simulate.variants import PARAMETERS, Variant, ranges, variants_of
-from tests.simulate.example import controller, scenario
+from tests.simulate.example import scenario
 from tests.synth.example import ROOT, clutch_model
 
 TABLE_5_2 = {"inertia": (1.11e-5, 1.53e-5), "viscous": (0.0, 7.62e-4), "coulomb": (0.018, 0.180), "constant": (12.8e-3, 14.0e-3)}
@@ -23,7 +23,7 @@ def nonlinear() -> Model:
 
 
 def drawn(plants: int, seed: int = 1, model: Model | None = None) -> list[Variant]:
-    return variants_of(model or clutch_model(), controller(), scenario(variants="random", plants=plants, seed=seed))
+    return variants_of(model or clutch_model(), scenario(variants="random", plants=plants, seed=seed))
 
 
 def test_plants_fill_the_ranges_of_the_bench_independently() -> None:
@@ -48,7 +48,7 @@ def test_a_plant_of_a_seed_is_the_same_however_many_there_are() -> None:
 
 def test_the_first_variant_is_the_model_itself() -> None:
     assert drawn(2)[0].values == {}
-    assert drawn(2)[0].axis == variants_of(clutch_model(), controller(), scenario())[0].axis
+    assert drawn(2)[0].axis == variants_of(clutch_model(), scenario())[0].axis
 
 
 def test_a_plant_has_what_was_drawn_and_the_map_scaled_to_it() -> None:

@@ -19,6 +19,7 @@ from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.logs.log import Log
 from frictool.plant.mechanism.assembly import assemble
+from frictool.report.judged_loop import JudgedLoop
 from frictool.report.requirement import Requirement
 from frictool.report.verdict import decided
 from frictool.simulate.agreement import Names
@@ -58,6 +59,11 @@ class CampaignTrial:
         """The plant under its controller."""
         return StepTest(plant_of(self.setting.plant), self.setting.controller, self.setting.names, self.setting.number)
 
+    @cached_property
+    def _loop(self) -> JudgedLoop:
+        """The controller's loop, of which each trial has its own margin."""
+        return JudgedLoop(self.setting.controller)
+
     def scenario(self, unit: Vector, noise: int) -> Scenario:
         """What is played at `unit` (d,), with the noise of draw number `noise`."""
         values = self.space.values(unit[None, :])[0]
@@ -80,7 +86,7 @@ class CampaignTrial:
         """The requirements, in the order of the specification, of a scenario that is played."""
         setting = self.setting
         log = self.test.log(scenario, recorded=setting.recorded, with_speed=False)
-        return decided(setting.spec, [log], setting.controller)[0]
+        return decided(setting.spec, log, setting.controller.bench, self._loop)
 
 
 def plant_of(document: Model | Mechanism) -> Plant[Any]:

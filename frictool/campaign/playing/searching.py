@@ -19,7 +19,6 @@ from frictool.campaign.playing.worst import Worst, search
 from frictool.campaign.playing.worst_case import Commands, WorstCase, file_name
 
 STARTS = 5  # worst draws that a search begins with
-OF_THE_CONTROLLER = "modulus_margin"  # the same for every plant
 Progress = Callable[[str], AbstractContextManager[Tell]]
 
 
@@ -78,7 +77,7 @@ def worst_cases(
 
 def _task(trial: CampaignTrial, trials: Trials, index: int, evaluations: int) -> SearchTask | None:
     metric, draws = trials.metrics[index], starts_of(trials, index, STARTS)
-    if metric.key == OF_THE_CONTROLLER or not draws.size:
+    if not draws.size:
         return None
     first = int(draws[0])
     drawn = float(trials.found[first, index])

@@ -46,7 +46,7 @@ class Worst(Protocol):
 
 @dataclass(frozen=True)
 class Findings:
-    """What is said of the trials. asked: the pass rate that was asked for, 0..1; None where every trial has to pass."""
+    """What is said of the trials. asked: the pass rate that was asked for, 0..1; None where every trial has to pass. remarks: warnings."""
 
     trials: Trials
     rate: Rate
@@ -54,6 +54,7 @@ class Findings:
     sensitivity: Sensitivity
     worst: tuple[Worst, ...]
     asked: float | None
+    remarks: tuple[str, ...] = ()
 
     @property
     def reached(self) -> bool:
@@ -95,9 +96,15 @@ class Findings:
 
 
 def find(
-    trials: Trials, method: Method, worst: Sequence[Worst] = (), at_least: float | None = None, confidence: float = CONFIDENCE
+    trials: Trials,
+    method: Method,
+    worst: Sequence[Worst] = (),
+    at_least: float | None = None,
+    confidence: float = CONFIDENCE,
+    remarks: tuple[str, ...] = (),
 ) -> Findings:
     """What n trials say, of draws that `method` chose. at_least: the pass rate, 0..1, that has to be shown; None: every trial passes.
+    remarks: warnings that every view of the findings repeats.
 
     Raises ValueError where at_least or confidence is none, or there is no trial.
     """
@@ -109,4 +116,4 @@ def find(
         raise ValueError(f"a pass rate of {at_least:g} cannot be asked for; it is above 0 and at most 1")
     rate = pass_rate(trials, method, confidence)
     distributions = tuple(distribution(trials, index, method, confidence) for index in range(len(trials.metrics)))
-    return Findings(trials, rate, distributions, sensitivity(trials, drawn=not rate.whole), tuple(worst), at_least)
+    return Findings(trials, rate, distributions, sensitivity(trials, drawn=not rate.whole), tuple(worst), at_least, remarks)

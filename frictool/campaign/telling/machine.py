@@ -33,6 +33,7 @@ def as_json(found: Findings) -> dict[str, Any]:
         "failed": rate.failed,
         "undecided": rate.undecided,
         "untold": list(found.untold),
+        "warnings": list(found.remarks),
         "not_simulated": [{"draw": draw, "reason": reason} for draw, reason in found.trials.failed.items()],
         "pass_rate": {
             "share": rate.share,

@@ -39,6 +39,7 @@ def page(found: Findings, provenance: Provenance) -> str:
         headline=headline(found),
         tone=TONES[found.outcome],
         caveat=caveat(found),
+        remarks=found.remarks,
         noun=found.rate.noun,
         rates=_embedded(rates(found)),
         distributions=found.distributions,

@@ -28,6 +28,7 @@ def lines(found: Findings, colour: bool = False) -> list[str]:
         *_worst(found),
         "",
         caveat(found),
+        *(f"warning: {remark}" for remark in found.remarks),
         click.style(answer, fg=COLOURS[found.outcome], bold=True) if colour else answer,
     ]
     return [told[-1] if line is told[-1] else printable(line) for line in told]

@@ -1,0 +1,50 @@
+"""Whether the plants of a campaign lie within the intervals that its controller was verified for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from frictool.campaign.drawing.space import Space
+from frictool.campaign.playing.playing import Setting, plant_of
+from frictool.documents.conditions import DriftPoint, Drifts
+from frictool.documents.scenario import Scenario
+from frictool.documents.spread import Spread
+from frictool.simulate.plant import Range
+from frictool.verify.certified_box import OF_THE_MARGIN, outside, outside_words
+
+Interval = tuple[float, float]
+
+
+def certificate_remarks(setting: Setting, space: Space) -> tuple[str, ...]:
+    """Return a warning if the model lies outside the controller's intervals, else one if the draws reach beyond them."""
+    plant, controller = plant_of(setting.plant), setting.controller
+    intervals = plant.intervals()
+    if not intervals:
+        return ()
+    if found := outside(controller, intervals):
+        return (f"the model {outside_words(controller.name, found)}",)
+    if found := outside(controller, _drawn(plant.ranges(), space, setting.scenario)):
+        return (f"draws reach beyond the intervals of {controller.name}, where only their own margins hold: {'; '.join(found)}",)
+    return ()
+
+
+def _drawn(ranges: Mapping[str, Range], space: Space, scenario: Scenario) -> dict[str, Interval]:
+    """The intervals [SI] of the plants that are played, with the scenario's drifts and the spread of temperature."""
+    varied = {factor.name: (factor.low, factor.high) for factor in space.factors if factor.kind == "plant"}
+    given = {name: (quantity.value, quantity.value) for name, quantity in scenario.given.items() if name in OF_THE_MARGIN}
+    known = {name: (ranges[name].nominal, ranges[name].nominal) for name in OF_THE_MARGIN}
+    found = known | given | {name: ends for name, ends in varied.items() if name in OF_THE_MARGIN}
+    drifts, temperature = scenario.drifts or Drifts(), (scenario.spread or Spread()).temperature
+    for name, points in (("viscous", drifts.viscous), ("constant", drifts.constant)):
+        warm = (1.0,) if temperature is None else (getattr(temperature.cold, name), getattr(temperature.hot, name))
+        found[name] = _times(_times(found[name], _factors(points)), warm)
+    return found
+
+
+def _factors(points: tuple[DriftPoint, ...]) -> tuple[float, ...]:
+    return tuple(point.factor for point in points) or (1.0,)
+
+
+def _times(ends: Interval, factors: tuple[float, ...]) -> Interval:
+    products = [end * factor for end in ends for factor in factors]
+    return min(products), max(products)

@@ -1,0 +1,61 @@
+"""The modulus margin: of each plant that was played, or of the controller's vertices for a recorded axis, whose plant nobody knows."""
+
+from __future__ import annotations
+
+from frictool.documents.controller import Controller
+from frictool.documents.spec import Spec
+from frictool.report.evidence import Evidence
+from frictool.report.requirement import Requirement, Where
+from frictool.report.worst import Judged, place
+from frictool.ties import smallest
+
+UNSTABLE = "the sampled loop is unstable there"
+
+
+def judge_margin(spec: Spec, evidence: Judged, controller: Controller | None) -> Requirement:
+    """Judge the smallest margin of all streams.
+
+    It is broken by any plant, and by a vertex of the controller. It is undecided if the plant of a simulated stream is not known, or the
+    model lies outside the intervals that the controller was verified for.
+    """
+    assert spec.modulus_margin is not None
+    name, limit = "modulus_margin", spec.modulus_margin
+    streams = [item for item, _ in evidence]
+    found = _margins(streams)
+    vertex = None if controller is None else _weakest(controller)
+    recorded = any(not item.simulated for item in streams)
+    if vertex is not None and (recorded or vertex[0] < limit):
+        found.append(vertex)
+    unknown = _unknown(streams, controller)
+    if not found:
+        return Requirement(name, name, None, limit, "", None, ">=", unknown or "the controller names no vertex")
+    value, index = smallest(margin for margin, _ in found)
+    where = found[index][1]
+    beyond = next((item.beyond for item in streams if item.beyond), "")
+    if value < limit:
+        reason = "; ".join(part for part in (UNSTABLE if value == 0.0 else "", beyond) if part)
+        return Requirement(name, name, value, limit, "", False, ">=", reason, where)
+    if unknown or beyond:
+        return Requirement(name, name, value, limit, "", None, ">=", unknown or beyond, where)
+    return Requirement(name, name, value, limit, "", True, ">=", "", where)
+
+
+def _margins(streams: list[Evidence]) -> list[tuple[float, Where]]:
+    return [(item.modulus_margin, place(item)) for item in streams if item.modulus_margin is not None]
+
+
+def _weakest(controller: Controller) -> tuple[float, Where] | None:
+    """The smallest margin of the controller's vertices, 0 of an unstable one."""
+    vertices = controller.verified.vertices
+    if not vertices:
+        return None
+    value, index = smallest(one.modulus_margin if one.stable else 0.0 for one in vertices)
+    return value, Where(vertex=vertices[index].name)
+
+
+def _unknown(streams: list[Evidence], controller: Controller | None) -> str:
+    """Why the margin of a stream is not known; empty if all are."""
+    for item in streams:
+        if item.modulus_margin is None and (item.simulated or controller is None):
+            return item.margin_gap
+    return ""

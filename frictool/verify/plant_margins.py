@@ -1,0 +1,107 @@
+"""The modulus margin of a controller's sampled loops around any plant, from the stored coefficients.
+
+The loop is that of verify/effective.py at the bench's delay, and its margin is 1/max |1/(1 + L)|. A campaign asks for thousands of plants:
+the matrices are put together here for one plant after another, and the peak is searched by the modes of the closed loop, which give the
+gain at many frequencies at once.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.controller import Controller
+from frictool.plant.linear_axis import Rates
+from frictool.plant.lti import Lti, delay
+from frictool.plant.polytope import PlantPoint
+from frictool.verify.effective import Feedback, feedbacks_of, seen_axis
+from frictool.verify.norms import gains, norm
+from frictool.verify.played_plant import PlayedPlant
+from frictool.verify.scheduled import at, weights
+
+Vector = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+POINTS = 120  # frequencies of the search beside those of the modes, over six decades below half the sampling frequency
+NEAR = 0.9  # of the largest gain: maxima of the search that are refined
+ZOOMS, ZOOMED = 4, 11  # rounds of refinement, and their frequencies
+AGREEMENT = 1e-7  # relative, of the gain by the modes and the gain itself; with less the norm is computed without the modes
+
+
+class PlantMargins:
+    """Modulus margins of one controller's loops; call it with a plant.
+
+    A scheduled controller runs with the matrices of the plant's parameters, every other one with those that are stored.
+    """
+
+    def __init__(self, controller: Controller) -> None:
+        self._lag, self._delay = controller.bench.actuator.loop_time_constant_s, controller.delay_samples
+        self._period, self._schedule = controller.sample_period_s, controller.schedule
+        self._loops = feedbacks_of(controller)
+        angles = np.append(0.0, np.geomspace(1e-6 * np.pi, np.pi, POINTS))
+        self._angles, self._circle = angles, np.exp(1j * angles)
+
+    def __call__(self, plant: PlayedPlant) -> float:
+        """Return the smallest margin of the loops over the plant's slopes and constants; 0 if one is unstable."""
+        loops = self._scheduled(plant.point) if self._schedule is not None else self._loops
+        return min(self.of(loop, point.rates) for loop in loops for point in plant.points())
+
+    def at(self, point: PlantPoint) -> float:
+        """Return the smallest margin of the loops around one constant plant; 0 if one is unstable."""
+        slopes, constants = (point.viscous,), (point.constant,)
+        return self(PlayedPlant(point.inertia, point.viscous, point.coulomb, point.constant, slopes, constants))
+
+    def of(self, loop: Feedback, rates: Rates) -> float:
+        """Return the margin of one loop around one plant; 0 if it is unstable."""
+        closed = self._sensitivity(loop, rates)
+        poles, vectors = np.linalg.eig(closed.a)
+        if poles.size and np.max(np.abs(poles)) >= 1.0:
+            return 0.0
+        return 1.0 / self._peak(closed, poles, vectors)
+
+    def _scheduled(self, point: PlantPoint) -> tuple[Feedback, ...]:
+        assert self._schedule is not None
+        corners = [Lti.of(corner.discrete, self._period) for corner in self._schedule.corners]
+        running = at(corners, weights(self._schedule.corners, self._schedule.parameters, point))
+        return tuple(Feedback(loop.name, running, loop.sees) for loop in self._loops)
+
+    def _sensitivity(self, loop: Feedback, rates: Rates) -> Lti:
+        """1/(1 + L): states of the controller, the delay and the axis; from a drive that is added to what the controller asks for."""
+        c, wait = loop.system, delay(self._delay, self._period)
+        axis = seen_axis(rates, self._lag, self._period, loop.sees).system
+        seen, push = axis.c[1:], axis.b[:, :1]  # of its ports: behind the speed; the command
+        n, d, m = c.order, wait.order, axis.order
+        a, b, rows = np.zeros((n + d + m, n + d + m)), np.zeros((n + d + m, 1)), np.zeros((1, n + d + m))
+        rows[:, :n], rows[:, n + d :] = c.c, c.d @ seen  # the drive that is asked for
+        a[:n, :n], a[:n, n + d :] = c.a, c.b @ seen
+        a[n : n + d, n : n + d], a[n + d :, n : n + d], a[n + d :, n + d :] = wait.a, push @ wait.c, axis.a
+        b[n : n + d], b[n + d :] = wait.b, push @ wait.d
+        return Lti(a + b @ rows, b, rows, np.eye(1), self._period)
+
+    def _peak(self, closed: Lti, poles: Complex, vectors: Complex) -> float:
+        """The largest gain of a stable loop: where it is, the modes tell; what it is there, the matrices."""
+        try:
+            residues = (closed.c @ vectors)[0] * np.linalg.solve(vectors, closed.b.astype(complex))[:, 0]
+        except np.linalg.LinAlgError:  # the modes are no basis
+            return norm(closed)[0]
+
+        def by_modes(circle: Complex) -> Vector:
+            return np.asarray(np.abs(closed.d[0, 0] + (residues / (circle[:, None] - poles)).sum(axis=1)))
+
+        angles = np.concatenate([self._angles, np.abs(np.angle(poles))])
+        found = by_modes(np.concatenate([self._circle, np.exp(1j * angles[len(self._angles) :])]))
+        order = np.argsort(angles, kind="stable")
+        angles, found = angles[order], found[order]
+        looks, expected = np.empty(0), 0.0
+        for k in np.flatnonzero(found >= NEAR * found.max()).tolist():
+            if found[k] < found[max(k - 1, 0)] or found[k] < found[min(k + 1, len(found) - 1)]:
+                continue
+            low, high = angles[max(k - 1, 0)], angles[min(k + 1, len(angles) - 1)]
+            for _ in range(ZOOMS):
+                near = np.linspace(low, high, ZOOMED)
+                inner = by_modes(np.exp(1j * near))
+                best = int(np.argmax(inner))
+                low, high = near[max(best - 1, 0)], near[min(best + 1, ZOOMED - 1)]
+            looks, expected = np.append(looks, near[best]), max(expected, float(inner[best]))
+        peak = float(np.max(gains(closed, looks / self._period)))
+        return peak if abs(peak - expected) <= AGREEMENT * peak else norm(closed)[0]

@@ -1,0 +1,71 @@
+"""The linear plant that a simulated stream was played to, as the log stores it."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from frictool.plant.polytope import PlantPoint
+
+RECORD = "played_plants"  # of a log's metadata: topic -> PlayedPlant as JSON
+INTERVALS = "model_intervals"  # of a log's metadata: parameter -> [low, high] as JSON, of the model that was played
+
+
+@dataclass(frozen=True)
+class PlayedPlant:
+    """One axis in SI.
+
+    inertia, viscous, coulomb, constant: the parameters that a scheduled controller is given. slopes: the viscous friction of each direction
+    and regime of speed; constants: effort per unit of drive. Both contain the extremes of their drift.
+    """
+
+    inertia: float
+    viscous: float
+    coulomb: float
+    constant: float
+    slopes: tuple[float, ...]
+    constants: tuple[float, ...]
+
+    @property
+    def point(self) -> PlantPoint:
+        """The parameters that a scheduled controller is given."""
+        return PlantPoint("", self.inertia, self.viscous, self.coulomb, self.constant)
+
+    def points(self) -> tuple[PlantPoint, ...]:
+        """Every linear plant that the axis goes through: each slope with each constant."""
+        pairs = itertools.product(self.slopes, self.constants)
+        return tuple(PlantPoint("", self.inertia, slope, self.coulomb, constant) for slope, constant in pairs)
+
+    def to_text(self) -> str:
+        """The value in the log's metadata."""
+        return json.dumps(vars(self))
+
+    @staticmethod
+    def of_text(text: str) -> PlayedPlant | None:
+        """The plant of a log's metadata; None if the text is not one."""
+        try:
+            found = json.loads(text)
+            levels = {name: float(found[name]) for name in ("inertia", "viscous", "coulomb", "constant")}
+            slopes, constants = (tuple(float(value) for value in found[name]) for name in ("slopes", "constants"))
+        except (ValueError, KeyError, TypeError):
+            return None
+        return PlayedPlant(**levels, slopes=slopes, constants=constants) if levels["inertia"] > 0.0 and slopes and constants else None
+
+
+def intervals_to_text(intervals: Mapping[str, tuple[float, float]]) -> dict[str, str]:
+    """The record INTERVALS of a log's metadata."""
+    return {name: json.dumps(ends) for name, ends in intervals.items()}
+
+
+def intervals_of_text(record: Mapping[str, str]) -> dict[str, tuple[float, float]]:
+    """The intervals of a log's metadata; those that are not two numbers are left out."""
+    found = {}
+    for name, text in record.items():
+        try:
+            low, high = json.loads(text)
+            found[name] = (float(low), float(high))
+        except (ValueError, TypeError):
+            continue
+    return found
