@@ -43,9 +43,9 @@ scenario.yaml, key by key (quantities are {value, unit}; docs/formats.md has an 
                    {hold_s: ..}  what was there is kept, 15 s or more: limit cycles show late
   reference      in place of steps {log, channel, from_s, to_s, shift, hold_s}: a measured reference is replayed; raw logs are read by
                  the columns of the model's bench
-  variants       nominal: the model; vertices: also those at which the controller was verified; random: also `plants` drawn plants;
+  variants       nominal: the model; vertices: also the corners of its ranges; random: also `plants` drawn plants;
                  given: in its place one plant
-  plants         how many plants are drawn from the bench's ranges, or from those of the mechanism's own quantities
+  plants         how many plants are drawn from the ranges of model and bench, or from those of the mechanism's own quantities
   given          what that plant differs in, by name: {coulomb: {value, unit}, ..}, {links.belt.stiffness: ..} of a mechanism
   disturbances   efforts on the axis {kind: step | pulse | sine, effort, at_s, duration_s, frequency_hz, phase_deg}; on: a mechanism's block
   drifts         wear, warmth: {friction, viscous, constant: [{at_s, factor}, ..]}, straight lines between the points
