@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from frictool.cli.output import STDOUT, existing, json_option, note, output_option, print_json, save_text
 from frictool.cli.window import window_of, window_options
+
+if TYPE_CHECKING:
+    from frictool.logs.log import Log
 
 HELP = """\b
 Example:
@@ -15,8 +19,10 @@ Example:
 
 Show what a log holds and what it is good for: channels, rate and jitter, gaps, the step of the encoder and of every other signal,
 velocities, saturation (flat tops), signals that are held, the kind of test, whether effort and motion have one sign, what was lost on the
-way, and which methods of identification it can feed. A raw bench file needs --bench; with it, samples at the actuator's limit are counted.
-- is standard input.
+way, and which methods of identification it can feed. - is standard input.
+
+With --bench, a raw bench file is shown in SI, and samples at the actuator's limit are counted. Without it, the columns that names and units
+tell are shown in the units of the file, of its first 262 144 rows; what the file does not tell is listed.
 """
 
 
@@ -36,10 +42,27 @@ def command(log: Path, bench: Path | None, start: float | None, end: float | Non
     document = None if bench is None else load(bench, Bench)
     window = window_of(start, end)
     with kept([log]) as (path,):
-        found = info(path, document, window)
+        raw = _guessed(path) if bench is None else None
+        found = info(path if raw is None else raw, document, window)
     for warning in found.warnings:
         note(f"warning: {warning}")
     if as_json:
         print_json(found.facts, output)
     if output is not None or not as_json:
         save_text(output or STDOUT, table(found) + "\n", [log] if bench is None else [log, bench])
+
+
+def _guessed(path: Path) -> Log | None:
+    """A raw file as a log in the units of the file, None where the file is a canonical log; tells what was guessed."""
+    from frictool.documents.bench import OPEN
+    from frictool.logs.canonical.mcap_reader import is_canonical
+    from frictool.logs.channels.unmapped import unmapped
+
+    if is_canonical(path):
+        return None
+    found = unmapped(path)
+    columns = ", ".join(f"{channel} is {column!r} [{unit}]" for channel, (column, unit) in found.guess.columns.items() if column != OPEN)
+    note(f"guessed without --bench: {columns}; nothing is converted")
+    for question in found.guess.questions:
+        note(f"columns.{question.channel}: {question.key} unknown: {question.why}")
+    return found.log

@@ -17,6 +17,7 @@ import click
 
 from frictool import waiting
 from frictool.cli.lazy_group import LazyGroup, abandon_stdout
+from frictool.cli.printable import printable
 from frictool.errors import EXIT_INPUT, FrictoolError
 
 # command -> (module, one line for --help), in the order of the pipeline
@@ -147,8 +148,8 @@ def _remark(text: str) -> None:
 
 
 def _complain(message: str) -> None:
-    printable = "".join(c if c.isprintable() else "?" for c in message)
-    click.echo(click.style("error: ", fg="red", bold=True) + printable, err=True, color=_colours())
+    line = printable(message).replace("\n", "\\n")
+    click.echo(click.style("error: ", fg="red", bold=True) + line, err=True, color=_colours())
 
 
 def _colours() -> bool | None:

@@ -15,6 +15,7 @@ from typing import Any, BinaryIO, TypeVar
 import click
 
 from frictool.cli.endings import check_ending
+from frictool.cli.printable import printable, printable_json
 from frictool.cli.read_back import check_document
 from frictool.errors import OutputError
 from frictool.part_files import part_file
@@ -151,25 +152,26 @@ def check_targets(targets: Mapping[str, Path | None], inputs: list[Path]) -> Non
 
 
 def save_text(target: Path, text: str, inputs: list[Path]) -> None:
-    """Write `text` as UTF-8 to `target`, whole or not at all; a document has to be one that can be read back."""
+    """Write `text` as UTF-8 to `target`, whole or not at all: a document that can be read back, and no control character to stdout."""
     check_document(target, text)
     with replacing(target, inputs) as stream:
-        stream.write(text.encode(errors="backslashreplace"))  # a file's name need not be text
+        shown = printable(text) if target == STDOUT else text
+        stream.write(shown.encode(errors="backslashreplace"))  # a file's name need not be text
 
 
 def say(text: str, output: Path | None = None) -> None:
     """Text for people: on stdout, or on stderr where stdout carries the output itself."""
-    click.echo(text, err=output == STDOUT)
+    click.echo(printable(text), err=output == STDOUT)
 
 
 def note(text: str) -> None:
     """Progress and warnings: on stderr."""
-    click.echo(text, err=True)
+    click.echo(printable(text), err=True)
 
 
 def print_json(value: dict[str, Any], output: Path | None = None) -> None:
     """One JSON object on stdout (on stderr where stdout carries the output itself); what is not finite is null."""
-    click.echo(json.dumps(_finite(value), indent=2, ensure_ascii=False), err=output == STDOUT)
+    click.echo(printable_json(json.dumps(_finite(value), indent=2, ensure_ascii=False)), err=output == STDOUT)
 
 
 def _finite(value: Any) -> Any:

@@ -39,4 +39,5 @@ def tell_of_compiling(everywhere: bool = False) -> None:
 @functools.cache
 def _tell_once() -> None:
     clear = "\r\x1b[K" if sys.stderr.isatty() else ""  # a bar that stands there begins anew below
-    note(f"{clear}compiling for this machine, once per installation (up to a minute) ...")
+    click.echo(clear, err=True, nl=False)
+    note("compiling for this machine, once per installation (up to a minute) ...")

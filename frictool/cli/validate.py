@@ -61,8 +61,10 @@ def command(
     from frictool.documents.registry import load
     from frictool.identify.validate.against_log import validate
     from frictool.logs.channels.matching import matched
+    from frictool.logs.formats import refuse_swapped
     from frictool.logs.reading import read_log
 
+    refuse_swapped(model, log)
     document = load(model, Model)
     measured = matched(read_log(log, document.bench), document.bench)
     for warning in measured.warnings:

@@ -24,6 +24,7 @@ from frictool.identify.machine import as_view
 from frictool.identify.methods import Settings
 from frictool.identify.model import model_of
 from frictool.identify.outcome import Fit, Interval, NothingUsable
+from frictool.identify.plausible import is_told
 from frictool.logs.fleet import Member
 from frictool.logs.origin import Origin, Patterns, origin_by_name, origin_of_log
 from frictool.workers.files import Paths, share_files
@@ -148,7 +149,7 @@ class Identify:
         model = model_of(result, bench, Provenance(group.words, __version__, (*inputs, self.bench_input)))
         if self.measure:
             model = with_measurement(model, result, records, [one.currents for one in logs if one.currents is not None])
-        told = [warning for one in logs for warning in one.log.warnings] + list(result.warnings)
+        told = [warning for one in logs for warning in one.log.warnings if not is_told(warning, bench)] + list(result.warnings)
         warnings = tuple(_named(text, paths, group) for text in told)
         found = Found(result.identified, result.method, result.fit, to_yaml(model), as_view(result, bench, model), warnings)
         return One(group, origin, found)

@@ -15,6 +15,7 @@ from frictool.identify.identification import identify as identified
 from frictool.identify.methods import DEFAULT, Settings
 from frictool.identify.model import bench_model, model_of
 from frictool.identify.outcome import NothingUsable
+from frictool.identify.plausible import is_told
 from frictool.identify.presliding.document import with_presliding
 from frictool.identify.record import Record
 from frictool.identify.twice import refuse_twice
@@ -85,7 +86,8 @@ def _records(logs: Sequence[Log], bench: Bench, currents: list[Currents], tell: 
     for given in logs:
         one = taken(given, bench)
         for warning in one.log.warnings:
-            tell(f"{Path(one.log.source).name}: {warning}")
+            if not is_told(warning, bench):
+                tell(f"{Path(one.log.source).name}: {warning}")
         found.append(one.record)
         currents += [] if one.currents is None else [one.currents]
     return found

@@ -8,7 +8,7 @@ from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
 from frictool.errors import LogError
 from frictool.identify.record import Record
-from frictool.logs.quality.jumps import Jumps, allowance
+from frictool.logs.quality.jumps import JUMPS, Jumps, allowance
 
 MOST_COUNTS = 2.0**53  # from 0: beyond, not even whole numbers are told apart
 MOST_TRAVELS = 10.0  # from the middle: a travel is known roughly, and the zero of an encoder not at all
@@ -36,6 +36,11 @@ def implausible(record: Record, bench: Bench) -> list[str]:
     beyond = np.abs(record.effort) > most
     _refuse(record, beyond, record.effort, effort, f"at most {MOST_EFFORT:g} times the actuator's at its limit, {most:.4g} {effort}")
     return _skipped_counts(record, bench)
+
+
+def is_told(warning: str, bench: Bench) -> bool:
+    """Whether `implausible` gives this warning of a log too: of its jumps, where the bench has a top speed."""
+    return bench.mechanics.top_speed is not None and warning.startswith(JUMPS)
 
 
 def _refuse(record: Record, bad: np.ndarray, values: np.ndarray, unit: str, allowed: str) -> None:

@@ -81,6 +81,15 @@ def refuse_document(path: Path, head: bytes) -> None:
         raise LogError(path, "is a page (HTML); a log file is expected")
 
 
+def refuse_swapped(document: Path, log: Path) -> None:
+    """Raise LogError where a log stands in the place of a document, and a document in the place of a log."""
+    if not document.is_file() or not log.is_file():
+        return
+    given = DOCUMENT.search(head_of(log)) if log.stat().st_size else None
+    if given and document.stat().st_size and not DOCUMENT.search(head_of(document)):
+        raise LogError(log, f"is a document ({given[1].decode()}), and {document.name} is none; write the document first, then the log")
+
+
 def tables_of(path: Path, layout: Layout | None = None) -> tuple[Table, ...]:
     """The tables of a raw file. Raises LogError where it cannot be read or is no file of its format."""
     return _reader(format_of(path)).tables(path, layout)

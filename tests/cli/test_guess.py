@@ -103,3 +103,23 @@ def test_a_column_that_two_joints_have_is_chosen_by_hand(tmp_path: Path):
 )
 def test_a_unit_that_ends_a_name(name: str, unit: str | None):
     assert unit_in(name) == unit
+
+
+@pytest.mark.parametrize("name", ["odrive", "moteus", "torque_sensor", "torque_only", "torque_cur", "odrive_s1", "laas"])
+def test_info_shows_a_raw_file_in_its_own_units(name: str, tmp_path: Path):
+    """Nothing is converted, and no effort is made of a current: the file does not tell the actuator."""
+    log = tmp_path / "log.csv"
+    log.write_text(LOGGERS[name])
+    result = run("info", log, "--json")
+    assert result.code == 0, result.stderr
+    shown = {row["name"]: (row["column"].rpartition(" [")[0], row["unit"]) for row in json.loads(result.stdout)["channels"]}
+    assert shown == {channel: column for channel, column in EXPECTED[name].items() if channel != "time" and column[0] != ASKED}
+    assert "guessed without --bench: " in result.stderr
+    assert run("info", log).stdout.startswith("log.csv: ")
+
+
+@pytest.mark.parametrize("name", ["twincat", "siemens", "sample_index", "kinova", "rtde"])
+def test_info_of_a_file_that_tells_too_little_asks_for_the_bench(name: str, tmp_path: Path):
+    log = tmp_path / "log.csv"
+    log.write_text(LOGGERS[name])
+    refused(run("info", log), 3, "log.csv: ", "give --bench bench.yaml")

@@ -13,8 +13,9 @@ from frictool.engine.replay import FREE, replay, replayed
 from frictool.engine.servo import Servo, serve
 from frictool.identify.validate.picture import effort_label
 from frictool.plant.axis import AxisParameters, rest
-from tests.cli.run import also_called, run
+from tests.cli.run import also_called, refused, run
 from tests.identify.benches import EMPS, data
+from tests.logs.example import as_bytes, golden_log
 
 AXIS = AxisParameters(inertia=2.0, viscous=10.0, coulomb=4.0, breakaway=5.0, offset=0.5)
 PERIOD, CONSTANT = 1e-3, 20.0
@@ -160,3 +161,10 @@ def test_emps_in_closed_loop_is_within_the_published_errors(tmp_path: Path) -> N
     for name, percent in published.items():
         assert 100.0 * found[f"{name}_error_rel"] <= percent
     assert figures(path, record)["position_rmse_m"] == pytest.approx(6.65e-3, rel=0.02)
+
+
+def test_a_log_in_the_place_of_the_model(tmp_path: Path):
+    log, model = tmp_path / "log.mcap", tmp_path / "model.yaml"
+    log.write_bytes(as_bytes(golden_log()))
+    model.write_text("format: model/2\n")
+    refused(run("validate", log, model), 3, "model.yaml: is a document (model/2), and log.mcap is none; write the document first")

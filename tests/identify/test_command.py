@@ -158,6 +158,17 @@ def test_a_counter_that_wraps_is_refused_until_the_bench_says_so(tmp_path: Path)
     assert json.loads(result.stdout)["parameters"] == json.loads(run("identify", SINES, "--bench", CLUTCH, "--json").stdout)["parameters"]
 
 
+def test_a_jump_is_told_once(tmp_path: Path) -> None:
+    header, *rows = SINES.read_text().splitlines()
+    log = tmp_path / "log.csv"
+    cells = [row.split(",") for row in rows]
+    jumped = (f"{time},{int(count) + 3000 * (k > 9000)},{current}" for k, (time, count, current) in enumerate(cells))
+    log.write_text("\n".join([header, *jumped]) + "\n")
+    assert run("identify", log, "--bench", CLUTCH).stderr.count("the position jumps once, at 9.001 s") == 1
+    assert run("ingest", log, "--bench", CLUTCH, "-o", tmp_path / "log.mcap").stderr.count("the position jumps once") == 1
+    assert run("identify", tmp_path / "log.mcap", "--bench", CLUTCH).stderr.count("the position jumps once") == 1
+
+
 def test_a_missing_channel_is_a_wrong_file(tmp_path: Path) -> None:
     log, target = tmp_path / "log.csv", tmp_path / "model.yaml"
     log.write_text("time [s],encoder [count]\n" + "".join(f"{k / 1000:.3f},{k}\n" for k in range(2000)))

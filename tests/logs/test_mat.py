@@ -255,7 +255,7 @@ def test_an_object_of_matlab_is_named(tmp_path: Path):
     (tmp_path / "x.mat").write_bytes(data)
     table = table_of(tmp_path / "x.mat")
     assert columns(table, ["t"])["t"].size == 3
-    with pytest.raises(LogError, match="'speed' is a timeseries: an object, which only MATLAB can read; save its Time and Data as vectors"):
+    with pytest.raises(LogError, match="'speed' is a timeseries: an object; save its times and values as vectors"):
         table.find("speed")
 
 

@@ -39,7 +39,7 @@ def test_the_golden_file():
     [
         ("gain", "'gain' is 1x1 double; allowed: real numbers"),
         ("note", "'note' is 1x2 char"),
-        ("series", "'series' is timeseries: an object, which only MATLAB can read; save its Time and Data as vectors"),
+        ("series", "'series' is timeseries: an object; save its times and values as vectors"),
     ],
 )
 def test_what_is_no_column_is_said(wanted: str, message: str):

@@ -13,6 +13,7 @@ from frictool.documents.registry import load
 from frictool.errors import LogError
 from frictool.logs.assembly import assemble, write
 from frictool.logs.reading import read_log
+from frictool.logs.table import listed
 from tests.logs.example import ROOT, as_bytes, bench, golden_log, measured, same
 
 COLUMNS = {"time": Column("t", "s"), "position": Column("x", "count"), "current": Column("i", "A")}
@@ -91,3 +92,11 @@ def test_the_measured_machine_is_read_with_its_bench():
     assert log.main.time.size == 24841
     assert log.main.signals["effort"] == pytest.approx(35.15065 * log.main.signals["voltage"])
     assert log.warnings == ()
+
+
+def test_names_in_a_message_fit_a_line():
+    names = [f"/a/topic/with/a/long/name.and_a_path[{k}].value" for k in range(50)]
+    shown = listed(names)
+    assert len(shown) < 300
+    assert shown.endswith(f" and {50 - shown.count('.value')} more")
+    assert listed(["", "x" * 400]) == "'' and 1 more"

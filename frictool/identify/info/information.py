@@ -49,7 +49,7 @@ def info(log: Log | Path | str, bench: Bench | None = None, window: Window = EVE
     """
     with tempfile.TemporaryDirectory() as temporary, np.errstate(over="ignore", invalid="ignore"):  # numbers near the largest there are
         if isinstance(log, Log):
-            path = Path(temporary, "log.mcap")
+            path = Path(temporary, Path(log.source).name or "log.mcap")
             write_log(log, path)
         else:
             path = Path(log)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from frictool.logs.arrays.array_table import Column
 
-ADVICE = "an object, which only MATLAB can read; save its Time and Data as vectors"
+ADVICE = "an object; save its times and values as vectors, in MATLAB or with the Python package mat-io"
 MOST_COLUMNS = 1000  # of a matrix; one with more is a picture, or is damaged
 
 

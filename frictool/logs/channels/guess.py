@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
@@ -72,7 +72,7 @@ def guess_from(path: Path, axis: Axis | None = None) -> Guess:
     (parts,) = sources([path])
     if len(parts) == 1 and is_canonical(parts[0]):
         return guess([_table(read_mcap(parts[0]))], axis)
-    return guess([*_read(opened(parts))], axis)
+    return guess(read_start(opened(parts)), axis)
 
 
 def start_from(log: Path, name: str, axis: Axis | None, log_path: str | None = None) -> Start:
@@ -93,18 +93,18 @@ def start_from(log: Path, name: str, axis: Axis | None, log_path: str | None = N
     )
 
 
-def _read(tables: Sequence[Table]) -> Iterator[MemoryTable]:
-    """The start of each table that has numbers, those with most columns first. Raises LogError where none has."""
-    found = False
+def read_start(tables: Sequence[Table]) -> list[MemoryTable]:
+    """Return the start of each table that has numbers, those with most columns first. Raises LogError where none has."""
+    found: list[MemoryTable] = []
     for table in sorted(tables, key=lambda one: -len(one.names)):
         first, _ = next(iter(table.blocks(table.names, [])), (None, 0)) if table.names else (None, 0)
         # columns of texts, and those that date the rows, have no finite number
         names = [] if first is None else [name for name, values in first.columns.items() if np.isfinite(values).any()]
         if names:
-            found = True
-            yield in_memory(table, names, MOST_ROWS)
+            found.append(in_memory(table, names, MOST_ROWS))
     if not found:
         raise LogError(tables[0].source, "has no column of numbers with a finite one in its first rows")
+    return found
 
 
 def _table(log: Log) -> MemoryTable:
@@ -114,7 +114,7 @@ def _table(log: Log) -> MemoryTable:
 
 def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> Guess:
     """The guess for the tables of a file, which have been read. Raises LogError where nothing tells the kind of axis."""
-    axis = axis or _axis(tables)
+    axis = axis or kind_of_axis(tables)
     if axis is None:
         wanting = "has no unit or name that tells a rotary from a linear axis"
         raise LogError(tables[0].source, f"{wanting}; give --axis rotary (rad, N m) or --axis linear (m, N)")
@@ -138,7 +138,7 @@ def _liveliest_first(table: MemoryTable) -> list[str]:
     return sorted(table.columns, key=lambda name: -moving[label[name]])
 
 
-def _axis(tables: Sequence[MemoryTable]) -> Axis | None:
+def kind_of_axis(tables: Sequence[MemoryTable]) -> Axis | None:
     """The kind of axis that the units of positions and velocities tell, else the names; None where nothing tells, or both are told."""
     units = [unit for table in tables for unit in table.units.values() if unit and not is_count(unit)]
     found = {word for table in tables for name in table.columns for word in words(name)}

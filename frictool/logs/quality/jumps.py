@@ -21,6 +21,7 @@ WRAP_BITS = range(8, 33)  # as encoder.wrap_bits allows
 ALONE = 10.0  # times the steps beside it
 RARE = 3.0  # times the step that ORDINARY of all steps do not exceed
 ORDINARY = 0.99
+JUMPS = "the position jumps"  # begins what is said of them
 FEWEST_RESETS = 3  # jumps to one value before it is called an index's
 
 
@@ -87,7 +88,7 @@ class Jumps:
         if not self.count:
             return None
         when = "once, at" if self.count == 1 else f"{self.count} times, the first at"
-        return f"the position jumps {when} {self.first_s:.6g} s, by {self.first_counts:.0f} counts; {self.hint()}"
+        return f"{JUMPS} {when} {self.first_s:.6g} s, by {self.first_counts:.0f} counts; {self.hint()}"
 
     def hint(self) -> str:
         """What the jumps may be, and what to try."""

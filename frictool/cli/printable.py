@@ -1,0 +1,27 @@
+"""Text from files and file names made safe to print: control characters would command the terminal."""
+
+from __future__ import annotations
+
+import re
+
+# C0 but for tab and line feed, a carriage return alone, DEL, C1; separators of lines and signs that turn the direction of writing
+_UNSAFE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]|\r(?!\n)")
+
+
+def printable(text: str) -> str:
+    r"""Return the text with each control character as an escape.
+
+    >>> printable("log\x1b[31m.csv")
+    'log\\x1b[31m.csv'
+    """
+    return _UNSAFE.sub(lambda match: _escape(match.group()), text)
+
+
+def printable_json(text: str) -> str:
+    """Return a JSON text that prints no control character and means the same."""
+    return _UNSAFE.sub(lambda match: f"\\u{ord(match.group()):04x}", text)
+
+
+def _escape(character: str) -> str:
+    code = ord(character)
+    return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}"

@@ -1,0 +1,65 @@
+"""A raw file without a bench as a log in the units of the file: the columns that its names and units tell, not converted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from frictool.documents.bench import OPEN
+from frictool.documents.quantity import Axis, factor_to_si
+from frictool.errors import LogError
+from frictool.logs.arrays.memory_table import MemoryTable
+from frictool.logs.canonical.mcap_layout import COLUMNS, NS, message_path
+from frictool.logs.channels.guess import Guess, guess, kind_of_axis, read_start
+from frictool.logs.channels.mapping import TIME
+from frictool.logs.formats import opened
+from frictool.logs.log import MAIN_TOPIC, Log, Stream, Vector
+from frictool.logs.recordings.parts import sources
+
+GIVE = "give --bench bench.yaml (`frictool ingest --guess` proposes one)"
+
+
+@dataclass(frozen=True)
+class Unmapped:
+    """The log, and what was guessed to make it."""
+
+    log: Log
+    guess: Guess
+
+
+def unmapped(path: Path) -> Unmapped:
+    """Return the first rows of the table with the position as a log in the units of the file.
+
+    Raises LogError where the file cannot be read, or does not tell the time of its rows or any channel.
+    """
+    (parts,) = sources([path])
+    tables = read_start(opened(parts))
+    axis: Axis = kind_of_axis(tables) or "rotary"  # without a unit or a name that tells, no unit here depends on it
+    found = guess(tables, axis)
+    named = {channel: column for channel, (column, _) in found.columns.items() if column != OPEN}
+    home = named.get("position", next((column for channel, column in named.items() if channel != TIME), None))
+    if home is None:
+        raise LogError(path, f"has no column whose name or unit tells a channel; {GIVE}")
+    table = next(one for one in tables if home in one.columns)
+    chosen = {channel: column for channel, column in named.items() if column in table.columns}
+    time = _time(table, found, chosen.pop(TIME, None), axis)
+    rows = np.logical_and.reduce([np.isfinite(table.columns[column]) for column in chosen.values()]) & np.isfinite(time)
+    time = time[rows]
+    if time.size < 2 or (np.diff(time) <= 0.0).any():
+        raise LogError(path, f"has no times that increase from row to row; {GIVE}")
+    units = {channel: found.columns[channel][1] for channel in chosen}
+    stream = Stream(MAIN_TOPIC, time, {channel: table.columns[column][rows] for channel, column in chosen.items()}, units)
+    columns = {message_path(MAIN_TOPIC, channel): f"{column} [{units[channel]}]" for channel, column in chosen.items()}
+    return Unmapped(Log((stream,), {COLUMNS: columns}, str(path)), found)
+
+
+def _time(table: MemoryTable, found: Guess, column: str | None, axis: Axis) -> Vector:
+    """The times of the rows in s."""
+    if table.time_ns is not None and table.time_ns.size:
+        return np.asarray((table.time_ns - table.time_ns[0]) / NS)
+    unit = found.columns[TIME][1] if column is not None else OPEN
+    if column is None or unit == OPEN:
+        raise LogError(table.source, f"does not tell the time of its rows; {GIVE}")
+    return np.asarray(table.columns[column] * factor_to_si(unit, TIME, axis))
