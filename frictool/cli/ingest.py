@@ -158,7 +158,7 @@ def _propose(raw: tuple[Path, ...], axis: Literal["rotary", "linear"] | None, ou
         raise click.UsageError("--guess takes one file; a further instrument's columns are written under `instruments` by hand.")
     with kept(raw) as (path,):
         start = start_from(path, path.stem[:80] or "rig", axis)
-    save_text(output, starting_documents(start)["bench.yaml"], list(raw))
+    save_text(output, starting_documents(start)["bench.yaml"], list(raw), draft=bool(start.questions))
     if as_json:
         facts = {"axis": start.axis, "columns": start.columns, "left": start.left, "sample_period_s": start.period}
         print_json({**facts, "questions": start.questions}, output)

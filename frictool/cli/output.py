@@ -151,9 +151,13 @@ def check_targets(targets: Mapping[str, Path | None], inputs: list[Path]) -> Non
         check_output(target, inputs)
 
 
-def save_text(target: Path, text: str, inputs: list[Path]) -> None:
-    """Write `text` as UTF-8 to `target`, whole or not at all: a document that can be read back, and no control character to stdout."""
-    check_document(target, text)
+def save_text(target: Path, text: str, inputs: list[Path], draft: bool = False) -> None:
+    """Write `text` as UTF-8 to `target`, whole or not at all, to stdout without control characters.
+
+    A document has to be one that can be read back, except a draft, in which something is left to fill in.
+    """
+    if not draft:
+        check_document(target, text)
     with replacing(target, inputs) as stream:
         shown = printable(text) if target == STDOUT else text
         stream.write(shown.encode(errors="backslashreplace"))  # a file's name need not be text
