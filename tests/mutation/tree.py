@@ -39,32 +39,42 @@ class Tree:
         shutil.rmtree(folder, ignore_errors=True)
         subprocess.run(["git", "clone", "--quiet", "--shared", str(root), str(folder)], check=True)
         self.root, self.folder = root, folder
+        self.excluded: list[str] = []  # tests that fail on the unedited program
+        self.compiled: set[Path] = set()  # folders of kernels of mutants
         self.graph = import_graph(folder)
-        self._seed(root, skipped=set())
+        self._seed(self._kernels(root), self._kernels(folder), root, set())
 
     def judge(self, mutant: Mutant, budget: float) -> Outcome:
-        """Return whether a test notices `mutant` within `budget` seconds. A test that fails without the edit is not counted."""
+        """Return whether a test notices `mutant` within `budget` seconds. A test that fails without the edit is left out."""
+        try:
+            return self._judge(mutant, budget)
+        finally:
+            for folder in self.compiled:
+                shutil.rmtree(folder, ignore_errors=True)
+
+    def _judge(self, mutant: Mutant, budget: float) -> Outcome:
         module = mutant.path.removesuffix(".py").replace("/", ".").removesuffix(".__init__")
         start = time.monotonic()
-        with self._edited(mutant, module):
-            for files in files_that_reach(self.graph, module):
+        for files in files_that_reach(self.graph, module):
+            status = "failed"
+            while status == "failed":
                 left = budget - (time.monotonic() - start)
                 if left <= 0.0:
-                    return Outcome("out of time", "", time.monotonic() - start)
-                status, test = self._run(files, left)
-                if status != "passed":
-                    break
-            else:
-                return Outcome("survived", "", time.monotonic() - start)
-        if status == "out of time":
-            return Outcome(status, "", time.monotonic() - start)
-        if test and self._run([test], budget)[0] != "passed":
-            raise RuntimeError(f"{test} fails on the unedited program")
-        return Outcome("killed", test, time.monotonic() - start)
+                    return Outcome("out of time", "", budget)
+                with self._edited(mutant, module):
+                    status, test = self._run(files, left)
+                if status == "failed" and self._run([test] if test else files, budget)[0] == "passed":
+                    return Outcome("killed", test, time.monotonic() - start)
+                if status == "failed" and not test:
+                    raise RuntimeError(f"{' '.join(files)}: pytest fails on the unedited program")
+                if status == "failed":
+                    self.excluded.append(test)
+        return Outcome("survived", "", time.monotonic() - start)
 
     def _run(self, files: list[str], limit: float) -> tuple[str, str]:
         """Return (passed | failed | out of time, first test that failed)."""
         command = [sys.executable, "-m", "pytest", "-x", "-q", "-rfE", "-n", "2" if len(files) > 1 else "0", *files]
+        command += [f"--deselect={test}" for test in self.excluded]
         environment = {**os.environ, "PYTHONPATH": str(self.folder), "FRICTOOL_DATA": _data(self.root)}
         try:
             done = subprocess.run(command, cwd=self.folder, env=environment, capture_output=True, text=True, timeout=limit, check=False)
@@ -80,27 +90,19 @@ class Tree:
         path = self.folder / mutant.path
         source = path.read_text()
         path.write_text(mutant.apply(source))
-        seeded = self._seed(self.folder, skipped=set(dependents(self.graph, module)), unedited=(path, source))
+        if (edited := self._kernels(self.folder)) not in self.compiled and not edited.exists():
+            self.compiled.add(edited)
+            path.write_text(source)
+            unedited = self._kernels(self.folder)
+            path.write_text(mutant.apply(source))
+            self._seed(unedited, edited, self.folder, set(dependents(self.graph, module)))
         try:
             yield
         finally:
             path.write_text(source)
-            if seeded is not None:
-                shutil.rmtree(seeded, ignore_errors=True)
 
-    def _seed(self, origin: Path, skipped: set[str], unedited: tuple[Path, str] | None = None) -> Path | None:
-        """Copy the compiled kernels of `origin` for all modules but `skipped`. Return the new folder, None if the kernels are the same."""
-        target = self._kernels(self.folder)
-        if unedited is None:
-            source = self._kernels(origin)
-        else:
-            path, text = unedited
-            edited = path.read_text()
-            path.write_text(text)
-            source = self._kernels(self.folder)
-            path.write_text(edited)
-        if source == target:
-            return None
+    def _seed(self, source: Path, target: Path, origin: Path, skipped: set[str]) -> None:
+        """Copy the kernels that the checkout `origin` has compiled, for all modules but `skipped`."""
         for compiled in source.rglob("*.nb[ic]"):
             package = next((room for room in ROOMS if compiled.parent.name == _cache_name(origin / "frictool" / room)), None)
             if package is None or f"frictool/{package}/{compiled.name.split('.')[0]}".replace("/", ".") in skipped:
@@ -108,7 +110,6 @@ class Tree:
             copy = target / _cache_name(self.folder / "frictool" / package) / compiled.name
             copy.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(compiled, copy)
-        return target
 
     def _kernels(self, checkout: Path) -> Path:
         package = checkout / "frictool"
