@@ -40,8 +40,8 @@ def setting_of(paths: Paths, number: Number) -> tuple[Setting, Paths]:
     """The documents, and the paths with the log that is replayed. Raises InputFileError where they do not fit together."""
     from frictool.campaign.playing.playing import Setting
     from frictool.campaign.playing.varied import check_asks
+    from frictool.cli.controller_file import load_controller
     from frictool.cli.simulate_inputs import observed_controller, recorded_log
-    from frictool.documents.controller import Controller
     from frictool.documents.model import Model
     from frictool.documents.registry import load, same_axis
     from frictool.documents.scenario import Scenario
@@ -49,7 +49,7 @@ def setting_of(paths: Paths, number: Number) -> tuple[Setting, Paths]:
     from frictool.simulate.agreement import Names
     from frictool.verify.controller import recheck
 
-    plant, controller = _plant(paths.model), load(paths.controller, Controller)
+    plant, controller = _plant(paths.model), load_controller(paths.controller)
     scenario, spec = load(paths.scenario, Scenario), load(paths.spec, Spec)
     same_axis({paths.controller: controller, paths.spec: spec})
     check_asks(spec, str(paths.spec))

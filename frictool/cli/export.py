@@ -48,12 +48,11 @@ margin. Files of the same names in the folder are replaced, others are left alon
 @json_option
 def command(controller: Path, lang: Language, number: Number | None, output: Path, as_json: bool) -> None:
     check_folder(output)
+    from frictool.cli.controller_file import load_controller
     from frictool.cli.folder import save_folder
-    from frictool.documents.controller import Controller
     from frictool.documents.provenance import digest
-    from frictool.documents.registry import load
 
-    document = load(controller, Controller)
+    document = load_controller(controller)
     from frictool.export.exported import default_number, export
     from frictool.export.origin import Origin
 

@@ -36,7 +36,7 @@ margin that was specified; --modulus-margin specifies another. What is written r
 def command(controller: Path, observer: Path, modulus_margin: float | None, output: Path | None, as_json: bool) -> None:
     import msgspec
 
-    from frictool.documents.controller import Controller
+    from frictool.cli.controller_file import load_controller
     from frictool.documents.observer import Observer
     from frictool.documents.provenance import record
     from frictool.documents.registry import load
@@ -44,7 +44,7 @@ def command(controller: Path, observer: Path, modulus_margin: float | None, outp
     from frictool.errors import NoSolutionError
     from frictool.verify.observed_controller import with_observer
 
-    found = with_observer(load(controller, Controller), load(observer, Observer), modulus_margin)
+    found = with_observer(load_controller(controller), load(observer, Observer), modulus_margin)
     if found.after is not None and found.after < found.specified:
         raise NoSolutionError(
             f"{controller}: not verified with the observer: modulus margin {found.after:.4f} at vertex {found.at}, specified "

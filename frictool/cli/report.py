@@ -114,8 +114,8 @@ class Documents:
 
 
 def _load(logs: tuple[Path, ...], spec: Path, controller: Path | None, bench: Path | None) -> tuple[Documents, list[Log]]:
+    from frictool.cli.controller_file import load_controller
     from frictool.documents.bench import Bench
-    from frictool.documents.controller import Controller
     from frictool.documents.registry import load, same_axis
     from frictool.documents.spec import Spec
     from frictool.errors import DocumentError
@@ -127,7 +127,7 @@ def _load(logs: tuple[Path, ...], spec: Path, controller: Path | None, bench: Pa
         raise DocumentError(spec, f"asks for nothing; write at least one of {', '.join(requirements)}", line=None, key="")
     documents: dict[Path, Any] = {spec: spec_document}
     if controller is not None:
-        documents[controller] = load(controller, Controller)
+        documents[controller] = load_controller(controller)
     columns = None if controller is None else documents[controller].bench
     if bench is not None:
         documents[bench] = columns = load(bench, Bench)
