@@ -33,7 +33,7 @@ from frictool.errors import FrictoolError
 from frictool.logs.log import Log
 from frictool.plant.mechanism.wrong import WrongElement
 from frictool.simulate.agreement import Names
-from frictool.verify.controller import recheck
+from frictool.verify.recheck import recheck
 from frictool.workers.share import share
 
 TRIALS = 1000

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictool.cli.output import note
+from frictool.cli.output import note, note_changes
 
 if TYPE_CHECKING:
     from frictool.campaign.playing.playing import CampaignTrial, Setting
@@ -40,20 +40,21 @@ def setting_of(paths: Paths, number: Number) -> tuple[Setting, Paths]:
     """The documents, and the paths with the log that is replayed. Raises InputFileError where they do not fit together."""
     from frictool.campaign.playing.playing import Setting
     from frictool.campaign.playing.varied import check_asks
-    from frictool.cli.controller_file import load_controller
     from frictool.cli.simulate_inputs import observed_controller, recorded_log
+    from frictool.documents.controller import Controller
     from frictool.documents.model import Model
     from frictool.documents.registry import load, same_axis
     from frictool.documents.scenario import Scenario
     from frictool.documents.spec import Spec
     from frictool.simulate.agreement import Names
-    from frictool.verify.controller import recheck
+    from frictool.verify.recheck import recheck
 
-    plant, controller = _plant(paths.model), load_controller(paths.controller)
+    plant, controller = _plant(paths.model), load(paths.controller, Controller)
     scenario, spec = load(paths.scenario, Scenario), load(paths.spec, Spec)
     same_axis({paths.controller: controller, paths.spec: spec})
     check_asks(spec, str(paths.spec))
     recheck(controller)
+    note_changes(paths.controller, controller)
     controller = observed_controller(controller, paths.observer)
     names = Names(str(paths.model), str(paths.controller), str(paths.scenario))
     replay, log = scenario.reference, None

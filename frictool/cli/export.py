@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from frictool.cli.endings import check_folder
-from frictool.cli.output import STDOUT, command_line, existing, json_option, note, output_option, print_json, say
+from frictool.cli.output import STDOUT, command_line, existing, json_option, note, note_changes, output_option, print_json, say
 
 if TYPE_CHECKING:
     from frictool.documents.controller import Number
@@ -48,11 +48,12 @@ margin. Files of the same names in the folder are replaced, others are left alon
 @json_option
 def command(controller: Path, lang: Language, number: Number | None, output: Path, as_json: bool) -> None:
     check_folder(output)
-    from frictool.cli.controller_file import load_controller
     from frictool.cli.folder import save_folder
+    from frictool.documents.controller import Controller
     from frictool.documents.provenance import digest
+    from frictool.documents.registry import load
 
-    document = load_controller(controller)
+    document = load(controller, Controller)
     from frictool.export.exported import default_number, export
     from frictool.export.origin import Origin
 
@@ -62,6 +63,7 @@ def command(controller: Path, lang: Language, number: Number | None, output: Pat
     words = command_line("export", {"controller": controller, "--lang": lang, "--number": number})
     found = export(document, lang, number, Origin(digest(controller), words))
     save_folder(output, found.files, [controller], overwrite=True)
+    note_changes(controller, document)
     if lang == "c" and output != STDOUT:
         _tell_others(output, found.files)
     if as_json:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.output import FiniteRange, command_line, existing, json_option, output_option, print_json, save_text, say
+from frictool.cli.output import FiniteRange, command_line, existing, json_option, note_changes, output_option, print_json, save_text, say
 
 if TYPE_CHECKING:
     from frictool.verify.observed_controller import Observed
@@ -36,7 +36,7 @@ margin that was specified; --modulus-margin specifies another. What is written r
 def command(controller: Path, observer: Path, modulus_margin: float | None, output: Path | None, as_json: bool) -> None:
     import msgspec
 
-    from frictool.cli.controller_file import load_controller
+    from frictool.documents.controller import Controller
     from frictool.documents.observer import Observer
     from frictool.documents.provenance import record
     from frictool.documents.registry import load
@@ -44,7 +44,7 @@ def command(controller: Path, observer: Path, modulus_margin: float | None, outp
     from frictool.errors import NoSolutionError
     from frictool.verify.observed_controller import with_observer
 
-    found = with_observer(load_controller(controller), load(observer, Observer), modulus_margin)
+    found = with_observer(load(controller, Controller), load(observer, Observer), modulus_margin)
     if found.after is not None and found.after < found.specified:
         raise NoSolutionError(
             f"{controller}: not verified with the observer: modulus margin {found.after:.4f} at vertex {found.at}, specified "
@@ -54,6 +54,7 @@ def command(controller: Path, observer: Path, modulus_margin: float | None, outp
     merged = msgspec.structs.replace(found.controller, provenance=record(command_line("observe loop", words), [controller, observer]))
     if output is not None:
         save_text(output, to_yaml(merged), [controller, observer])
+    note_changes(controller, merged)
     if as_json:
         print_json(machine_view(found), output)
     else:

@@ -10,7 +10,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, BinaryIO, TypeVar
+from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar
 
 import click
 
@@ -19,6 +19,9 @@ from frictool.cli.printable import printable, printable_json
 from frictool.cli.read_back import check_document
 from frictool.errors import OutputError
 from frictool.part_files import part_file
+
+if TYPE_CHECKING:
+    from frictool.documents.controller import Controller
 
 F = TypeVar("F", bound=Callable[..., Any])
 STDOUT = Path("-")
@@ -171,6 +174,15 @@ def say(text: str, output: Path | None = None) -> None:
 def note(text: str) -> None:
     """Progress and warnings: on stderr."""
     click.echo(printable(text), err=True)
+
+
+def note_changes(path: Path, controller: Controller) -> None:
+    """Warn if a block of a controller is not the one that was verified. A document without digests says nothing of that."""
+    from frictool.documents.digests import changed_blocks
+
+    changed = changed_blocks(controller) if controller.verified.digests else ()
+    if changed:
+        note(f"warning: {path}: changed after it was verified: {', '.join(changed)}; `frictool verify` says what still holds")
 
 
 def print_json(value: dict[str, Any], output: Path | None = None) -> None:

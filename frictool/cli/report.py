@@ -19,6 +19,7 @@ from frictool.cli.output import (
     existing,
     json_option,
     note,
+    note_changes,
     output_option,
     print_json,
     save_text,
@@ -114,8 +115,8 @@ class Documents:
 
 
 def _load(logs: tuple[Path, ...], spec: Path, controller: Path | None, bench: Path | None) -> tuple[Documents, list[Log]]:
-    from frictool.cli.controller_file import load_controller
     from frictool.documents.bench import Bench
+    from frictool.documents.controller import Controller
     from frictool.documents.registry import load, same_axis
     from frictool.documents.spec import Spec
     from frictool.errors import DocumentError
@@ -127,7 +128,7 @@ def _load(logs: tuple[Path, ...], spec: Path, controller: Path | None, bench: Pa
         raise DocumentError(spec, f"asks for nothing; write at least one of {', '.join(requirements)}", line=None, key="")
     documents: dict[Path, Any] = {spec: spec_document}
     if controller is not None:
-        documents[controller] = load_controller(controller)
+        documents[controller] = load(controller, Controller)
     columns = None if controller is None else documents[controller].bench
     if bench is not None:
         documents[bench] = columns = load(bench, Bench)
@@ -135,11 +136,12 @@ def _load(logs: tuple[Path, ...], spec: Path, controller: Path | None, bench: Pa
     read = [read_log(path, columns) for path in logs]
     if controller is None:
         return Documents(spec_document, None, columns), read
-    from frictool.verify.controller import recheck
+    from frictool.verify.recheck import recheck
 
     recheck(documents[controller])
     for log in read:
         _of_this_controller(log, controller, documents[controller])
+    note_changes(controller, documents[controller])
     return Documents(spec_document, documents[controller], columns), read
 
 

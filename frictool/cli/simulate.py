@@ -18,6 +18,7 @@ from frictool.cli.output import (
     existing,
     json_option,
     note,
+    note_changes,
     output_option,
     print_json,
     refuse_inputs,
@@ -201,14 +202,14 @@ def _step_test(
     events: Events,
 ) -> Log:
     """The log of a scenario, saved."""
-    from frictool.cli.controller_file import load_controller
+    from frictool.documents.controller import Controller
     from frictool.documents.model import Model
     from frictool.documents.provenance import record
     from frictool.documents.registry import load
     from frictool.documents.scenario import Scenario
 
     plant = mechanism_plant(model, events) if is_mechanism(model) else load(model, Model)
-    documents = (plant, observed_controller(load_controller(controller), observer), load(scenario, Scenario))
+    documents = (plant, observed_controller(load(controller, Controller), observer), load(scenario, Scenario))
     replay = documents[2].reference
     recorded = None if replay is None else scenario.parent / replay.log
     inputs = [model, controller, scenario, *(one for one in (observer, recorded) if one is not None)]
@@ -232,6 +233,7 @@ def _step_test(
         progress=_progress,
     )
     _save(played, output, inputs, events)
+    note_changes(controller, documents[1])
     return played
 
 

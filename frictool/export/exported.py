@@ -20,7 +20,7 @@ from frictool.export.origin import Origin
 from frictool.export.rounded_loop import RoundedLoop, rounded_loop
 from frictool.export.vectors import GoldenVectors, golden_vectors
 from frictool.export.visits import visits_of
-from frictool.verify.controller import recheck
+from frictool.verify.recheck import recheck
 
 Language = Literal["c", "json", "cmsis", "matlab"]
 COEFFICIENTS_ONLY = "coefficients only: the operations, the limit of the drive and the guard of the inputs are in --lang c"

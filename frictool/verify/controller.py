@@ -46,17 +46,6 @@ def limiter_brake(limiter: Limiter | None, velocity: Velocity, constant: float, 
     return virtual_friction(limiter.virtual_coulomb / limiter.virtual_speed / constant, velocity, period)
 
 
-def recheck(controller: Controller) -> None:
-    """Check a document before its coefficients are relied on: `check_document`, and the modulus margin at every vertex and delay.
-
-    Raises
-    ------
-    NoSolutionError
-        As `check_document`, or if the coefficients do not give a margin that `verified` states.
-    """
-    check_document(controller, margins=True)
-
-
 def check_document(controller: Controller, *, margins: bool = False) -> None:
     """Check everything of a document that needs no stored figure; `margins`: and the stored margins of its vertices.
 

@@ -76,6 +76,19 @@ def verify(controller: Controller) -> Verification:
     return Verification(proved, found, changed_blocks(controller), not_computed(controller.verified))
 
 
+def recheck(controller: Controller) -> None:
+    """Check a document before its coefficients are relied on, in a twentieth of a second: its box, its loops and margins at every vertex.
+
+    Raises
+    ------
+    NoSolutionError
+        If the box does not hold the bench's intervals, a loop is unstable or misses the specified margin, or the coefficients do not give a
+        margin that `verified` states.
+    """
+    check_document(controller, margins=True)
+    check_box(controller)
+
+
 def _differences(controller: Controller) -> tuple[Difference, ...]:
     computed: dict[str, Any] = {"verified": computed_figures(controller)}
     if controller.schedule is not None:

@@ -17,7 +17,7 @@ from frictool.documents.quantity import Quantity
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.synth.blocks import Blocks, blocks
 from frictool.synth.design import design_controller
-from frictool.verify.controller import recheck
+from frictool.verify.recheck import recheck
 from tests.synth.example import clutch_model
 from tests.synth.test_pid import design as mass_design
 from tests.synth.test_pid import model as mass_model

@@ -29,7 +29,7 @@ from frictool.synth.disturbance import disturbance
 from frictool.synth.machine import machine
 from frictool.synth.pid import sampled_pid
 from frictool.synth.text import text
-from frictool.verify.controller import recheck
+from frictool.verify.recheck import recheck
 from tests.synth.example import ROOT, clutch_model
 
 RIG = ROOT / "configs/mass"

@@ -10,7 +10,7 @@ import pytest
 from frictool.documents.controller import Controller
 from frictool.documents.writing import to_yaml
 from frictool.errors import NoSolutionError
-from frictool.verify.controller import recheck
+from frictool.verify.recheck import recheck
 from tests.cli.run import refused, run
 from tests.synth.test_design import clutch_controller
 

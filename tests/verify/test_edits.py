@@ -21,7 +21,7 @@ from frictool.errors import NoSolutionError
 from frictool.verify import recheck
 from frictool.verify.certificate import Proved
 from frictool.verify.figures import LinearLoops
-from tests.cli.run import run
+from tests.cli.run import refused, run
 from tests.verify.certified import Named, certified
 from tests.verify.edits import Edit, edits
 
@@ -130,6 +130,28 @@ def test_a_box_of_one_vertex_is_refused_whatever_its_digests_say() -> None:
     without = with_digests(msgspec.structs.replace(shrunk, certificate=None, weights=certificate.weights))
     with pytest.raises(NoSolutionError, match="the bench has inertia"):
         recheck.verify(without)
+
+
+def test_whoever_relies_on_a_changed_controller_is_warned(tmp_path: Path) -> None:
+    """No verified figure depends on a position law's gain, so that the C is written; the block is named."""
+    path, edit = tmp_path / "controller.yaml", next(edit for edit in _edits("fast") if edit.label == "position_law.gain x1.5")
+    document = _read(edit)
+    assert document is not None
+    for written, warned in ((certified("fast"), False), (document, True)):
+        path.write_text(to_yaml(written))
+        result = run("export", path, "--lang", "json", "-o", tmp_path / "c")
+        assert result.code == 0
+        assert ("controller.yaml: changed after it was verified: position_law; `frictool verify`" in result.stderr) == warned
+        assert result.stderr.count("\n") == warned
+
+
+def test_a_controller_with_its_vertices_deleted_is_not_exported(tmp_path: Path) -> None:
+    path, edit = tmp_path / "controller.yaml", next(edit for edit in _edits("fast") if edit.label == "verified.vertices first 1 kept")
+    document = _read(edit)
+    assert document is not None
+    assert document.certificate is not None
+    path.write_text(to_yaml(msgspec.structs.replace(document, certificate=None, weights=document.certificate.weights)))
+    refused(run("export", path, "-o", tmp_path / "c"), 4, "the bench has inertia 1.11e-05 to 1.53e-05, the vertices 1.11e-05 to 1.11e-05")
 
 
 @pytest.mark.usefixtures("figures_once")

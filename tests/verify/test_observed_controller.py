@@ -20,10 +20,11 @@ from frictool.errors import FrictoolError, NoSolutionError
 from frictool.export.rounded_loop import rounded_loop
 from frictool.observe.design.matrices import subsystems
 from frictool.plant.polytope import PlantPoint
-from frictool.verify.controller import check_feedback, recheck
+from frictool.verify.controller import check_feedback
 from frictool.verify.effective import feedbacks_of
 from frictool.verify.observed_controller import with_observer
 from frictool.verify.observer_loop import shown_speeds
+from frictool.verify.recheck import recheck
 from tests.control.example import BRAKE_LAW, clutch_controller
 from tests.observe.observers import drawn_observer
 from tests.verify.observed import PERIOD, by_speed, tracking

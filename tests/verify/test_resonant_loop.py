@@ -18,8 +18,8 @@ from frictool.documents.spec import Spec
 from frictool.errors import NoSolutionError
 from frictool.plant.polytope import PlantPoint
 from frictool.synth.design import design_controller
-from frictool.verify.controller import recheck
 from frictool.verify.effective import feedbacks_of, open_loop
+from frictool.verify.recheck import recheck
 from frictool.verify.resonant_loop import resonant_check
 from tests.cli.run import refused, run
 from tests.synth.example import ROOT, clutch_model

@@ -10,7 +10,7 @@ import pytest
 
 from frictool.documents.controller import LinearController
 from frictool.errors import NoSolutionError
-from frictool.verify.controller import recheck
+from frictool.verify.recheck import recheck
 from frictool.verify.stored_forms import check_forms, sections_response
 from tests.synth.test_design import clutch_controller
 

@@ -5,11 +5,15 @@ from __future__ import annotations
 import msgspec
 from scipy import signal
 
+from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller
+from frictool.documents.quantity import Quantity
+from frictool.plant.box import enclosing
 from frictool.plant.lti import Lti, inverse_tustin
 from frictool.plant.polytope import PlantPoint
 from frictool.verify.controller import loop_checks
 from frictool.verify.effective import feedbacks_of
+from frictool.verify.figures import vertex_points
 
 
 def truthful(controller: Controller) -> Controller:
@@ -28,4 +32,18 @@ def truthful(controller: Controller) -> Controller:
         sos=tuple(tuple(float(value) for value in row) for row in sections),
     )
     verified = msgspec.structs.replace(controller.verified, vertices=tuple(vertices))
-    return msgspec.structs.replace(controller, linear=linear, verified=verified)
+    return msgspec.structs.replace(controller, linear=linear, verified=verified, bench=_within(controller))
+
+
+def _within(controller: Controller) -> Bench:
+    """The bench with intervals that the vertices hold."""
+    box = enclosing(vertex_points(controller))
+
+    def held(name: str, quantity: Quantity) -> Quantity:
+        low, high = box[name]
+        return msgspec.structs.replace(quantity, value=0.5 * (low + high), low=low, high=high)
+
+    bench = controller.bench
+    mechanics = {name: held(name, getattr(bench.mechanics, name)) for name in ("inertia", "viscous", "coulomb")}
+    actuator = msgspec.structs.replace(bench.actuator, constant=held("constant", bench.actuator.constant))
+    return msgspec.structs.replace(bench, mechanics=msgspec.structs.replace(bench.mechanics, **mechanics), actuator=actuator)
