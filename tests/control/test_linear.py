@@ -18,7 +18,7 @@ from frictool.control.drive_limit import limit
 from frictool.control.program import Node, Program
 from frictool.control.schedule import corner_weights, summed
 from frictool.plant.lti import Lti
-from frictool.synth import schedule as synthesised
+from frictool.verify import scheduled as synthesised
 from tests.control.block import Block
 from tests.control.block import given as input_of
 from tests.control.drawn import seeds, stable
