@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from tests.engine.mechanism.self_locking import compared
 from tests.engine.mechanism.test_balance import CLOSED, check
 
-MECHANISMS = 4000
+MECHANISMS, SELF_LOCKING = 4000, 200
 
 
 def energy_closes() -> dict[str, Any]:
@@ -17,4 +18,14 @@ def energy_closes() -> dict[str, Any]:
     return {"passed": bool(errors.max() < CLOSED), "mechanisms": MECHANISMS, "worst": float(errors.max()), "at": int(errors.argmax())}
 
 
-CHECKS = {"mechanisms_energy_closes": energy_closes}
+def self_locking_is_the_limit_of_stiff_links() -> dict[str, Any]:
+    """Random self-locking links, rigid, move as ever stiffer ones with damping do, where the size of the damping decides nothing."""
+    found = {seed: compared(seed) for seed in range(SELF_LOCKING)}
+    limited = [seed for seed, one in found.items() if one.has_limit]
+    apart = [seed for seed in limited if not found[seed].agrees]
+    moving = sum(found[seed].moves for seed in limited)
+    passed = not apart and len(limited) >= 0.95 * SELF_LOCKING and moving >= 0.25 * SELF_LOCKING
+    return {"passed": passed, "mechanisms": SELF_LOCKING, "with_limit": len(limited), "moving": moving, "apart": apart}
+
+
+CHECKS = {"mechanisms_energy_closes": energy_closes, "self_locking_is_the_limit_of_stiff_links": self_locking_is_the_limit_of_stiff_links}

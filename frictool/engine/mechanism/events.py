@@ -79,7 +79,7 @@ def write_changes(machine: Machine, t: float, speeds: Vector, before: Places, mo
             write(told, t, SEPARATES, joint, 0.0)
         if was != now and now != OPEN:
             write(told, t, TOUCHES, joint, 0.0)
-        if before[n + j + joint] != modes[n + j + joint] and is_lossy(p, joint_row(k, joint)):
+        if before[n + j + joint] not in (0, modes[n + j + joint]) and modes[n + j + joint] != 0 and is_lossy(p, joint_row(k, joint)):
             write(told, t, POWER_TURNS, joint, 0.0)
     for i in range(c):
         was, now = before[n + 2 * j + i], modes[n + 2 * j + i]

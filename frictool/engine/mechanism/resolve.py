@@ -111,8 +111,8 @@ def _ready(k: Places, y: Vector, modes: Places, w: Vector) -> None:
 def resolve(machine: Machine, state: State, t: float, found: Evaluation) -> int:
     """Sets all modes, t after the command. Flanks that touch without a relative speed have to be marked, and blocks that stops hold.
 
-    found: the guards of the modes so far, and where to work. Returns engine/status.py; where a tree jams, its root's place in the order is
-    the last of the row FOUND.
+    found: the guards of the modes so far, and where to work. Returns engine/status.py; where a part jams, the
+    place of its first block in the order is the last of the row FOUND.
     """
     k, p, _ = machine
     y, modes, room, w = state.y, state.modes, state.room, found.w
@@ -129,7 +129,6 @@ def resolve(machine: Machine, state: State, t: float, found: Evaluation) -> int:
             continue
         status = solve_tree(k, p, modes, place, places, y, w)
         if status != OK:
-            places[-1] = place
             return status
     for s in range(k[STOPS]):
         if modes[stops + s] != OPEN and modes[k[k[STOP_BLOCKS] + s]] != STUCK:

@@ -78,12 +78,12 @@ def align(k: Places, p: Vector, y: Vector, modes: Places) -> None:
 
 @inset_kernel
 def _jam(k: Places, p: Vector, place: int, state: State, now: float, told: Told) -> bool:
-    """A tree that jams stops dead: an impact without a collision. False where it rests already."""
+    """Stops what jams dead, an impact without a collision; what it only pushes flies on. False where it rests already."""
     n, root = k[BLOCKS], k[k[ORDER] + place]
     speed, energy = state.y[n + root], halt(k, place, p, state.y, state.modes)
     if energy == 0.0:
         return False
-    # on the joint that leads to the root's first child
+    # on the joint that leads to its first child
     first = k[k[PARENT_JOINT] + k[k[ORDER] + place + 1]]
     state.work[k[SOURCES] + n + k[JOINTS] + k[COUPLINGS] + k[FRICTIONS] + k[PRESSINGS] + first] += energy
     write(told, now, JAMS, root, speed)

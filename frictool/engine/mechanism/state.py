@@ -10,7 +10,7 @@ section  length  modes
 =======  ======  ==============================================================================================
 motion   n       STUCK; +1, -1: slips in that direction, also at speed 0; FREE: nothing there sticks
 contact  joints  OPEN; -1: touches at e = -gap, lambda >= 0; +1: at e = gap, lambda <= 0; RIGID
-branch   joints  +1, -1: side of the kink of a lossy joint on which lambda is
+branch   joints  +1, -1: side of the kink of a lossy joint on which lambda is, or was last; 0: self-locking, not loaded yet
 flank    coupl.  OPEN; -1, +1: pressed at that flank
 stop     stops   OPEN; -1, +1: rests at its low, its high end
 law      frict.  mode of a hybrid or banded law
@@ -138,7 +138,8 @@ def rest(packed: Packed, machine: Machine, start: ArrayLike, law_step: float = L
         at += z.size
     modes = np.zeros(n + 2 * c["joints"] + c["couplings"] + c["stops"] + c["frictions"], dtype=np.int64)
     modes[n : n + c["joints"]] = np.where(packed.joints.gap == 0.0, RIGID, OPEN)
-    modes[n + c["joints"] : n + 2 * c["joints"]] = 1
+    locking = np.maximum(packed.joints.back_loss, packed.joints.thread) > np.abs(packed.joints.ratio)
+    modes[n + c["joints"] : n + 2 * c["joints"]] = np.where(locking, 0, 1)
     size = c["sources"] + n + 2 * c["joints"] + c["couplings"] + c["frictions"] + c["pressings"] + c["stops"]
     return State(y, np.zeros(c["sources"]), modes, np.zeros(size), np.array([0.0, 0.0, 0.0, law_step]), _room(c, y.size, modes.size, size))
 

@@ -34,6 +34,12 @@ def is_lossy(p: Vector, row: int) -> bool:
 
 
 @inset_kernel
+def is_self_locking(p: Vector, row: int) -> bool:
+    """Whether b cannot drive a: g falls on one side of its kink."""
+    return bool(max(p[row + BACK_LOSS], p[row + THREAD]) > abs(p[row + RATIO]))
+
+
+@inset_kernel
 def kink_of(p: Vector, row: int, driven: float) -> float:
     """The lambda at which the slope of g changes; `driven`: the sources' effort on a."""
     return p[row + THESIS_SCREW] * driven / p[row + THREAD] if p[row + THREAD] > 0.0 else 0.0

@@ -9,7 +9,10 @@ rises, Coulomb's friction at rest is a vertical piece at x = 0, the loss of a li
 it. A tree at rest whose interval Lambda(0) holds 0 stays at rest.
 
 Breakaway above Coulomb's friction makes the graph fall back at x = 0: what can stay at rest then does, and what cannot starts with its
-friction in slip. A link that its load cannot drive makes it fall too; where no x with a rising graph is left, the tree jams (Painleve).
+friction in slip.
+
+A self-locking link makes the graph fall too, so that 0 = Lambda(x) may have several solutions, or none (Painleve). Then `follow` and
+`_leaves_unloaded` choose as a stiff compliant link with damping does.
 """
 
 from __future__ import annotations
@@ -19,55 +22,18 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.engine.mechanism.image import (
-    BLOCKS,
-    DRY,
-    JOINTS,
-    MASS,
-    ORDER,
-    OUTWARD,
-    PARENT,
-    PARENT_JOINT,
-    RATIO,
-    SPAN,
-)
+from frictool.engine.mechanism.acceleration_graph import FOUND, MAX_PIECES, PASSED, evaluate, follow, next_piece, solve, total_inertia
+from frictool.engine.mechanism.image import BLOCKS, DRY, JOINTS, ORDER, OUTWARD, PARENT, PARENT_JOINT, RATIO, SPAN
 from frictool.engine.mechanism.margins import SLACK, slack_at
+from frictool.engine.mechanism.rest_forces import breakaway_at_rest, force_at_rest, gather_rest, side_at_rest, stays_loaded, unload
 from frictool.engine.mechanism.state import FREE, OPEN, STUCK
-from frictool.engine.mechanism.transmission import (
-    is_lossy,
-    joint_row,
-    kink_of,
-    range_at_driver,
-    range_at_load,
-    received,
-    slope_of,
-    transmitted,
-)
-from frictool.engine.mechanism.work_rows import (
-    ACCELERATION,
-    AHEAD,
-    ALONG,
-    BEHIND,
-    DRIVEN,
-    FORCE,
-    GROSS,
-    HOLD_HIGH,
-    HOLD_LOW,
-    NEED,
-    NEED_HIGH,
-    SLOPE,
-    STOPPED_HIGH,
-    STOPPED_LOW,
-    VALUE,
-)
+from frictool.engine.mechanism.transmission import is_self_locking, joint_row, kink_of, received
+from frictool.engine.mechanism.work_rows import ACCELERATION, ALONG, DRIVEN, GROSS, SLOPE, STOPPED_HIGH, STOPPED_LOW, VALUE
 from frictool.engine.status import JAMMED, OK
 from frictool.kernels import inset_kernel, part_kernel
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int64]
-
-MAX_PIECES = 200  # of the graph that a search may visit
-FOUND = 1e-13  # of the efforts
 
 
 @inset_kernel
@@ -100,131 +66,44 @@ def _spread_ratios(k: Places, p: Vector, found: Places, count: int, w: Vector) -
 
 
 @inset_kernel
-def _gather_rest(k: Places, p: Vector, modes: Places, found: Places, count: int, w: Vector) -> None:
-    """NEED, NEED_HIGH: Lambda(0) of all members."""
-    n = k[BLOCKS]
-    for m in range(count):
-        i = k[k[ORDER] + found[m]]
-        w[NEED, i], w[NEED_HIGH, i] = -w[FORCE, i] + w[HOLD_LOW, i], -w[FORCE, i] + w[HOLD_HIGH, i]
-        if w[STOPPED_LOW, i] > 0.0:
-            w[NEED, i] = -math.inf
-        if w[STOPPED_HIGH, i] > 0.0:
-            w[NEED_HIGH, i] = math.inf
-    for m in range(count - 1, 0, -1):
-        i = k[k[ORDER] + found[m]]
-        joint, parent = k[k[PARENT_JOINT] + i], k[k[PARENT] + i]
-        row, contact = joint_row(k, joint), modes[n + joint]
-        low, high = w[NEED, i], w[NEED_HIGH, i]
-        outward = k[k[OUTWARD] + i] == 1
-        if not outward:
-            low, high = range_at_load(p, row, kink_of(p, row, w[DRIVEN, i]), -high, -low)
-        if contact == -1:
-            low, high = max(0.0, low), max(0.0, high)
-        elif contact == 1:
-            low, high = min(0.0, low), min(0.0, high)
-        if outward:
-            low, high = range_at_driver(p, row, kink_of(p, row, w[DRIVEN, parent]), low, high)
-        else:
-            low, high = -high, -low
-        w[NEED, parent] += low
-        w[NEED_HIGH, parent] += high
+def _leaves_unloaded(
+    k: Places, p: Vector, modes: Places, found: Places, count: int, gross: float, y: Vector, w: Vector
+) -> tuple[bool, float, float]:
+    """Whether a tree that could rest moves because its self-locking joints come to rest unloaded: direction and acceleration.
 
-
-@part_kernel
-def _evaluate(k: Places, p: Vector, modes: Places, found: Places, count: int, x: float, towards: float, y: Vector, w: Vector) -> None:
-    """VALUE, SLOPE by x: Lambda(x) of all members; `towards`: the root's direction where it starts from rest, 0 where it moves."""
-    n = k[BLOCKS]
-    for m in range(count):
-        i = k[k[ORDER] + found[m]]
-        mass = p[k[MASS] + i]
-        w[VALUE, i], w[SLOPE, i] = mass * w[ALONG, i] * x - w[FORCE, i], mass * w[ALONG, i]
-        direction = towards * w[ALONG, i]
-        if direction > 0.0:
-            w[VALUE, i] += w[AHEAD, i]
-            if w[STOPPED_HIGH, i] > 0.0:
-                w[VALUE, i] = math.inf
-        elif direction < 0.0:
-            w[VALUE, i] -= w[BEHIND, i]
-            if w[STOPPED_LOW, i] > 0.0:
-                w[VALUE, i] = -math.inf
-    for m in range(count - 1, 0, -1):
-        i = k[k[ORDER] + found[m]]
-        joint, parent = k[k[PARENT_JOINT] + i], k[k[PARENT] + i]
-        row, contact = joint_row(k, joint), modes[n + joint]
-        outward, ratio = k[k[OUTWARD] + i] == 1, p[row + RATIO]
-        a = parent if outward else i
-        direction = math.copysign(1.0, towards * w[ALONG, a] if towards != 0.0 else y[n + a])
-        force, slope = w[VALUE, i], w[SLOPE, i]
-        if is_lossy(p, row):
-            kink = kink_of(p, row, w[DRIVEN, a])
-            if not outward:
-                force = received(p, row, kink, direction, -force)
-                slope = -slope / slope_of(p, row, direction, force > kink)
-            pulls = (contact == -1 and force < 0.0) or (contact == 1 and force > 0.0)
-            if pulls:
-                force, slope = 0.0, 0.0
-            if outward:
-                slope *= slope_of(p, row, direction, force > kink)
-                force = transmitted(p, row, kink, direction, force)
-        else:
-            if not outward:
-                force, slope = -force / ratio, -slope / ratio
-            if (contact == -1 and force < 0.0) or (contact == 1 and force > 0.0):
-                force, slope = 0.0, 0.0
-            if outward:
-                force, slope = ratio * force, ratio * slope
-        if not outward:
-            force, slope = -force, -slope
-        w[VALUE, parent] += force
-        w[SLOPE, parent] += slope
+    Such a joint holds its driver by its load alone. Where the load at rest is on another side than before (or a run begins, unloaded), the
+    force passes 0, and the driver slips by whatever acts on it. It rests where the load holds it on the side on which the joint then
+    drives. Else it goes on if there is such a motion.
+    """
+    if stays_loaded(k, p, modes, found, count, 0.0, w):
+        return False, 0.0, 0.0
+    gather_rest(k, p, modes, found, count, False, 0.0, w)
+    if not unload(k, p, modes, found, count, w):
+        return False, 0.0, 0.0
+    gather_rest(k, p, modes, found, count, True, 0.0, w)
+    towards = breakaway_at_rest(k, p, k[k[ORDER] + found[0]], w)
+    if towards == 0.0 or stays_loaded(k, p, modes, found, count, towards, w):
+        return False, 0.0, 0.0
+    x = towards * PASSED * gross / total_inertia(k, p, found, count, w)
+    for _ in range(MAX_PIECES):  # to where all joints drive
+        evaluate(k, p, modes, found, count, x, towards, y, w)
+        length = next_piece(k, p, modes, found, count, x, towards, towards, y, w)
+        if math.isinf(length):
+            break
+        x += towards * (length * (1.0 + PASSED) + PASSED * FOUND * abs(x))
+    solved, x = follow(k, p, modes, found, count, x, towards, gross, y, w)
+    return solved and x * towards > 0.0, towards, x
 
 
 @inset_kernel
-def _solve(
-    k: Places, p: Vector, modes: Places, found: Places, count: int, towards: float, gross: float, y: Vector, w: Vector
-) -> tuple[bool, float]:
-    """The x with Lambda(x) = 0 (x * towards >= 0 from rest); False where the graph does not rise there."""
-    root = k[k[ORDER] + found[0]]
-    x, low, high = 0.0, -math.inf, math.inf
-    if towards > 0.0:
-        low = 0.0
-    elif towards < 0.0:
-        high = 0.0
-    for _ in range(MAX_PIECES):
-        _evaluate(k, p, modes, found, count, x, towards, y, w)
-        value, slope = w[VALUE, root], w[SLOPE, root]
-        if abs(value) <= FOUND * gross or value == 0.0:
-            return slope > 0.0, x
-        if value > 0.0:
-            high = min(high, x)
-        else:
-            low = max(low, x)
-        if low >= high:
-            return slope > 0.0 and towards != 0.0 and x == 0.0, x
-        after = x - value / slope if slope > 0.0 else math.nan
-        if not low < after < high:
-            if math.isinf(low) or math.isinf(high):
-                if slope <= 0.0:
-                    return False, x
-                after = x - value / slope
-            else:
-                after = 0.5 * (low + high)
-        if after == x:
-            return slope > 0.0, x
-        x = after
-    return False, x
-
-
-@inset_kernel
-def _force_at_rest(k: Places, p: Vector, i: int, w: Vector) -> tuple[float, float, float]:
-    """What a member at rest needs from its joint, lowest and highest, and the slack there."""
-    ratio = p[joint_row(k, k[k[PARENT_JOINT] + i]) + RATIO]
-    low, high, slack = w[NEED, i], w[NEED_HIGH, i], slack_at(k, p, w, i)
-    if k[k[OUTWARD] + i] == 0:
-        low, high, slack = -high / ratio, -low / ratio, slack / abs(ratio)
-        if ratio < 0.0:
-            low, high = high, low
-    return low, high, slack
+def _jammed(k: Places, modes: Places, found: Places, count: int, w: Vector) -> int:
+    """Place in the order of the first block of the part whose effective inertia is not positive, contacts that would pull being open."""
+    n = k[BLOCKS]
+    for m in range(count - 1, 0, -1):
+        i = k[k[ORDER] + found[m]]
+        if modes[n + k[k[PARENT_JOINT] + i]] == OPEN and w[SLOPE, i] * w[ALONG, i] <= 0.0:
+            return int(found[m])
+    return int(found[0])
 
 
 @inset_kernel
@@ -245,7 +124,10 @@ def _bind(k: Places, p: Vector, modes: Places, i: int, x: float, towards: float,
     """Sets the side of its kink on which a member's joint is, and opens a flank that would pull."""
     n, j, joint = k[BLOCKS], k[JOINTS], k[k[PARENT_JOINT] + i]
     if rests:
-        low, high, slack = _force_at_rest(k, p, i, w)
+        low, high, slack = force_at_rest(k, p, i, w)
+        if is_self_locking(p, joint_row(k, joint)):
+            side = side_at_rest(k, p, i, w)
+            modes[n + j + joint] = side if side != 0 else modes[n + j + joint]
     else:
         force, kink, slack = _force_in_motion(k, p, i, x, towards, y, w)
         low = high = force
@@ -285,7 +167,10 @@ def _set_motions(
 
 @part_kernel
 def solve_tree(k: Places, p: Vector, modes: Places, place: int, found: Places, y: Vector, w: Vector) -> int:
-    """Sets the modes of the tree whose root is at `place` in the order, up to its open contacts; engine/status.py."""
+    """Sets the modes of the tree whose root is at `place` in the order, up to its open contacts; engine/status.py.
+
+    Where it jams, contacts that would pull are open, and the last of `found` is the place in the order of the first block of what jams.
+    """
     n = k[BLOCKS]
     count = _members(k, modes, place, found)
     _spread_ratios(k, p, found, count, w)
@@ -300,17 +185,24 @@ def solve_tree(k: Places, p: Vector, modes: Places, place: int, found: Places, y
             w[GROSS, k[k[PARENT] + i]] += w[GROSS, i] * abs(w[ALONG, i] / w[ALONG, k[k[PARENT] + i]])
         else:
             gross = w[GROSS, i]
-    towards = 0.0
+    towards, rests, solved, x = 0.0, False, False, 0.0
     if dry and y[n + root] == 0.0:
-        _gather_rest(k, p, modes, found, count, w)
-        slack = slack_at(k, p, w, root)
-        low, high = w[NEED, root], w[NEED_HIGH, root]
-        if low <= slack and high >= -slack:
+        gather_rest(k, p, modes, found, count, False, 0.0, w)
+        towards = breakaway_at_rest(k, p, root, w)
+        rests = towards == 0.0
+    if rests:
+        solved, towards, x = _leaves_unloaded(k, p, modes, found, count, gross, y, w)
+        if not solved:
+            gather_rest(k, p, modes, found, count, False, 0.0, w)
             _set_motions(k, p, modes, found, count, 0.0, 0.0, True, y, w)
             return OK
-        towards = 1.0 if high < -slack else -1.0
-    solved, x = _solve(k, p, modes, found, count, towards, gross, y, w)
-    if not solved:
-        return JAMMED
+    else:
+        solved, x = solve(k, p, modes, found, count, towards, gross, y, w)
+        if not solved:
+            before = w[ACCELERATION, root] if towards == 0.0 and math.isfinite(w[ACCELERATION, root]) else 0.0
+            solved, x = follow(k, p, modes, found, count, before, towards, gross, y, w)
     _set_motions(k, p, modes, found, count, x, towards, False, y, w)
+    if not solved:
+        found[-1] = _jammed(k, modes, found, count, w)
+        return JAMMED
     return OK

@@ -90,7 +90,7 @@ def _refuse_facing(forest: Forest, links: Sequence[Transmission], names: Sequenc
     """Raises WrongElement for two links that can be driven from one end, which is the far one of both."""
     for one, other in itertools.combinations(links, 2):
         way = forest.way(one.a, other.a)
-        if way is not None and way[0][2] is one and way[-1][2] is other:
+        if way and way[0][2] is one and way[-1][2] is other:  # empty where one block drives both links
             driven = names[one.b] if one.b == other.b else f"{names[one.b]} and {names[other.b]}, rigidly linked,"
             raise WrongElement(
                 f"links.{other.name}",

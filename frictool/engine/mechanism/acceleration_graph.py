@@ -1,0 +1,174 @@
+"""The graph Lambda(x) of a tree of joints (tree.py), piece by piece, and its zeros."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.engine.mechanism.image import BLOCKS, MASS, ORDER, OUTWARD, PARENT, PARENT_JOINT, RATIO
+from frictool.engine.mechanism.transmission import is_lossy, joint_row, kink_of, received, slope_of, transmitted
+from frictool.engine.mechanism.work_rows import AHEAD, ALONG, BEHIND, DRIVEN, FORCE, GROSS, SLOPE, STOPPED_HIGH, STOPPED_LOW, VALUE
+from frictool.kernels import inset_kernel, part_kernel
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+MAX_PIECES = 200  # of the graph that a search may visit
+FOUND = 1e-13  # of the efforts
+PASSED = 1e-9  # of a piece of the graph, by which a search steps beyond its end
+
+
+@part_kernel
+def evaluate(k: Places, p: Vector, modes: Places, found: Places, count: int, x: float, towards: float, y: Vector, w: Vector) -> None:
+    """VALUE, SLOPE by x: Lambda(x) of all members; `towards`: the root's direction where it starts from rest, 0 where it moves."""
+    n = k[BLOCKS]
+    for m in range(count):
+        i = k[k[ORDER] + found[m]]
+        mass = p[k[MASS] + i]
+        w[VALUE, i], w[SLOPE, i] = mass * w[ALONG, i] * x - w[FORCE, i], mass * w[ALONG, i]
+        direction = towards * w[ALONG, i]
+        if direction > 0.0:
+            w[VALUE, i] += w[AHEAD, i]
+            if w[STOPPED_HIGH, i] > 0.0:
+                w[VALUE, i] = math.inf
+        elif direction < 0.0:
+            w[VALUE, i] -= w[BEHIND, i]
+            if w[STOPPED_LOW, i] > 0.0:
+                w[VALUE, i] = -math.inf
+    for m in range(count - 1, 0, -1):
+        i = k[k[ORDER] + found[m]]
+        joint, parent = k[k[PARENT_JOINT] + i], k[k[PARENT] + i]
+        row, contact = joint_row(k, joint), modes[n + joint]
+        outward, ratio = k[k[OUTWARD] + i] == 1, p[row + RATIO]
+        a = parent if outward else i
+        direction = math.copysign(1.0, towards * w[ALONG, a] if towards != 0.0 else y[n + a])
+        force, slope = w[VALUE, i], w[SLOPE, i]
+        if is_lossy(p, row):
+            kink = kink_of(p, row, w[DRIVEN, a])
+            if not outward:
+                force = received(p, row, kink, direction, -force)
+                slope = -slope / slope_of(p, row, direction, force > kink)
+            pulls = (contact == -1 and force < 0.0) or (contact == 1 and force > 0.0)
+            if pulls:
+                force, slope = 0.0, 0.0
+            if outward:
+                slope *= slope_of(p, row, direction, force > kink)
+                force = transmitted(p, row, kink, direction, force)
+        else:
+            if not outward:
+                force, slope = -force / ratio, -slope / ratio
+            if (contact == -1 and force < 0.0) or (contact == 1 and force > 0.0):
+                force, slope = 0.0, 0.0
+            if outward:
+                force, slope = ratio * force, ratio * slope
+        if not outward:
+            force, slope = -force, -slope
+        w[VALUE, parent] += force
+        w[SLOPE, parent] += slope
+
+
+@inset_kernel
+def solve(
+    k: Places, p: Vector, modes: Places, found: Places, count: int, towards: float, gross: float, y: Vector, w: Vector
+) -> tuple[bool, float]:
+    """The x with Lambda(x) = 0 (x * towards >= 0 from rest); False where the graph does not rise there."""
+    root = k[k[ORDER] + found[0]]
+    x, low, high = 0.0, -math.inf, math.inf
+    if towards > 0.0:
+        low = 0.0
+    elif towards < 0.0:
+        high = 0.0
+    for _ in range(MAX_PIECES):
+        evaluate(k, p, modes, found, count, x, towards, y, w)
+        value, slope = w[VALUE, root], w[SLOPE, root]
+        if abs(value) <= FOUND * gross or value == 0.0:
+            return slope > 0.0, x
+        if value > 0.0:
+            high = min(high, x)
+        else:
+            low = max(low, x)
+        if low >= high:
+            return slope > 0.0 and towards != 0.0 and x == 0.0, x
+        after = x - value / slope if slope > 0.0 else math.nan
+        if not low < after < high:
+            if math.isinf(low) or math.isinf(high):
+                if slope <= 0.0:
+                    return False, x
+                after = x - value / slope
+            else:
+                after = 0.5 * (low + high)
+        if after == x:
+            return slope > 0.0, x
+        x = after
+    return False, x
+
+
+@inset_kernel
+def next_piece(
+    k: Places, p: Vector, modes: Places, found: Places, count: int, x: float, towards: float, going: float, y: Vector, w: Vector
+) -> float:
+    """Distance from x to the next end of a piece of the graph in the direction `going`, where a force passes its kink or a flank's 0."""
+    n, nearest = k[BLOCKS], math.inf
+    for m in range(1, count):
+        i = k[k[ORDER] + found[m]]
+        value, slope = w[VALUE, i], w[SLOPE, i]
+        if slope == 0.0 or not math.isfinite(value):
+            continue
+        joint, outward = k[k[PARENT_JOINT] + i], k[k[OUTWARD] + i] == 1
+        row, a = joint_row(k, joint), k[k[PARENT] + i] if outward else i
+        kink = kink_of(p, row, w[DRIVEN, a]) if is_lossy(p, row) else 0.0
+        direction = math.copysign(1.0, towards * w[ALONG, a] if towards != 0.0 else y[n + a])
+        rounding = FOUND * (w[GROSS, i] + abs(slope * x))
+        for end in range(2):
+            force = kink if end == 0 else 0.0
+            if not outward:
+                force = -transmitted(p, row, kink, direction, force)
+            distance = going * (force - value) / slope
+            if distance > 0.0 and abs(force - value) > rounding:
+                nearest = min(nearest, distance)
+    return nearest
+
+
+@inset_kernel
+def total_inertia(k: Places, p: Vector, found: Places, count: int, w: Vector) -> float:
+    """Inertia of all members, reflected to the root without losses."""
+    inertia = 0.0
+    for m in range(count):
+        i = k[k[ORDER] + found[m]]
+        inertia += p[k[MASS] + i] * w[ALONG, i] * w[ALONG, i]
+    return inertia
+
+
+@inset_kernel
+def follow(
+    k: Places, p: Vector, modes: Places, found: Places, count: int, start: float, towards: float, gross: float, y: Vector, w: Vector
+) -> tuple[bool, float]:
+    """The zero of a rising graph that x comes to from `start` while it moves against Lambda(x); False where it goes beyond all bounds.
+
+    A compliant link's force grows while the accelerations of its ends differ: with damping, x follows -Lambda(x) to a zero of a rising
+    graph. A zero of a falling graph is unstable.
+    """
+    root, inertia = k[k[ORDER] + found[0]], total_inertia(k, p, found, count, w)
+    evaluate(k, p, modes, found, count, start, towards, y, w)
+    x = start - PASSED * w[VALUE, root] / inertia  # off an end of a piece, onto the one that x goes to
+    for _ in range(MAX_PIECES):
+        evaluate(k, p, modes, found, count, x, towards, y, w)
+        value, slope = w[VALUE, root], w[SLOPE, root]
+        if not math.isfinite(value):
+            return False, x
+        if abs(value) <= FOUND * gross and slope > 0.0:
+            return True, x
+        going = -math.copysign(1.0, value)
+        length = next_piece(k, p, modes, found, count, x, towards, going, y, w)
+        if slope > 0.0 and abs(value) <= slope * length:
+            after = x - value / slope
+            if after == x:
+                return True, x
+            x = after
+        elif math.isinf(length):
+            return False, x
+        else:
+            x += going * (length * (1.0 + PASSED) + PASSED * FOUND * abs(x))
+    return False, x
