@@ -141,6 +141,7 @@ def _lock(part: Path, wait: bool = False) -> int | None:
 
 
 def _is_stale(part: Path) -> bool:
+    """Return whether a part is this user's and no process writes it."""
     try:
         status = part.lstat()
     except OSError:

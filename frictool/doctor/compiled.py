@@ -58,7 +58,7 @@ def check_kept() -> Check:
 
 
 def _distrusted(folder: Path | None) -> Check:
-    """Which folder is not loaded, and which one stands in for it."""
+    """Return the note that a folder of kernels is not loaded, and which one is used instead."""
     refused = "; ".join(f"{one} is not loaded: {reason}" for one, reason in kernels.UNTRUSTED.items())
     used = f"kept in {folder}" if folder is not None else "kept nowhere, so that every command compiles"
     facts = {"folder": None if folder is None else str(folder), "not_loaded": [str(one) for one in kernels.UNTRUSTED]}

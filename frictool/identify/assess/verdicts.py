@@ -87,7 +87,7 @@ def refusal_of_differentiation(parameter: str, facts: Facts) -> str:
 
 
 def worst_case(bound: float) -> str:
-    """The error of differencing sample by sample as a bound, which is no expected precision."""
+    """Return the text of a bound on the error of differencing sample by sample, which is no expected precision."""
     return f"worst case of one encoder count, differencing sample by sample: {up_to(bound)}"
 
 

@@ -169,6 +169,7 @@ def _processor_time(pid: int | None) -> float | None:
 
 def _run(connection: Connection, path: Path, work: Callable[..., None], arguments: tuple[Any, ...]) -> None:
     """The child: works in silence, tells of every failure."""
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # the command line's handler waits for a library that hangs
     _silence()
     _limit_memory()
     try:
