@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from frictool.campaign.drawing.sampling import Draws, Method, draws_of
-from frictool.campaign.playing.certified import certificate_remarks
 from frictool.campaign.playing.playing import CampaignTrial, Setting, metrics_of, simulated
+from frictool.campaign.playing.remarks import remarks_of
 from frictool.campaign.playing.running import Share, Tell, run_trials
 from frictool.campaign.playing.searching import Progress, worst_cases
 from frictool.campaign.playing.store import Store
@@ -94,7 +94,7 @@ def campaign(
         count = TRIALS
     draws = draws_of(method, count, trial.space.size, trial.seed)
     played, worst = conduct(trial, draws, Store(None, {}), evaluations, sharing(cores, cluster), commands_of(number), progress)
-    return Campaigned(find(played, method, worst, at_least, confidence, certificate_remarks(setting, trial.space)), tuple(worst))
+    return Campaigned(find(played, method, worst, at_least, confidence, remarks_of(setting, trial.space)), tuple(worst))
 
 
 def conduct(

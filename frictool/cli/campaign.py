@@ -154,8 +154,8 @@ def command(
 def _campaign(paths: Paths, options: Options) -> int:
     """The exit code."""
     from frictool.campaign.drawing.sampling import draws_of
-    from frictool.campaign.playing.certified import certificate_remarks
     from frictool.campaign.playing.playing import CampaignTrial
+    from frictool.campaign.playing.remarks import remarks_of
     from frictool.campaign.playing.store import Store
     from frictool.campaign.playing.varied import space_of_setting
     from frictool.campaign.statistics.findings import find
@@ -169,7 +169,7 @@ def _campaign(paths: Paths, options: Options) -> int:
     draws = draws_of(options.method, options.trials, space.size, trial.seed)
     with Store(options.kept, header_of(trial, paths, options.method, draws.units.shape[0])) as store:
         trials, worst = _play(trial, draws, store, paths, options)
-        remarks = certificate_remarks(setting, space)
+        remarks = remarks_of(setting, space)
         found = find(trials, options.method, worst, options.at_least, options.confidence, remarks)
         _save(found, worst, _provenance(paths, options), paths, options)
         if options.keep is None:

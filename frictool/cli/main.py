@@ -10,7 +10,7 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import click
@@ -18,6 +18,7 @@ import click
 from frictool import waiting
 from frictool.cli.lazy_group import LazyGroup, abandon_stdout
 from frictool.cli.printable import printable
+from frictool.documents import examples
 from frictool.errors import EXIT_INPUT, FrictoolError
 
 # command -> (module, one line for --help), in the order of the pipeline
@@ -118,6 +119,19 @@ def _run(debug: bool) -> None:
         sys.exit(EXIT_INPUT)
 
 
+def _warn_of_examples() -> Callable[[str, tuple[str, ...]], None]:
+    """Return what warns of example values in a document; keys that an earlier document of the command had are not repeated."""
+    said: set[str] = set()
+
+    def warn(path: str, keys: tuple[str, ...]) -> None:
+        found = [key for key in keys if key.removeprefix("bench.") not in said]
+        said.update(key.removeprefix("bench.") for key in found)
+        if found:
+            click.echo(printable(f"warning: {examples.examples_words({path: found})}"), err=True)
+
+    return warn
+
+
 def _prepare() -> None:
     """One thread for linear algebra, since sums in another order give other bytes; somewhere to write where a stream was closed.
 
@@ -126,6 +140,7 @@ def _prepare() -> None:
     """
     waiting.compiling = _tell_of_compiling
     waiting.remark = _remark
+    examples.notify = _warn_of_examples()
     os.environ.update(OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1")
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:

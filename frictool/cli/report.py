@@ -123,7 +123,7 @@ def _load(logs: tuple[Path, ...], spec: Path, controller: Path | None, bench: Pa
     from frictool.logs.reading import read_log
 
     spec_document = load(spec, Spec)
-    requirements = [name for name in Spec.__struct_fields__ if name not in ("format", "name", "axis", "drive")]
+    requirements = [name for name in Spec.__struct_fields__ if name not in ("format", "name", "axis", "drive", "examples")]
     if all(getattr(spec_document, name) is None for name in requirements):
         raise DocumentError(spec, f"asks for nothing; write at least one of {', '.join(requirements)}", line=None, key="")
     documents: dict[Path, Any] = {spec: spec_document}

@@ -58,6 +58,7 @@ scenario.yaml, key by key (quantities are {value, unit}; docs/formats.md has an 
   drive          current or voltage, which the quantities of the drive are in
   drive_noise    standard deviation of the measured drive, A or V
   seed           of the noise and of the drawn plants
+  examples       keys whose values `frictool init` made up and nobody has replaced; commands and verdicts warn of them
 """
 
 HELP = f"""\b

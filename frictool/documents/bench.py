@@ -204,7 +204,7 @@ class Instrument(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 
 
 class Bench(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """`bench.yaml`."""
+    """`bench.yaml`. examples: keys whose values are examples of `frictool init`; delete a key when you have replaced its value."""
 
     format: Literal["bench/1"]
     name: Name
@@ -218,6 +218,7 @@ class Bench(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     quadrature: dict[str, Quadrature] | None = None
     instruments: dict[str, Instrument] | None = None
     delay_samples: Annotated[int, msgspec.Meta(ge=0, le=2)] = 1
+    examples: tuple[str, ...] = ()
     load: LoadTerms | None = None
 
     def __post_init__(self) -> None:

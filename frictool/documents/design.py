@@ -81,7 +81,7 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     relax: `auto` finds the strictest trade between disturbance rejection and effort that reaches gamma = 1.
     pid: the gains of method pid. form: of the difference equation on the target.
     measurement_hold_samples: of the controller document.
-    velocity, limiter, friction_compensation, prefilter: blocks around the linear controller.
+    velocity, limiter, friction_compensation, prefilter: blocks around the linear controller. examples: as in bench.yaml.
     """
 
     format: Literal["design/1"]
@@ -113,6 +113,7 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     recentring: Annotated[float, msgspec.Meta(gt=1, le=2)] = 1.1
     ease: Annotated[float, msgspec.Meta(ge=1, le=5)] = 1.0
     measurement_hold_samples: HoldSamples = HELD
+    examples: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.structure == "speed_cascade" and self.position_law is None:

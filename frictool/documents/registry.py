@@ -8,6 +8,7 @@ from typing import Any, TypeVar, cast, overload
 import msgspec
 import yaml
 
+from frictool.documents import examples
 from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design
@@ -50,7 +51,10 @@ def load(path: Path | str, kind: type[T] | None = None) -> T | Any:
     """
     path = Path(path)
     node = compose(read_text(path), path)
-    return cast(T, Reader(path).read(node, kind or _kind(node, path), ""))
+    document = cast(T, Reader(path).read(node, kind or _kind(node, path), ""))
+    if keys := examples.examples_of(document):
+        examples.notify(str(path), keys)
+    return document
 
 
 def _kind(node: yaml.Node, path: Path) -> type[msgspec.Struct]:

@@ -85,7 +85,8 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     values; `vertices` adds one run at each vertex of the controller's polytope, `random` one for each of `plants` plants drawn from the
     bench's ranges; `given` is the one plant that differs from the model in the parameters that `given` names. spread: what a campaign
     varies. drive: what drives the rig, where a quantity here is one of it. drive_noise: standard deviation of the measured drive, A or V.
-    seed: of the noise and the plants. sources: by their names; under a controller those that it does not command.
+    seed: of the noise and the plants. sources: by their names; under a controller those that it does not command. examples: as in
+    bench.yaml.
     """
 
     format: Literal["scenario/1"]
@@ -106,6 +107,7 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     sources: dict[str, tuple[Signal, ...]] = {}
     duration_s: PositiveNumber | None = None
     spread: Spread | None = None
+    examples: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.reference is not None and self.steps:

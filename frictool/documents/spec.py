@@ -28,7 +28,7 @@ class Spec(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     """`spec.yaml`. What each key asks for is defined in docs/theory/report.md.
 
     limit_cycle: the amplitude, half of the peak to peak, that is let pass. drive_rms: over the whole of a log. saturation_time_s: with the
-    drive at its limit, in one hold. load_static_error: of the mechanical position behind the backlash.
+    drive at its limit, in one hold. load_static_error: of the mechanical position behind the backlash. examples: as in bench.yaml.
     """
 
     format: Literal["spec/1"]
@@ -48,3 +48,4 @@ class Spec(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     saturation_time_s: Annotated[float, msgspec.Meta(ge=0)] | None = None
     rest: Rest | None = None
     energy: Energy | None = None
+    examples: tuple[str, ...] = ()

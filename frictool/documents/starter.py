@@ -54,13 +54,23 @@ class Start:
 
 def starting_documents(start: Start) -> dict[str, str]:
     """File name in the rig's folder -> text: bench, specification, design, scenario and the Makefile that chains the commands."""
-    return {name: _aligned(text) for name, text in _rendered(start).items()}
+    return {name: _aligned(_listed(text)) for name, text in _rendered(start).items()}
 
 
 def examples(start: Start) -> dict[str, list[str]]:
     """File name -> the keys whose values are examples, a key within another after a dot: the files mark them `# example: replace`."""
     found = {name: _example_keys(text) for name, text in _rendered(start).items()}
     return {name: keys for name, keys in found.items() if keys}
+
+
+def _listed(text: str) -> str:
+    """The text with its example keys listed under `examples`, behind the document's name."""
+    keys = _example_keys(text)
+    if not keys:
+        return text
+    rows = "".join(f"  - {key}\n" for key in keys)
+    head = f"examples:{NOTE}# not known of your rig: delete a key when you have replaced its value\n"
+    return re.sub(r"^name: .*\n", lambda found: f"{found[0]}{head}{rows}", text, count=1, flags=re.MULTILINE)
 
 
 def _example_keys(text: str) -> list[str]:

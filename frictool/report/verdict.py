@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller
+from frictool.documents.examples import examples_words
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError
 from frictool.logs.log import Log
@@ -34,8 +35,8 @@ def judge(spec: Spec, logs: list[Log], controller: Controller | None = None, ben
     bench = bench if bench is not None or controller is None else controller.bench
     evidence = _measured(spec, logs, bench, loop, whole=True)
     requirements = tuple(make(spec, evidence, controller) for make in _asked(spec).values())
-    remarks = tuple(dict.fromkeys(f"{item.source}: {item.beyond}" for item, _ in evidence if item.beyond))
-    return Verdict(spec.name, requirements, evidence, tuple(_meets(spec, one) for one in evidence), remarks)
+    remarks = [*dict.fromkeys(f"{item.source}: {item.beyond}" for item, _ in evidence if item.beyond), *_examples(spec, logs, bench)]
+    return Verdict(spec.name, requirements, evidence, tuple(_meets(spec, one) for one in evidence), tuple(remarks))
 
 
 def _loop(controller: Controller) -> JudgedLoop:
@@ -48,6 +49,16 @@ def decided(spec: Spec, log: Log, bench: Bench, loop: JudgedLoop) -> tuple[Requi
     """Return the requirements of one simulated log by itself: the margin is that of its plant, whatever the controller's vertices have."""
     evidence = _measured(spec, [log], bench, loop, whole=False)
     return tuple(make(spec, evidence, None) for make in _asked(spec).values())
+
+
+def _examples(spec: Spec, logs: list[Log], bench: Bench | None) -> list[str]:
+    """A remark on the example values in the documents of the verdict: its own, and those with which the logs were simulated."""
+    found = {"spec": list(spec.examples), "bench": [] if bench is None else list(bench.examples)}
+    for log in logs:
+        for name, keys in log.metadata.get("examples", {}).items():
+            found[name] = list(dict.fromkeys([*found.get(name, []), *keys.split(", ")]))
+    words = examples_words(found)
+    return [words] if words else []
 
 
 def _measured(spec: Spec, logs: list[Log], bench: Bench | None, loop: JudgedLoop | None, whole: bool) -> Judged:

@@ -14,7 +14,8 @@ class Rig:
     """SI. Of the controlled axis where there are several.
 
     owner: how messages call the document that says so ({} is its name). constant: effort per unit of the drive; resolution: the encoder's
-    step, 0 of a perfect one [rad | m]; effort_axis: the kind of axis on which the drive acts.
+    step, 0 of a perfect one [rad | m]; effort_axis: the kind of axis on which the drive acts. examples: keys of example values in the
+    bench.
     """
 
     owner: str
@@ -26,6 +27,7 @@ class Rig:
     resolution: float
     travel: Span | None
     effort_axis: Axis
+    examples: tuple[str, ...] = ()
 
 
 def rig_of(bench: Bench) -> Rig:
@@ -40,4 +42,5 @@ def rig_of(bench: Bench) -> Rig:
         resolution=bench.encoder.resolution,
         travel=bench.mechanics.travel,
         effort_axis=bench.axis,
+        examples=bench.examples,
     )

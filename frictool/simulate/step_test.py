@@ -122,7 +122,10 @@ class StepTest(Generic[V]):
         if controller.velocity.observer is not None:
             about["speed_from"] = f"{controller.velocity.observer.kind} observer"
         plants = {variant.topic: plant.described(variant) for variant in variants if variant.values}
-        metadata = {"log": about, **({"plants": plants} if plants else {}), **self._linear(variants, conditions), **metadata}
+        kept = {"bench": self.plant.rig.examples, "scenario": scenario.examples}
+        examples = {name: ", ".join(keys) for name, keys in kept.items() if keys}
+        records = {"plants": plants, "examples": examples} | self._linear(variants, conditions)
+        metadata = {"log": about, **{name: record for name, record in records.items() if record}, **metadata}
         warnings += self._outside
         log = Log(tuple(streams), metadata, scenario.name, tuple(warnings))
         return log if provenance is None else with_provenance(log, provenance)

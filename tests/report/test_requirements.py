@@ -21,7 +21,7 @@ BACKLASH = 3.0  # of the clutch's bench (table 4.8)
 
 def only(key: str, value: object) -> Spec:
     """The specification with this requirement alone."""
-    unset = {name: None for name in Spec.__struct_fields__ if name not in ("format", "name", "axis", "drive")}
+    unset = {name: None for name in Spec.__struct_fields__ if name not in ("format", "name", "axis", "drive", "examples")}
     return clutch_spec(**(unset | {key: value}))
 
 

@@ -27,7 +27,7 @@ def one(**options: object) -> Log:
 
 
 def test_every_key_of_the_specification_has_its_judge_in_order() -> None:
-    assert list(JUDGES) == [name for name in Spec.__struct_fields__ if name not in ("format", "name", "axis", "drive")]
+    assert list(JUDGES) == [name for name in Spec.__struct_fields__ if name not in ("format", "name", "axis", "drive", "examples")]
     full = clutch_spec(
         energy=Energy(0.28, 400.0),
         rise_time_s=0.2,

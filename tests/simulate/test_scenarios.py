@@ -300,7 +300,7 @@ def test_the_scenario_of_the_formats_page_is_one(tmp_path: Path) -> None:
     played.write_text("format: scenario/1\nname: torques\naxis: rotary\n" + torques)
     found = load(example, Scenario)
     left = {name for name in Scenario.__struct_fields__ if f"\n{name}:" not in f"\n{whole}"}
-    assert left == {"reference", "sources", "duration_s", "given", "spread"}
+    assert left == {"reference", "sources", "duration_s", "given", "spread", "examples"}
     drawn = load(varied, Scenario)
     assert drawn.given["coulomb"].value == 0.1
     assert all(f"\n  {name}:" in spread for name in Spread.__struct_fields__)

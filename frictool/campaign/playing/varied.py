@@ -15,7 +15,7 @@ from frictool.simulate.agreement import refuse
 from frictool.simulate.spread_checks import check_spread
 from frictool.simulate.step_test import StepTest
 
-NO_REQUIREMENTS = ("format", "name", "axis", "drive")
+NO_REQUIREMENTS = ("format", "name", "axis", "drive", "examples")
 
 
 def space_of_setting(setting: Setting) -> Space:

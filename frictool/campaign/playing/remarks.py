@@ -1,4 +1,4 @@
-"""Whether the plants of a campaign lie within the intervals that its controller was verified for."""
+"""What a reader of a campaign has to know beside its figures: plants that its controller was not verified for, example values."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from frictool.campaign.drawing.space import Space
 from frictool.campaign.playing.playing import Setting, plant_of
 from frictool.documents.conditions import DriftPoint, Drifts
+from frictool.documents.examples import examples_words
 from frictool.documents.scenario import Scenario
 from frictool.documents.spread import Spread
 from frictool.simulate.plant import Range
@@ -15,8 +16,15 @@ from frictool.verify.certified_box import OF_THE_MARGIN, outside, outside_words
 Interval = tuple[float, float]
 
 
-def certificate_remarks(setting: Setting, space: Space) -> tuple[str, ...]:
-    """Return a warning if the model lies outside the controller's intervals, else one if the draws reach beyond them."""
+def remarks_of(setting: Setting, space: Space) -> tuple[str, ...]:
+    """Return the warnings of a campaign: plants outside the controller's intervals, and example values left in place."""
+    bench = plant_of(setting.plant).rig.examples or setting.controller.bench.examples
+    words = examples_words({"spec": setting.spec.examples, "bench": bench, "scenario": setting.scenario.examples})
+    return (*_uncertified(setting, space), *([words] if words else []))
+
+
+def _uncertified(setting: Setting, space: Space) -> tuple[str, ...]:
+    """A warning if the model lies outside the controller's intervals, else one if the draws reach beyond them."""
     plant, controller = plant_of(setting.plant), setting.controller
     intervals = plant.intervals()
     if not intervals:
