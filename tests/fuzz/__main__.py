@@ -26,10 +26,10 @@ def show(name: str, index: int) -> None:
         sample = samples.write(name, Path(made))
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
-        samples.write_bench(sample, bench)
+        samples.write_other(name, sample, bench)
         path = place_for(sample, folder)
         path.write_bytes(input_of(name, sample.read_bytes(), SEED, index))
-    print("frictool --debug", *command(index, samples.given(path), bench, folder / "out.mcap"))
+    print("frictool --debug", *command(name, index, samples.given(path), bench, folder / "out.mcap"))
 
 
 def main(arguments: list[str]) -> int:

@@ -27,7 +27,8 @@ from tests.fuzz.mutations import mutated
 LONGEST = 10.0  # s for one input
 MOST_BYTES = 1 << 30  # beyond what the process has when it has read the unchanged sample
 INPUT = "input"
-KNOWN_LINES = ("error: ", "warning: ", f"{INPUT}: ", "x_")  # the last two: how a text file or a bag was taken
+# how a text file or a bag was taken, and what of it was guessed
+KNOWN_LINES = ("error: ", "warning: ", f"{INPUT}: ", f"{INPUT} does not tell all; ", "x_", "guessed ", "columns.", "  columns.")
 LONGEST_LINE = 1000  # characters of a message
 
 
@@ -36,8 +37,13 @@ def input_of(name: str, data: bytes, seed: int, index: int) -> bytes:
     return mutated(data, np.random.default_rng([seed, zlib.crc32(name.encode()), index]))
 
 
-def command(index: int, path: Path, bench: Path, target: Path) -> list[str | Path]:
-    """What an input is given to: in turn ingest, info, and ingest with salvage."""
+def command(name: str, index: int, path: Path, bench: Path, target: Path) -> list[str | Path]:
+    """What an input is given to: in turn ingest, info, and ingest with salvage; of a logger `info` and `--guess`; a document as a bench."""
+    if name == samples.DOCUMENT:
+        return ["info", bench, "--bench", path, "--json"]
+    if name.startswith(samples.LOGGER):
+        guess: list[str | Path] = ["ingest", "--guess", path, *(["--axis", "rotary"] if index % 4 else []), "-o", "-"]
+        return guess if index % 2 else ["info", path]
     if index % 3 == 1:
         return ["info", path, "--bench", bench, "--json"]
     return ["ingest", path, "--bench", bench, "-o", target, *(["--salvage"] if index % 3 == 2 else [])]
@@ -75,7 +81,7 @@ def place_for(sample: Path, folder: Path) -> Path:
     return folder / INPUT / sample.name
 
 
-def attempt(index: int, data: bytes, path: Path, bench: Path, longest: float = LONGEST) -> str | None:
+def attempt(name: str, index: int, data: bytes, path: Path, bench: Path, longest: float = LONGEST) -> str | None:
     """What one input, written to `path`, did that none may, or None; the bench lies in the folder of both. longest: s."""
     folder = bench.parent
     target = folder / "out.mcap"
@@ -83,7 +89,7 @@ def attempt(index: int, data: bytes, path: Path, bench: Path, longest: float = L
     before = {one.name for one in folder.iterdir()}
     faulthandler.dump_traceback_later(longest, exit=True, file=sys.__stderr__)
     try:
-        words = command(index, samples.given(path), bench, target)
+        words = command(name, index, samples.given(path), bench, target)
         return complaint(run(*words), target, before, "--salvage" in words)
     except MemoryError:
         return "took more memory than it may"
@@ -107,16 +113,16 @@ def main(name: str, seed: int, first: int, count: int) -> None:
     with tempfile.TemporaryDirectory() as made, tempfile.TemporaryDirectory() as work:
         sample, folder = samples.write(name, Path(made)), Path(work)
         bench = folder / "bench.yaml"
-        samples.write_bench(sample, bench)
+        samples.write_other(name, sample, bench)
         data, path = sample.read_bytes(), place_for(sample, folder)
         for way in range(3):  # the sample itself, so that every library is loaded
-            found = attempt(way, data, path, bench, 6.0 * LONGEST)
+            found = attempt(name, way, data, path, bench, 6.0 * LONGEST)
             if found is not None:
                 raise AssertionError(f"{name} unchanged: {found}")
         limit_memory()
         for index in range(first, first + count):
             print(f"at {index}", flush=True)
-            found = attempt(index, input_of(name, data, seed, index), path, bench)
+            found = attempt(name, index, input_of(name, data, seed, index), path, bench)
             if found is not None:
                 print(f"found {index}: {' '.join(found.split())}", flush=True)
 

@@ -13,6 +13,11 @@ CELLS = (
     *(b"", b'"', b'""', b"text", b"1,5", b"1.5.2", b"0x10", b"1_0", b"\xff\xfe", b"\0"),
 )
 
+TAGS = (
+    *(b"!!float", b"!!int", b"!!str", b"!!bool", b"!!null", b"!!binary", b"!!timestamp", b"!!set", b"!!omap", b"!!pairs", b"!!seq"),
+    *(b"!!map", b"!!python/object:os.system", b"!!python/name:x", b"!own", b"!<tag:x,2000:y>", b"!", b"&a", b"*a", b"!!merge"),
+)
+
 Mutation = Callable[[bytearray, np.random.Generator], None]
 
 
@@ -84,7 +89,15 @@ def lines(data: bytearray, rng: np.random.Generator) -> None:
     data[:] = b"\n".join(parts)
 
 
-MUTATIONS: tuple[Mutation, ...] = (flip, flip, overwrite, delete, double, move, cut, number, number, cell, lines)
+def tag(data: bytearray, rng: np.random.Generator) -> None:
+    """An explicit tag of YAML before a value, where the file has any."""
+    start = int(rng.integers(len(data)))
+    place = data.find(b": ", start)
+    if place >= 0:
+        data[place + 2 : place + 2] = TAGS[int(rng.integers(len(TAGS)))] + b" "
+
+
+MUTATIONS: tuple[Mutation, ...] = (flip, flip, overwrite, delete, double, move, cut, number, number, cell, lines, tag)
 
 
 def mutated(data: bytes, rng: np.random.Generator) -> bytes:

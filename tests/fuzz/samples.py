@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from frictool.documents.bench import Bench, Column, Encoder
+from frictool.documents.starter import Start, starting_documents
 from frictool.documents.writing import to_yaml
 from frictool.errors import LogError
 from frictool.logs.canonical.mcap_reader import is_canonical
@@ -19,6 +20,7 @@ from frictool.logs.formats import opened
 from frictool.logs.recordings.parts import METADATA, sources
 from frictool.logs.table import Block, Table
 from tests.logs.example import GOLDEN, as_bytes, bench, golden_log
+from tests.logs.loggers import LOGGERS
 
 ROWS = 40
 TIME = np.arange(ROWS) / 1000.0
@@ -154,6 +156,9 @@ def _split_bag(folder: Path) -> None:
     (bag / METADATA).write_text("rosbag2_bagfile_information:\n" + about)
 
 
+LOGGER = "logger/"  # before the name of a logger: its files are read without a bench
+DOCUMENT = "document"  # a bench in YAML
+TAGGED = 'name: !!str rig\nsample_period_s: !!float "0.001"\nlayout: !!map {first_line: !!int "2"}\n'
 # name -> its bytes, or what writes the file `x` into a folder
 SAMPLES: dict[str, Callable[[], bytes] | Callable[[Path], None]] = {
     "canonical": lambda: as_bytes(golden_log()),
@@ -179,8 +184,14 @@ SAMPLES: dict[str, Callable[[], bytes] | Callable[[Path], None]] = {
 
 
 def names() -> list[str]:
-    """Every sample, and every golden file."""
-    return [*SAMPLES, *(f"golden/{path.name}" for path in sorted(GOLDEN.iterdir()) if path.is_file() and path.suffix != ".py")]
+    """Every sample, the starts of public loggers' files, a document, and every golden file."""
+    loggers = (f"{LOGGER}{name}" for name in LOGGERS)
+    return [
+        *SAMPLES,
+        *loggers,
+        DOCUMENT,
+        *(f"golden/{path.name}" for path in sorted(GOLDEN.iterdir()) if path.is_file() and path.suffix != ".py"),
+    ]
 
 
 def write(name: str, folder: Path) -> Path:
@@ -188,6 +199,12 @@ def write(name: str, folder: Path) -> Path:
     target = folder / "x"
     if name.startswith("golden/"):
         target.write_bytes((GOLDEN / name.removeprefix("golden/")).read_bytes())
+        return target
+    if name.startswith(LOGGER):
+        target.write_text(LOGGERS[name.removeprefix(LOGGER)])
+        return target
+    if name == DOCUMENT:
+        target.write_text(f"{starting_documents(Start('rig', 'rotary'))['bench.yaml']}{TAGGED}")
         return target
     made = SAMPLES[name]
     if made.__code__.co_argcount:
@@ -231,6 +248,6 @@ def _whole(table: Table, name: str) -> Block | None:
     return blocks[0] if all(name in block.columns and np.isfinite(block.columns[name]).all() for block in blocks) else None
 
 
-def write_bench(path: Path, target: Path) -> None:
-    """bench.yaml of the sample at `path`."""
-    target.write_text(to_yaml(bench_of(path)))
+def write_other(name: str, path: Path, target: Path) -> None:
+    """What an input is read with: the bench of the sample at `path`, of a document the log that it is a bench of."""
+    target.write_text("time,encoder,current\n" + _rows(",") if name == DOCUMENT else to_yaml(bench_of(path)))
