@@ -18,7 +18,7 @@ from frictool.verify.controller import check_document
 from frictool.verify.figures import HELD, OFFERED, LinearLoops, loops_of, stands
 from frictool.verify.interior import points_inside
 from frictool.verify.scheduled import scheduled_figures
-from frictool.verify.stated_box import box_of, check_box
+from frictool.verify.stated_box import box_of, check_box, check_corners
 
 # Relative differences that another processor's last digits may make; figures that have no entry here agree within TOLERANCE.
 SEARCHED = 1e-3  # of what a search finds, which may end at another plant nearby
@@ -82,11 +82,12 @@ def recheck(controller: Controller) -> None:
     Raises
     ------
     NoSolutionError
-        If the box does not hold the bench's intervals, a loop is unstable or misses the specified margin, or the coefficients do not give a
-        margin that `verified` states.
+        If the box does not hold the bench's intervals, a corner of it is no vertex, a loop is unstable or misses the specified margin, or
+        the coefficients do not give a margin that `verified` states.
     """
     check_document(controller, margins=True)
     check_box(controller)
+    check_corners(controller)
 
 
 def _differences(controller: Controller) -> tuple[Difference, ...]:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from frictool.documents.controller import Controller
 from frictool.errors import NoSolutionError
 from frictool.plant.box import enclosing
-from frictool.plant.polytope import bench_intervals
+from frictool.plant.polytope import PlantPoint, bench_intervals, corner_points
 from frictool.verify.figures import vertex_points
+from frictool.verify.words import plant_words
 
 NAMES = ("inertia", "viscous", "coulomb", "constant")
 
@@ -43,3 +44,26 @@ def check_box(controller: Controller) -> None:
                 f"{controller.name}: not proved: the bench has {name} {least:.6g} to {most:.6g}, {holder} {low:.6g} to {high:.6g}; "
                 "synthesise the controller anew"
             )
+
+
+def check_corners(controller: Controller) -> None:
+    """Check that every corner of the certificate's box is a vertex of the document; without a certificate only `verify` can tell.
+
+    Raises
+    ------
+    NoSolutionError
+        If one is not.
+    """
+    if controller.certificate is None:
+        return
+    vertices = {_parameters(point) for point in vertex_points(controller)}
+    for corner in corner_points(box_of(controller)):
+        if _parameters(corner) not in vertices:
+            words = plant_words(corner, controller.bench)
+            raise NoSolutionError(
+                f"{controller.name}: not verified: no vertex of the document is the corner with {words}; synthesise it anew"
+            )
+
+
+def _parameters(point: PlantPoint) -> tuple[float, ...]:
+    return tuple(getattr(point, name) for name in NAMES)

@@ -150,6 +150,9 @@ def test_a_controller_with_its_vertices_deleted_is_not_exported(tmp_path: Path) 
     document = _read(edit)
     assert document is not None
     assert document.certificate is not None
+    path.write_text(to_yaml(document))
+    corner = "inertia 1.11e-05 kg m^2, viscous 0 N m s/rad, coulomb 0.018 N m, constant 0.014 N m/A"
+    refused(run("export", path, "-o", tmp_path / "c"), 4, f"no vertex of the document is the corner with {corner}")
     path.write_text(to_yaml(msgspec.structs.replace(document, certificate=None, weights=document.certificate.weights)))
     refused(run("export", path, "-o", tmp_path / "c"), 4, "the bench has inertia 1.11e-05 to 1.53e-05, the vertices 1.11e-05 to 1.11e-05")
 
