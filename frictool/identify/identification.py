@@ -21,7 +21,9 @@ from frictool.identify.informative import NEVER_NEGATIVE, below_coulomb, useless
 from frictool.identify.orientation import negative_work, opposite_signs, reversed_sign
 from frictool.identify.outcome import CURVE, PARAMETERS, SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.plausible import implausible
+from frictool.identify.pooling import pooling_warnings
 from frictool.identify.record import Record
+from frictool.identify.refit import CANNOT, fixed_parameters, refit
 from frictool.identify.refusals import refuse_self_explained, refuse_unmeasured
 from frictool.identify.twice import refuse_twice
 from frictool.plant.axis_model import load_law
@@ -93,6 +95,7 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
     try:
         fit = _slide(sliding, rows, bench, method, settings)
         _accept(fit.parameters, fit.refused, bench, found, refused)
+        fit = _settled(sliding, bench, settings, replace(fit, method=fit.method or method), found, refused)
     except NothingUsable as error:
         refused.update(dict.fromkeys(SLIDING, unmeasured or str(error)))
     if not {"viscous", "coulomb"} <= found.keys() or _any_negative(fit):
@@ -126,7 +129,8 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
             refused["breakaway"] = impossible
             del found["breakaway"]
     ordered = {name: found[name] for name in (*PARAMETERS, *CURVE) if name in found}
-    warnings = (*odd, *_surprises(ordered, bench), *_doubts(fit))
+    pooled = [] if fit is None else pooling_warnings(sliding, bench, settings, fit, ordered)
+    warnings = (*odd, *_surprises(ordered, bench), *_doubts(fit), *pooled)
     result = Identification((fit and fit.method) or method, settings.confidence, kinds, ordered, refused, fit, onsets, warnings, laws)
     if not PHYSICAL & found.keys():
         reason = negative_work([*sliding, *ramps], bench)
@@ -191,6 +195,30 @@ def _slide(records: list[Record], rows: Sequence[SlipRows], bench: Bench, method
         raise NothingUsable(
             f"the model does not explain the effort: force error {100 * fit.force_error:.3g} % {allowed}; is it of this motion?"
         )
+    return fit
+
+
+def _settled(
+    records: list[Record],
+    bench: Bench,
+    settings: methods.Settings,
+    fit: Fit,
+    found: dict[str, Interval],
+    refused: dict[str, str],
+) -> Fit:
+    """Return the fit whose refused parameters are fixed at the bench's values; `found` and `refused` follow it (`refit.py`)."""
+    if fit.method in CANNOT or _any_negative(fit):
+        return fit
+    fixed: dict[str, Interval] = {}
+    while (more := fixed_parameters(fit, found, bench)).keys() - fixed.keys() and found.keys() - {"offset"}:
+        fixed |= more
+        try:
+            fit = refit(records, bench, settings, fit, fixed)
+        except NothingUsable:
+            break
+        for name in SLIDING:
+            found.pop(name, None)
+        _accept(fit.parameters, {name: reason for name, reason in fit.refused.items() if name not in refused}, bench, found, refused)
     return fit
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from importlib import import_module
 from typing import TYPE_CHECKING, cast
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
-    from frictool.identify.outcome import Fit
+    from frictool.identify.outcome import Fit, Interval
     from frictool.identify.record import Record
 
 DEFAULT = "auto"
@@ -143,7 +144,8 @@ class Settings:
     """What a user may set; None is the method's own choice.
 
     window [samples, odd] of the smoothing; time_constant [s] of the filter on differences; threshold [rad/s | m/s] of (4.18);
-    forgetting, the weight of a square one stroke back, in ]0, 1]; pipeline of inverse-dynamic.
+    forgetting, the weight of a square one stroke back, in ]0, 1]; pipeline of inverse-dynamic. fixed: sliding parameters that are not
+    looked for, name -> the bench's interval: a second fit holds what the first one could not give.
     """
 
     confidence: float = 0.95
@@ -152,6 +154,7 @@ class Settings:
     threshold: float | None = None
     forgetting: float | None = None
     pipeline: Pipeline | None = None
+    fixed: Mapping[str, Interval] = field(default_factory=dict)
 
 
 def run(method: str, records: list[Record], bench: Bench, settings: Settings) -> Fit:

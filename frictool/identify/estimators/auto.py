@@ -2,9 +2,10 @@
 
     1  assess refuses the velocity by differentiation                                                             sines
     2  the efficient estimate (`least_squares`) and the robust one (`power_balance`) disagree by more than their
-       intervals: friction is not viscous + Coulomb over all speeds, and the slow samples tell something else     power-balance
-    3  else                                                                                                       least-squares
-    4  simulated on strokes that were not seen, output error is off by a tenth less than what 2 or 3 gives        output-error
+       intervals: friction is not viscous + Coulomb over all speeds, and the slow samples tell something else     prefer power-balance
+    3  else the efficient one, alone                                                                              prefer least-squares
+    4  of 2 or 3, with the terms that the simulation asks for, and of output error: the best by what its model
+       predicts of strokes that it has not seen; the preferred one stays within a tenth (`comparison`)
     5  assess gives the inertia to the weak form, and 1 to 4 do not give it: its value is the weak form's
 
 Step 2 is Hausman's test, read off intervals. Offset and viscous friction are dropped where strokes that the fit has not seen are predicted
@@ -101,17 +102,14 @@ def _differentiated(records: list[Record], bench: Bench, settings: Settings) -> 
     apart = disagreement(efficient, robust)
     if apart is None:
         why = "equal weights and weights by speed agree within their intervals: friction is viscous and Coulomb at all speeds used"
-        return _refined(records, bench, settings, replace(efficient, method="least-squares", why=why))
-    why = f"{apart} with equal weights is outside what weights by speed give: the slow samples tell another friction, and count less"
-    return _refined(records, bench, settings, replace(robust, method="power-balance", why=why))
+        fits = [replace(efficient, method="least-squares", why=why)]
+    else:
+        why = f"{apart} with equal weights is outside what weights by speed give: the slow samples tell another friction, and count less"
+        fits = [replace(robust, method="power-balance", why=why), replace(efficient, method="least-squares", why=why)]
+    refuse_self_explained(fits[0], records)  # simulated, a computed effort would no longer explain itself
+    from frictool.identify.estimators.comparison import Given, best_by_prediction
 
-
-def _refined(records: list[Record], bench: Bench, settings: Settings, fit: Fit) -> Fit:
-    """Step 4, imported when it is used. A computed effort is refused before: simulated, it would no longer explain itself."""
-    from frictool.identify.estimators.output_error import refined
-
-    refuse_self_explained(fit, records)
-    return refined(records, bench, settings, fit)
+    return best_by_prediction(Given(records, bench, settings, fits))
 
 
 def disagreement(one: Fit, other: Fit) -> str | None:

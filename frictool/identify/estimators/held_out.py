@@ -12,6 +12,7 @@ hour a part is simulated, evenly over all of it: what is not seen in five minute
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,13 +46,28 @@ def halves(records: Sequence[Record]) -> Sides | None:
     return before, after
 
 
-def held_out_squares(sides: Sides, bench: Bench, terms: tuple[str, ...], known: Mapping[str, float]) -> Vector:
-    """Mean square (s,) of the simulated position's error in each stroke, rad^2 | m^2: each half simulated by a fit to the other."""
-    squares = []
+@dataclass(frozen=True)
+class Structure:
+    """Terms beyond the sliding parameters; squares (s,) of the strokes that were not seen, rad^2 | m^2; values found on each half.
+
+    errors: held-out error (rms, rad | m) of every structure that was compared, by its name.
+    """
+
+    terms: tuple[str, ...]
+    squares: Vector
+    values: tuple[dict[str, float], ...]
+    errors: dict[str, float]
+
+
+def predicted(sides: Sides, bench: Bench, terms: tuple[str, ...], known: Mapping[str, float]) -> Structure:
+    """Return what a structure predicts: each half simulated by a fit to the other."""
+    squares, values = [], []
     for seen, unseen in (sides, (sides[1], sides[0])):
         found = estimate(Simulated(compared(seen), bench, terms), known).values
         squares.append(stroke_squares(Simulated(compared(unseen), bench, terms), found))
-    return np.concatenate(squares)
+        values.append(found)
+    together = np.concatenate(squares)
+    return Structure(terms, together, tuple(values), {"_".join(terms) or "sliding": float(np.sqrt(np.mean(together)))})
 
 
 def compared(side: Sequence[Record]) -> list[Segment]:
@@ -82,15 +98,20 @@ def choose_terms(
     sides = halves(records)
     if sides is None:
         return (), {}
-    terms: tuple[str, ...] = ()
-    best = held_out_squares(sides, bench, terms, known)
-    errors = {"sliding": float(np.sqrt(np.mean(best)))}
+    found = choose_structure(sides, bench, candidates, known, confidence)
+    return found.terms, found.errors
+
+
+def choose_structure(sides: Sides, bench: Bench, candidates: Sequence[str], known: Mapping[str, float], confidence: float) -> Structure:
+    """Return the structure that predicts best, term after term."""
+    best = predicted(sides, bench, (), known)
+    errors = dict(best.errors)
     for term in candidates:
         try:
-            squares = held_out_squares(sides, bench, (*terms, term), known)
+            tried = predicted(sides, bench, (*best.terms, term), known)
         except NothingUsable:
             continue
-        errors["_".join((*terms, term))] = float(np.sqrt(np.mean(squares)))
-        if better(squares, best, confidence):
-            terms, best = (*terms, term), squares
-    return terms, errors
+        errors |= tried.errors
+        if better(tried.squares, best.squares, confidence):
+            best = tried
+    return replace(best, errors=errors)

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from frictool.documents.bench import Bench
 from frictool.identify.methods import Settings
-from frictool.identify.outcome import Fit, Interval, NothingUsable
+from frictool.identify.outcome import SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.record import Record, Vector
-from frictool.identify.rows.samples import Samples, cluster_products, fit, intervals, joined, parameters_of
+from frictool.identify.rows.samples import Samples, cluster_products, fit, free_columns, intervals, joined, spread_as, with_fixed
 from frictool.identify.rows.slip import keep_rows, slip_mask
 from frictool.identify.rows.slipping import full_backlash, slipping_rows, slipping_window
 from frictool.identify.rows.smoothing import smoothed
@@ -36,7 +36,7 @@ def instrumental(records: list[Record], bench: Bench, settings: Settings) -> Fit
         signals = smoothed(record, window)
         instruments.append(_instruments(record, bench, window, signals[1]))
         parts.append(slipping_rows(record, bench, window, signals))
-    samples = joined(parts)
+    samples = with_fixed(joined(parts), settings.fixed)
     plain = fit(samples, np.ones(samples.velocity.size), window, settings.confidence, {"window": window})
     z = tuple(np.concatenate(columns) for columns in zip(*instruments, strict=True))
     correlation = float(np.corrcoef(z[1], samples.velocity)[0, 1])
@@ -44,7 +44,8 @@ def instrumental(records: list[Record], bench: Bench, settings: Settings) -> Fit
         raise NothingUsable(f"the velocity does not follow that of the reference (correlation {correlation:.2g}); use least-squares")
     found = by_instruments(samples, z, window, settings.confidence)
     details = {**plain.details, "reference_correlation": correlation}
-    return replace(plain, parameters={name: found[name] for name in plain.parameters}, details=details)
+    parameters = spread_as(plain.parameters, {name: found[name] for name in plain.parameters}, samples)
+    return replace(plain, parameters=parameters, details=details)
 
 
 def _instruments(record: Record, bench: Bench, window: int, velocity: Vector) -> tuple[Vector, Vector, Vector]:
@@ -60,10 +61,10 @@ def _instruments(record: Record, bench: Bench, window: int, velocity: Vector) ->
 
 def by_instruments(samples: Samples, z: tuple[Vector, ...], window: int, confidence: float) -> dict[str, Interval]:
     """Each parameter with its interval, from the rows and the instruments of acceleration, velocity and sign, each (n,)."""
-    names, _ = parameters_of(samples)
-    p = len(names)
-    instruments = (*z, np.ones(z[0].size))[:p]
-    products, rows, cluster = cluster_products(samples, (*instruments, *samples.columns[:p], samples.effort), window)
+    names, columns = free_columns(samples)
+    p, every = len(names), (*z, np.ones(z[0].size))
+    instruments = tuple(every[SLIDING.index(name)] for name in names)
+    products, rows, cluster = cluster_products(samples, (*instruments, *columns, samples.effort), window)
 
     def estimate(total: Matrix, _rows: float) -> Vector:
         return np.asarray(np.linalg.solve(total[:p, p : 2 * p], total[:p, -1]))

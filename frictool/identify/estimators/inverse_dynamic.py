@@ -31,7 +31,7 @@ from frictool.identify.methods import Pipeline, Settings
 from frictool.identify.outcome import Fit, Interval, NothingUsable
 from frictool.identify.record import Record, Vector
 from frictool.identify.rows.resolution import unresolved_inertia
-from frictool.identify.rows.samples import Samples, fit, joined
+from frictool.identify.rows.samples import Samples, fit, joined, with_fixed
 from frictool.identify.rows.smoothing import position_noise
 from frictool.identify.rows.strokes import find_strokes
 
@@ -47,7 +47,7 @@ def inverse_dynamic(records: list[Record], bench: Bench, settings: Settings) -> 
     """
     pipeline, confidence = settings.pipeline or Pipeline(), settings.confidence
     _refuse_backlash(records, bench)
-    samples = joined([_decimated(record, pipeline) for record in records])
+    samples = with_fixed(joined([_decimated(record, pipeline) for record in records]), settings.fixed)
     details: dict[str, float | int] = {
         "cutoff_hz": pipeline.cutoff_hz,
         "filter_order": pipeline.filter_order,
@@ -55,7 +55,7 @@ def inverse_dynamic(records: list[Record], bench: Bench, settings: Settings) -> 
     }
     window = max(1, round(1.0 / (pipeline.cutoff_hz * records[0].period * pipeline.decimate)))
     found = fit(samples, np.ones(samples.velocity.size), window, confidence, details)
-    balance = power_balance(records, bench, Settings(confidence))
+    balance = power_balance(records, bench, Settings(confidence, fixed=settings.fixed))
     refused = {**found.refused, **balance.refused, **_unresolved(records[0], bench, samples, pipeline)}
     spanned = {name: _span(own, balance.parameters[name]) for name, own in found.parameters.items() if name not in refused}
     return replace(found, parameters=spanned, refused=refused)

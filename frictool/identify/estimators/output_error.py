@@ -24,19 +24,18 @@ from scipy.special import stdtrit
 
 from frictool.documents.bench import Bench
 from frictool.engine.servo import Servo
-from frictool.identify.estimators.held_out import choose_terms, compared, halves, held_out_squares, stroke_squares
+from frictool.identify.estimators.held_out import choose_terms
 from frictool.identify.estimators.power_balance import power_balance
-from frictool.identify.estimators.simulated import Matrix, Minimum, Simulated, estimate, observer_rate
-from frictool.identify.methods import Settings, run
+from frictool.identify.estimators.simulated import STEP, Matrix, Minimum, Simulated, estimate, observer_rate
+from frictool.identify.methods import Settings
 from frictool.identify.outcome import SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.record import Record, Vector
 from frictool.identify.regression.clusters import clusters
 from frictool.identify.regression.regression import Singular, solve
-from frictool.identify.rows.load_terms import laws_of, possible
+from frictool.identify.rows.load_terms import GRAVITY, SPRING, laws_of, load_values, possible, with_structure
 from frictool.identify.rows.segments import of_each_record, whole
 from frictool.identify.rows.strokes import find_strokes
 
-REFINED = 0.9  # of the regression's held-out error
 KNOWN_BETTER = 0.5  # of the simulation's own interval
 MOST_CLUSTERS = 60  # strokes are joined until there are no more: each costs a simulation
 
@@ -103,21 +102,22 @@ def simulation_error(records: list[Record], bench: Bench, settings: Settings, te
 
     Raises NothingUsable where nothing moves, where the motion is in one direction only, and where a closed loop has no reference.
     """
-    start = power_balance(records, bench, settings)
+    start = power_balance(records, with_structure(bench, terms), settings)
     if "coulomb" in start.refused:
         raise NothingUsable(start.refused["coulomb"])
-    simulated = Simulated(whole(records), bench, terms, servo)
+    held = {name: interval.value for name, interval in settings.fixed.items()}
+    simulated = Simulated(whole(records), bench, terms, servo, held)
     if not simulated.segments:
         raise NothingUsable("no piece of the logs is long enough to simulate")
     if servo is not None and any(segment.reference is None for segment in simulated.segments):
         raise NothingUsable("a closed loop needs the controller's reference in the log (channel reference); leave the controller out")
-    known = start_values(start, bench)
+    known = {**start_values(start, bench), **held}
     found = estimate(simulated, known)
-    half = _half_widths(simulated, found, known, settings.confidence)
+    half = _widened(simulated, found, _half_widths(simulated, found, known, settings.confidence), settings.fixed)
     intervals = {name: Interval(found.values[name], found.values[name] - w, found.values[name] + w) for name, w in half.items()}
     inertia = start.parameters.get("inertia")
     if servo is None and inertia is not None and inertia.low > 0.0 and inertia.half_width < KNOWN_BETTER * half["inertia"]:
-        simulated, found, intervals = _with_inertia(simulated, found, known, inertia, settings.confidence)
+        simulated, found, intervals = _with_inertia(simulated, found, known, inertia, settings)
     return _fit(simulated, found, intervals)
 
 
@@ -130,16 +130,28 @@ def _half_widths(simulated: Simulated, found: Minimum, regressed: Mapping[str, f
     return dict(zip(simulated.names, half.tolist(), strict=True))
 
 
+def _widened(simulated: Simulated, found: Minimum, half: dict[str, float], fixed: Mapping[str, Interval]) -> dict[str, float]:
+    """Return the half widths with what the intervals of the fixed parameters add."""
+    squares = np.array(list(half.values())) ** 2
+    for name, interval in fixed.items():
+        reach = max(interval.high - interval.value, interval.value - interval.low)
+        step = STEP * max(abs(interval.value), reach, 1e-300)
+        changed = replace(simulated, held={**simulated.held, name: interval.value + step})
+        column = (changed.residual({**found.values, name: interval.value + step}) - found.residual) / step
+        squares += (np.linalg.lstsq(found.jacobian, column, rcond=None)[0] * reach) ** 2
+    return dict(zip(half, np.sqrt(squares).tolist(), strict=True))
+
+
 def _with_inertia(
-    simulated: Simulated, found: Minimum, regressed: Mapping[str, float], inertia: Interval, confidence: float
+    simulated: Simulated, found: Minimum, regressed: Mapping[str, float], inertia: Interval, settings: Settings
 ) -> tuple[Simulated, Minimum, dict[str, Interval]]:
     """The others once more with the regression's inertia, and intervals that hold what is uncertain of it."""
     place = simulated.names.index("inertia")
     others = np.delete(found.jacobian, place, axis=1)
     slope = np.linalg.lstsq(others, found.jacobian[:, place], rcond=None)[0]
-    simulated = replace(simulated, held={"inertia": inertia.value})
+    simulated = replace(simulated, held={**simulated.held, "inertia": inertia.value})
     again = estimate(simulated, found.values)
-    half = _half_widths(simulated, again, regressed, confidence)
+    half = _widened(simulated, again, _half_widths(simulated, again, regressed, settings.confidence), settings.fixed)
     intervals = {"inertia": inertia}
     for (name, own), change in zip(half.items(), slope.tolist(), strict=True):
         width = float(np.hypot(own, change * inertia.half_width))
@@ -148,8 +160,8 @@ def _with_inertia(
 
 
 def start_values(start: Fit, bench: Bench) -> dict[str, float]:
-    """Where the search begins: what the power balance gives within reason, else the bench."""
-    known = {}
+    """Return where the search begins: what the regression gives within reason, else the bench's values."""
+    known = load_values(start.laws)
     for name in SLIDING:
         prior = getattr(bench.mechanics, name)
         interval = start.parameters.get(name)
@@ -167,7 +179,7 @@ def _fit(simulated: Simulated, found: Minimum, intervals: dict[str, Interval]) -
     singular = np.linalg.svd(found.jacobian / np.where(norms > 0.0, norms, 1.0), compute_uv=False)
     details: dict[str, float | int] = {"segments": len(simulated.segments), "residual_rms": float(np.sqrt(np.mean(found.residual**2)))}
     return Fit(
-        {name: intervals[name] for name in SLIDING},
+        {name: intervals[name] for name in SLIDING if name in intervals},
         {},
         float(np.sqrt(np.mean(error**2))) / size,
         None,
@@ -178,41 +190,30 @@ def _fit(simulated: Simulated, found: Minimum, intervals: dict[str, Interval]) -
     )
 
 
+def _needless(fit: Fit, terms: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the loads over the position whose intervals all hold 0: a drift of the simulation that a load happens to hold back."""
+    load = None if fit.laws is None else fit.laws.load
+    gravity = None if load is None or load.gravity is None else (load.gravity.sine, load.gravity.cosine)
+    spring = None if load is None or load.stiffness is None else (load.stiffness,)
+    found = {SPRING: spring, GRAVITY: gravity}
+    return tuple(
+        term for term in terms if (own := found.get(term)) is not None and all(one.interval[0] <= 0.0 <= one.interval[1] for one in own)
+    )
+
+
 def output_error(records: list[Record], bench: Bench, settings: Settings) -> Fit:
     """Open-loop output error on the structure that predicts best what it has not seen (`held_out`). Raises NothingUsable."""
     if bench.load is not None and "coulomb_by_direction" in bench.load.terms:
         raise NothingUsable("output-error takes what is constant for an offset; write offset for coulomb_by_direction in load.terms")
     known = start_values(power_balance(records, bench, settings), bench)
     terms, errors = choose_terms(records, bench, possible(bench), known, settings.confidence)
+    return simulated_fit(records, bench, settings, terms, errors)
+
+
+def simulated_fit(records: list[Record], bench: Bench, settings: Settings, terms: tuple[str, ...], errors: Mapping[str, float]) -> Fit:
+    """Return the fit of a structure that was chosen, less the loads over the position that turn out to be needless."""
     fit = simulation_error(records, bench, settings, terms)
+    while bench.load is None and (needless := _needless(fit, terms)):
+        terms = tuple(term for term in terms if term not in needless)
+        fit = simulation_error(records, bench, settings, terms)
     return replace(fit, details={**fit.details, **{f"held_out_{name}": error for name, error in errors.items()}})
-
-
-def refined(records: list[Record], bench: Bench, settings: Settings, fit: Fit) -> Fit:
-    """`fit`, of the method it names, or output error where that simulates by a tenth better what neither has seen (`held_out`).
-
-    Where the regression refuses a parameter, or the logs are too short for halves or have no position, there is nothing to compare; a load
-    that the regression has found is not left out again. Where the regression's values lie outside output error's intervals, something that
-    neither knows (a breakaway at the reversals) has moved the simulation, which remembers it: the regression stands.
-    """
-    if fit.laws is not None or any(record.velocity is not None for record in records):
-        return fit
-    sides = halves(records)
-    if sides is None or fit.method is None or any(name not in fit.parameters for name in SLIDING):
-        return fit
-    if any(fit.parameters[name].value < 0.0 for name in SLIDING if name != "offset"):
-        return fit  # no axis to simulate
-    try:
-        seen = [start_values(run(fit.method, side, bench, settings), bench) for side in sides]
-        regressed = [stroke_squares(Simulated(compared(other), bench), values) for other, values in zip(reversed(sides), seen, strict=True)]
-        simulated = held_out_squares(sides, bench, (), start_values(fit, bench))
-        one, other = (float(np.sqrt(np.mean(squares))) for squares in (np.concatenate(regressed), simulated))
-        if other >= REFINED * one:
-            return fit
-        better = output_error(records, bench, settings)
-    except NothingUsable:
-        return fit
-    if any(not better.parameters[name].low <= fit.parameters[name].value <= better.parameters[name].high for name in SLIDING):
-        return fit
-    why = f"simulated on strokes that were not seen, its position is off by {other:.3g}, that of {fit.method} by {one:.3g} (rms, SI)"
-    return replace(better, method="output-error", why=why)

@@ -12,6 +12,7 @@ is followed. The knees between speed regimes are found (`regimes`). Strokes at s
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,12 +26,14 @@ from frictool.identify.methods import Settings
 from frictool.identify.outcome import Fit, Interval, NothingUsable
 from frictool.identify.record import Record, Vector
 from frictool.identify.regression.clusters import clusters
-from frictool.identify.regression.regression import Singular
+from frictool.identify.regression.regression import Matrix, Singular, solve
 from frictool.identify.rows.samples import Samples, joined
 from frictool.identify.rows.slip import slip_mask
 from frictool.identify.rows.smoothing import choose_window, smoothed
 from frictool.identify.rows.strokes import find_strokes
 
+COLUMNS = ("viscous", "coulomb", "offset")
+NO_INERTIA = "the method of sines does not look for it: the mean acceleration of a stroke's middle is nearly zero (4.36)"
 GATE = 0.5  # of the stroke's largest speed
 NOISE_SHARE = 0.02  # of noise in the acceleration (`smoothing`): which samples are fast enough has to be told, no more
 FEWEST_STROKES = 8
@@ -52,16 +55,22 @@ def sines(records: list[Record], bench: Bench, settings: Settings) -> Fit:
     Raises NothingUsable where there are too few strokes, all of one speed, or of one direction.
     """
     rows = gated_rows(records, bench)
+    effort = rows.means.effort
+    fixed = {name: interval for name, interval in settings.fixed.items() if name in COLUMNS}
+    rows = without(rows, fixed)
+    if "viscous" in fixed:
+        return _dry(rows, effort, bench, settings.confidence, fixed)
     pieces, half = fit_rows(rows, bench, settings.confidence)
-    value = pieces.solution.value
-    count, effort = len(pieces.knees), rows.means.effort
-    places = {"viscous": 0, "coulomb": count + 1, "offset": count + 2}
+    value, count = pieces.solution.value, len(pieces.knees)
+    half[: value.size - count] = _of_fixed(rows, design(rows.means, pieces.knees), half[: value.size - count], fixed)
+    free = [name for name in COLUMNS[1:] if name not in fixed]
+    places = {"viscous": 0, **{name: count + 1 + place for place, name in enumerate(free)}}
     found = {name: Interval(float(value[k]), float(value[k] - half[k]), float(value[k] + half[k])) for name, k in places.items()}
     found["viscous"] = not_negative(found["viscous"])
     speeds = rows.means.mean(rows.means.speed)
     return Fit(
         found,
-        {"inertia": "the method of sines does not look for it: the mean acceleration of a stroke's middle is nearly zero (4.36)"},
+        {"inertia": NO_INERTIA},
         float(np.linalg.norm(pieces.residual) / np.linalg.norm(effort)),
         None,
         pieces.solution.condition,
@@ -69,6 +78,51 @@ def sines(records: list[Record], bench: Bench, settings: Settings) -> Fit:
         {"strokes": effort.size, "knees": count, "slowest": float(speeds.min()), "fastest": float(speeds.max())},
         None if count == 0 else Laws(regimes=regimes_of(pieces, half, bench)),
     )
+
+
+def _column(name: str, means: Means) -> Vector:
+    """Return the regressor (m,) of a parameter of the line."""
+    if name == "viscous":
+        return means.piece(0.0, np.inf)
+    return means.sign if name == "coulomb" else np.ones(means.sign.size)
+
+
+def without(rows: Rows, fixed: Mapping[str, Interval]) -> Rows:
+    """Return the rows with the effort that is left for the parameters that are not fixed."""
+    if not fixed:
+        return rows
+    means = rows.means
+    known = np.sum([interval.value * _column(name, means) for name, interval in fixed.items()], axis=0)
+    free = [_column(name, means) for name in COLUMNS[1:] if name not in fixed]
+    columns = np.column_stack(free) if free else np.empty((means.sign.size, 0))
+    return replace(rows, means=replace(means, effort=means.effort - known, columns=columns))
+
+
+def _of_fixed(rows: Rows, columns: Matrix, half: Vector, fixed: Mapping[str, Interval]) -> Vector:
+    """Return the half widths (p,) with what the intervals of fixed parameters add; columns (m, p) of the regression."""
+    weight, squares = rows.means.weight, half**2
+    for name, interval in fixed.items():
+        reach = max(interval.high - interval.value, interval.value - interval.low)
+        moved = np.linalg.lstsq(columns * weight[:, None], reach * _column(name, rows.means) * weight, rcond=None)[0]
+        squares = squares + moved**2
+    return np.asarray(np.sqrt(squares))
+
+
+def _dry(rows: Rows, effort: Vector, bench: Bench, confidence: float, fixed: Mapping[str, Interval]) -> Fit:
+    """Return Coulomb friction and offset, those of them that are not fixed, beside a known viscous friction."""
+    means, free = rows.means, [name for name in COLUMNS[1:] if name not in fixed]
+    if not free:
+        raise NothingUsable("every parameter of the friction's line is fixed")
+    target = means.effort - bench.mechanics.inertia.value * rows.acceleration
+    try:
+        solution = solve(means.columns, target, means.weight, means.cluster)
+    except Singular as error:
+        raise NothingUsable(str(error)) from None
+    half = _of_fixed(rows, means.columns, solution.half_width(confidence), fixed)
+    found = {name: Interval(float(v), float(v - h), float(v + h)) for name, v, h in zip(free, solution.value, half, strict=True)}
+    left = (target - means.columns @ solution.value) * means.weight
+    residual = float(np.linalg.norm(left) / np.linalg.norm(effort * means.weight))
+    return Fit(found, {"inertia": NO_INERTIA}, residual, None, solution.condition, means.speed.size, {"strokes": effort.size})
 
 
 def gated_rows(records: list[Record], bench: Bench) -> Rows:

@@ -19,9 +19,9 @@ from scipy.linalg import eigh
 
 from frictool.documents.bench import Bench
 from frictool.identify.methods import Settings
-from frictool.identify.outcome import Fit
+from frictool.identify.outcome import SLIDING, Fit
 from frictool.identify.record import Record
-from frictool.identify.rows.samples import Samples, cluster_products, fit, intervals, parameters_of, residuals
+from frictool.identify.rows.samples import Samples, cluster_products, fit, free_columns, intervals, residuals, spread_as
 from frictool.identify.rows.slipping import slipping_fit
 from frictool.identify.rows.smoothing import acceleration_filter, bump, position_noise
 
@@ -36,11 +36,14 @@ def total_least_squares(records: list[Record], bench: Bench, settings: Settings)
 
 def _fit(samples: Samples, window: int, record: Record, confidence: float) -> Fit:
     plain = fit(samples, np.ones(samples.velocity.size), window, confidence, {"window": window})
-    names, _ = parameters_of(samples)
-    noise = _noise(samples, window, record)[np.ix_([*range(len(names)), -1], [*range(len(names)), -1])]
-    products, rows, cluster = cluster_products(samples, (*samples.columns[: len(names)], samples.effort), window)
+    names, columns = free_columns(samples)
+    places = [*(SLIDING.index(name) for name in names), -1]
+    noise = _noise(samples, window, record)[np.ix_(places, places)]
+    products, rows, cluster = cluster_products(samples, (*columns, samples.effort), window)
     found = intervals(products, rows, cluster, lambda total, count: errors_in_variables(total / count, noise), names, confidence)
-    return replace(plain, parameters={name: interval for name, interval in found.items() if name in plain.parameters})
+    return replace(
+        plain, parameters=spread_as(plain.parameters, {name: one for name, one in found.items() if name in plain.parameters}, samples)
+    )
 
 
 def _noise(samples: Samples, window: int, record: Record) -> Matrix:

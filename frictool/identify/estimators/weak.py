@@ -16,6 +16,7 @@ other repeat their counts' errors, which then push as well as pull: nothing is p
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -35,7 +36,7 @@ from frictool.identify.outcome import SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.record import Record
 from frictool.identify.regression.unknowns import half_width
 from frictool.identify.rows.friction_columns import Rows, knee_column, position_columns, rows_of
-from frictool.identify.rows.samples import Samples, fit, joined, parameters_of
+from frictool.identify.rows.samples import Samples, fit, joined, parameters_of, with_fixed
 from frictool.identify.rows.slipping import slipping_mask, slipping_rows
 from frictool.identify.rows.smoothing import smoothed_by
 from frictool.identify.rows.strokes import find_strokes
@@ -61,8 +62,11 @@ def weak(records: list[Record], bench: Bench, settings: Settings) -> Fit:
         deviation, window = weak_deviation(strokes, axis, sensing, settings.window, own)
         samples = _chosen(*_windows(records, bench, window), structure)
     details: dict[str, float | int] = {"window": window, "position_order": structure.order, "knees": len(structure.knees)}
+    samples = with_fixed(samples, settings.fixed)
     found = fit(samples, np.ones(samples.velocity.size), OVERLAP, settings.confidence, details)
-    found = _told(found, structure, bench)
+    found = _told(found, structure, bench, settings.fixed)
+    if "inertia" in settings.fixed:
+        return found
     precision, known = QUANTILE * float(deviation[0]) / axis.inertia, facts.known.get("inertia", 1.0)
     if precision >= known:
         kept = {name: interval for name, interval in found.parameters.items() if name != "inertia"}
@@ -110,16 +114,16 @@ def _chosen(samples: Samples, parts: list[Rows], structure: Structure) -> Sample
     return replace(chosen, velocity=pieces[0], loads=loads)
 
 
-def _told(found: Fit, structure: Structure, bench: Bench) -> Fit:
+def _told(found: Fit, structure: Structure, bench: Bench, fixed: Mapping[str, Interval]) -> Fit:
     """The fit with the sliding parameters alone, and the viscous friction above each knee as its law."""
     every, regimes = found.parameters, []
-    slope = every["viscous"].value
+    slope = {**fixed, **every}["viscous"].value
     for j, knee in enumerate(structure.knees, start=1):
         above, moved = every[f"bend_{j}"], every[f"knee_{j}"]
         reach, slope = moved.half_width / abs(above.value - slope), above.value
         regimes.append(regime(knee, reach, Interval(above.value, max(above.low, 0.0), above.high), bench))
     sliding = {name: interval for name, interval in every.items() if name in SLIDING}
-    if regimes:
+    if regimes and "viscous" in sliding:
         sliding["viscous"] = not_negative(sliding["viscous"])
     return replace(found, parameters=sliding, laws=Laws(regimes=tuple(regimes)) if regimes else None, why=_why(structure))
 

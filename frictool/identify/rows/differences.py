@@ -19,7 +19,7 @@ from frictool.identify.methods import Settings
 from frictool.identify.outcome import Fit, NothingUsable
 from frictool.identify.record import Record, Vector
 from frictool.identify.rows.resolution import refuse_hidden_inertia
-from frictool.identify.rows.samples import Samples, fit, joined
+from frictool.identify.rows.samples import Samples, fit, joined, with_fixed
 from frictool.identify.rows.strokes import find_strokes
 
 
@@ -31,7 +31,7 @@ def differenced_fit(records: list[Record], bench: Bench, settings: Settings, wei
     time_constant = settings.time_constant or 0.0
     samples, memory = differenced(records, time_constant)
     weight = weigh(samples)
-    used = samples.rows(weight > 0.0)
+    used = with_fixed(samples.rows(weight > 0.0), settings.fixed)
     found = fit(used, weight[weight > 0.0], memory, settings.confidence, {"time_constant": time_constant})
     impulse = np.zeros(50 * memory)
     impulse[1:4] = np.array([1.0, -2.0, 1.0]) / records[0].period ** 2  # behind a rest, which is what the filter starts from

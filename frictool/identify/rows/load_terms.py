@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 
 from frictool.documents.bench import Bench
@@ -21,6 +22,7 @@ from frictool.documents.laws import Backward, Gravity
 from frictool.documents.laws import Laws as LawsDocument
 from frictool.documents.laws import Load as LoadLaw
 from frictool.documents.laws import Ripple as RippleLaw
+from frictool.documents.load_terms import LoadTerms, Term
 from frictool.documents.quantity import Estimate, si_unit
 from frictool.engine.replay import replayed
 from frictool.identify.outcome import SLIDING, Fit, Interval
@@ -37,6 +39,7 @@ TERMS: dict[str, tuple[str, ...]] = {
     GRAVITY: ("gravity_sine", "gravity_cosine"),
     RIPPLE: ("ripple_sine", "ripple_cosine"),
 }
+DECLARED: dict[str, Term] = {DIRECTION: "viscous_by_direction", SPRING: "spring", GRAVITY: "gravity", RIPPLE: "ripple"}  # in `load.terms`
 POSITIVE = ("inertia", "viscous", "coulomb", "viscous_backward", "coulomb_backward")
 HALVES = ("coulomb_backward",)  # of no term of their own
 UNTOLD = "the motion does not repeat often enough to tell how uncertain it is"
@@ -133,6 +136,35 @@ def laws_of(found: Mapping[str, Interval], bench: Bench) -> LawsDocument | None:
     if stiffness is not None or gravity is not None or ripple is not None:
         load = LoadLaw(stiffness, gravity, ripple)
     return None if backward is None and load is None else LawsDocument(backward=backward, load=load)
+
+
+def load_values(laws: LawsDocument | None) -> dict[str, float]:
+    """Return the values of the terms that a fit has found, by the names of TERMS."""
+    if laws is None:
+        return {}
+    load, backward = laws.load or LoadLaw(), laws.backward
+    found: dict[str, Estimate | None] = {"stiffness": load.stiffness, "viscous_backward": None if backward is None else backward.viscous}
+    for name, harmonic in (("gravity", load.gravity), ("ripple", load.ripple)):
+        if harmonic is not None:
+            found |= {f"{name}_sine": harmonic.sine, f"{name}_cosine": harmonic.cosine}
+    return {name: one.value for name, one in found.items() if one is not None}
+
+
+def terms_of(laws: LawsDocument | None) -> tuple[str, ...]:
+    """Return the terms that a fit has found."""
+    found = load_values(laws)
+    return tuple(term for term, names in TERMS.items() if any(name in found for name in names))
+
+
+def with_structure(bench: Bench, terms: tuple[str, ...]) -> Bench:
+    """Return the bench that declares these terms, so that a regression has the structure of a simulation; itself if it declares any.
+
+    In another structure offset and viscous friction mean something else: where viscous friction differs by direction, a single one moves
+    the offset.
+    """
+    if bench.load is not None:
+        return bench
+    return msgspec.structs.replace(bench, load=LoadTerms(("offset", *(DECLARED[term] for term in terms))))
 
 
 def with_laws(fit: Fit, bench: Bench) -> Fit:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -14,7 +14,7 @@ from frictool.identify.record import Vector
 from frictool.identify.regression.alternatives import halved, held_out_norm, needless
 from frictool.identify.regression.clusters import clusters
 from frictool.identify.regression.regression import Singular, least, residual_norm, solve_triangles
-from frictool.identify.regression.triangles import Numbers, Tensor, triangles
+from frictool.identify.regression.triangles import Numbers, Tensor, merged, triangles
 from frictool.identify.rows.load_columns import by_direction, together, untold
 
 FEWEST_STROKES = 2  # in each direction: a difference of directions that is seen once cannot be told from one of strokes
@@ -29,6 +29,7 @@ class Samples:
 
     `counts`: how many encoder counts pass in the row. known_offset: the bench's, N m | N, which tells Coulomb friction where the motion is
     in one direction only. loads: of what else the bench says there is, the column (n,) of each parameter. terms: of `load` of the bench.
+    fixed: parameters that are known, whose effort is no longer in `effort` (`with_fixed`).
     """
 
     acceleration: Vector
@@ -40,6 +41,7 @@ class Samples:
     known_offset: Interval | None = None
     loads: dict[str, Vector] = field(default_factory=dict)
     terms: tuple[str, ...] | None = None
+    fixed: Mapping[str, Interval] = field(default_factory=dict)
 
     @property
     def split_coulomb(self) -> bool:
@@ -51,11 +53,35 @@ class Samples:
         """The regressors, each (n,), in the order of SLIDING."""
         return self.acceleration, self.velocity, self.sign, np.ones(self.sign.size)
 
+    @property
+    def one_direction(self) -> bool:
+        """Whether the motion is in one direction only."""
+        return bool(np.all(self.sign > 0.0) or np.all(self.sign < 0.0))
+
+    @property
+    def known_effort(self) -> Vector:
+        """The effort (n,) of the fixed parameters; a known offset belongs to a fixed Coulomb friction in one direction."""
+        out = np.zeros(self.sign.size)
+        for name, column in zip(SLIDING, self.columns, strict=True):
+            if name in self.fixed:
+                out += self.fixed[name].value * column
+        if "coulomb" in self.fixed and self.one_direction and self.known_offset is not None:
+            out += self.known_offset.value
+        return out
+
     def rows(self, chosen: NDArray[np.bool_]) -> Samples:
         """The rows where `chosen` (n,) is True."""
         names = ("acceleration", "velocity", "effort", "stroke", "sign", "counts")
         loads = {name: column[chosen] for name, column in self.loads.items()}
         return replace(self, loads=loads, **{name: getattr(self, name)[chosen] for name in names})
+
+
+def with_fixed(samples: Samples, fixed: Mapping[str, Interval]) -> Samples:
+    """Return the samples with the effort that is left for the parameters that are not fixed."""
+    if not fixed:
+        return samples
+    known = replace(samples, fixed=fixed)
+    return replace(known, effort=samples.effort - known.known_effort)
 
 
 def joined(parts: list[Samples]) -> Samples:
@@ -95,9 +121,12 @@ def fit(
     names = (*names, *samples.loads)
     refused = {**refused, **untold(plain, names, samples.velocity.size)}
     names, plain, weighted = _without(names, [name for name in names if name in samples.loads and name in refused], plain, weighted)
+    fixed = _Fixed(samples.fixed, names, weighted)
+    names, plain, weighted = _without(names, [name for name in names if name in samples.fixed], plain, weighted)
+    droppable = tuple(name for name in droppable if name in names)
     try:
         solution = solve_triangles(weighted, cluster)
-        width = solution.half_width(confidence)
+        width = fixed.widened(names, solution.half_width(confidence))
         low, high = solution.value - width, solution.value + width
         plainly = needless(plain, weighted, order, low, high, [[names.index(name)] for name in droppable if name in names])
         loads = needless(plain, weighted, order, low, high, together(names), confidence, plainly)
@@ -105,25 +134,27 @@ def fit(
         found = {name: Interval(0.0, float(low[names.index(name)]), float(high[names.index(name)])) for name in dropped}
         kept, plain, weighted = _without(names, dropped, plain, weighted)
         dropped_or_split = bool(dropped)
-        if "viscous_backward" in kept or samples.split_coulomb:
+        if ("viscous_backward" in kept and "viscous" in kept) or samples.split_coulomb:
             kept, plain, weighted = by_direction(kept, samples.split_coulomb, plain, weighted)
             refused |= {"offset": NO_OFFSET} if samples.split_coulomb else {}
             dropped_or_split = True
         if dropped_or_split:
             solution = solve_triangles(weighted, cluster)
-            width = solution.half_width(confidence)
+            width = fixed.widened(kept, solution.half_width(confidence))
     except Singular as error:
         raise NothingUsable(str(error)) from None
     for name, v, w in zip(kept, solution.value, width, strict=True):
         found[name] = Interval(float(v), float(v - w), float(v + w))
-    if refused.get("offset") == KNOWN_OFFSET["offset"] and samples.known_offset is not None:
+    if "viscous_backward" in found and "viscous" in samples.fixed:  # what viscous friction backward has more than forward
+        found["viscous_backward"] = shifted(found["viscous_backward"], samples.fixed["viscous"].value)
+    if refused.get("offset") == KNOWN_OFFSET["offset"] and samples.known_offset is not None and "coulomb" in found:
         found["coulomb"] = less_offset(found["coulomb"], samples.known_offset, float(samples.sign[0]))
     for name in dropped:
         if name in samples.loads:
             refused[name] = (
                 f"strokes that were not seen are predicted no worse without it; it lies in [{found[name].low:.4g}, {found[name].high:.4g}]"
             )
-    size = float(np.linalg.norm(samples.effort))
+    size = float(np.linalg.norm(samples.effort + samples.known_effort))
     held_out = held_out_norm(plain, weighted, halved(order), list(range(len(kept))))
     return Fit(
         {name: found[name] for name in dict.fromkeys((*names, *kept)) if name in found and name not in refused},
@@ -135,6 +166,30 @@ def fit(
         {**details, "strokes": int(order.max()) + 1, "clusters": int(cluster.max()) + 1},
         dropped=tuple(name for name in dropped if name not in samples.loads),
     )
+
+
+class _Fixed:
+    """What fixed parameters, uncertain as they are, move the others by."""
+
+    def __init__(self, fixed: Mapping[str, Interval], names: tuple[str, ...], weighted: Tensor) -> None:
+        held = [name for name in names if name in fixed]
+        self.reach = np.array([max(fixed[name].high - fixed[name].value, fixed[name].value - fixed[name].low) for name in held])
+        self.free = [name for name in names if name not in fixed]
+        whole = merged(weighted)
+        columns = whole[:, [names.index(name) for name in self.free]]
+        self.slope = np.linalg.lstsq(columns, whole[:, [names.index(name) for name in held]], rcond=None)[0] if held else None
+
+    def widened(self, names: tuple[str, ...], half: Vector) -> Vector:
+        """Return half widths (p,) that hold what the fixed parameters' intervals add; a column that was split keeps its own."""
+        if self.slope is None:
+            return half
+        added = dict(zip(self.free, np.sqrt((self.slope**2) @ self.reach**2), strict=True))
+        return np.hypot(half, [added.get(name, 0.0) for name in names])
+
+
+def shifted(interval: Interval, by: float) -> Interval:
+    """Return the interval moved by a value."""
+    return Interval(interval.value + by, interval.low + by, interval.high + by)
 
 
 def _without(names: tuple[str, ...], gone: list[str], plain: Tensor, weighted: Tensor) -> tuple[tuple[str, ...], Tensor, Tensor]:
@@ -168,8 +223,8 @@ def reduced(samples: Samples, weight: Vector, parameters: int, window: int) -> t
 
 def residuals(samples: Samples, weight: Vector) -> Vector:
     """The effort's residuals (n,) of a weighted fit. Raises NothingUsable where the parameters do not follow."""
-    names, _ = parameters_of(samples)
-    columns = (*samples.columns[: len(names)], *samples.loads.values())
+    _, free = free_columns(samples)
+    columns = (*free, *samples.loads.values())
     starts = np.flatnonzero(np.diff(samples.stroke, prepend=-1))
     try:
         value = least(triangles((*columns, samples.effort), weight, starts))[0]
@@ -211,10 +266,25 @@ def parameters_of(samples: Samples) -> tuple[tuple[str, ...], dict[str, str]]:
         raise NothingUsable(f"only {samples.velocity.size} samples are certain to slip")
     if samples.terms is not None and "offset" not in samples.terms and not samples.split_coulomb:
         return SLIDING[:3], {"offset": NO_OFFSET}
-    if np.all(samples.sign > 0.0) or np.all(samples.sign < 0.0):
+    if samples.one_direction:
         return SLIDING[:3], {"coulomb": ONE_DIRECTION, "offset": ONE_DIRECTION} if samples.known_offset is None else KNOWN_OFFSET
     forward, backward = (np.count_nonzero(np.diff(samples.stroke[samples.sign * side > 0.0])) + 1 for side in (1.0, -1.0))
     if min(forward, backward) < FEWEST_STROKES:
         reason = f"too few reversals: {forward} strokes slip forward and {backward} backward (at least {FEWEST_STROKES} each are needed)"
         return SLIDING, {"coulomb": reason, "offset": reason}
     return SLIDING, {}
+
+
+def free_columns(samples: Samples) -> tuple[tuple[str, ...], tuple[Vector, ...]]:
+    """Return names and columns, each (n,), of the sliding parameters that are told apart and not fixed. Raises as `parameters_of`."""
+    names, _ = parameters_of(samples)
+    free = [(name, column) for name, column in zip(names, samples.columns, strict=False) if name not in samples.fixed]
+    return tuple(name for name, _ in free), tuple(column for _, column in free)
+
+
+def spread_as(plain: Mapping[str, Interval], found: dict[str, Interval], samples: Samples) -> dict[str, Interval]:
+    """Return the intervals, no narrower than those of least squares where parameters are fixed: those hold what fixing adds."""
+    if not samples.fixed:
+        return found
+    half = {name: max(one.half_width, plain[name].half_width) for name, one in found.items()}
+    return {name: Interval(one.value, one.value - half[name], one.value + half[name]) for name, one in found.items()}

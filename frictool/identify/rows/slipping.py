@@ -23,7 +23,7 @@ from frictool.identify.record import Record, Vector
 from frictool.identify.rows.load_columns import load_columns
 from frictool.identify.rows.load_terms import with_laws
 from frictool.identify.rows.resolution import refuse_hidden_inertia
-from frictool.identify.rows.samples import Samples, fit, joined
+from frictool.identify.rows.samples import Samples, fit, joined, with_fixed
 from frictool.identify.rows.slip import keep_rows, slip_mask
 from frictool.identify.rows.smoothing import acceleration_response, choose_window, smoothed
 from frictool.identify.rows.strokes import Strokes, find_strokes
@@ -51,20 +51,20 @@ def weighted_fit(
 def slipping_fit(records: list[Record], bench: Bench, settings: Settings, fitting: Fitting) -> Fit:
     """What `fitting` makes of the samples certain to slip, inertia refused where the encoder hides it. Raises NothingUsable."""
     samples, used = slipping(records, bench, SMALLEST_SHARE, settings.window)
-    result = fitting(samples, used)
+    result = fitting(with_fixed(samples, settings.fixed), used)
     share = _bearable_share(result, settings.confidence)
     if settings.window is None and share > SMALLEST_SHARE and shortest_window(records, share) < used:
         del samples  # an hour of them is large, and the next come
         samples, used = slipping(records, bench, share, None)
-        result = fitting(samples, used)
+        result = fitting(with_fixed(samples, settings.fixed), used)
     response = acceleration_response(records[0], used)
     return with_laws(refuse_hidden_inertia(result, records[0], bench, response, samples.acceleration, f"over {used} samples"), bench)
 
 
 def _bearable_share(result: Fit, confidence: float) -> float:
     """The share of noise in the acceleration whose attenuation of the inertia is small beside what is uncertain of it anyway."""
-    inertia = result.parameters["inertia"]
-    if inertia.value <= 0.0:
+    inertia = result.parameters.get("inertia")
+    if inertia is None or inertia.value <= 0.0:
         return LARGEST_SHARE
     deviation = inertia.half_width / float(ndtri(0.5 + 0.5 * confidence)) / inertia.value
     return min(float(np.sqrt(BIAS_SHARE * deviation)), LARGEST_SHARE)

@@ -1,0 +1,192 @@
+"""Which method, by what its model predicts of strokes that it has not seen, on equal terms for all.
+
+    tried      the regressions that `auto` asks for, without and with the terms that the simulation asks for, and output error
+    scores     each half of the logs, predicted by a fit to the other half: error of the simulated position (rms), and force error
+    allowed    a force error of at most twice the smallest: a simulation must not be bought with a wrong effort
+    winner     the first in the order of preference whose position error is within a tenth of the smallest allowed one; output error only
+               where the regression of the same structure does not contradict it
+
+Preference: the method that theory asks for (`auto`), then another regression, then output error, whose parameters also hold what a
+regression leaves out. Values of different structures are not compared with each other, since an offset beside a viscous friction of each
+direction means something else than one beside a single one. Where the logs are too short for halves, the regressions are compared on
+the logs themselves; output error is not, since it has fitted what is compared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.documents.laws import Laws
+from frictool.documents.quantity import si_unit
+from frictool.identify.estimators.held_out import Sides, choose_structure, compared, halves, stroke_squares
+from frictool.identify.estimators.output_error import simulated_fit, start_values
+from frictool.identify.estimators.simulated import Simulated
+from frictool.identify.force_error import force_error, motion_rows
+from frictool.identify.methods import Settings, run
+from frictool.identify.outcome import SLIDING, Fit, Interval, NothingUsable
+from frictool.identify.record import Record, Vector
+from frictool.identify.rows.load_terms import DIRECTION, laws_of, possible, terms_of, with_structure
+
+NAMES = {DIRECTION: "viscous friction by direction"}
+REFINED = 0.9  # of the position error of the preferred method: what another one has to come below
+MOST_FORCE = 2.0  # times the smallest force error: above, the simulation agrees for the wrong reason
+
+
+@dataclass(frozen=True)
+class Score:
+    """What a candidate predicts: mean squares (s,) of the position's error in each stroke, rad^2 | m^2, and the force error.
+
+    fit: makes its parameters from all logs.
+    """
+
+    name: str
+    terms: tuple[str, ...]
+    squares: Vector
+    force: float
+    fit: Callable[[], Fit]
+
+    @property
+    def position(self) -> float:
+        """Position error (rms), rad | m."""
+        return float(np.sqrt(np.mean(self.squares)))
+
+    def shown(self, unit: str) -> str:
+        """Return the score for people."""
+        return f"{self.name} {self.position:.3g} {unit}, {100.0 * self.force:.3g} %"
+
+
+@dataclass(frozen=True)
+class Given:
+    """Logs, bench and settings, and the regressions of all logs: the preferred one first, each with its method and why."""
+
+    records: list[Record]
+    bench: Bench
+    settings: Settings
+    fits: Sequence[Fit]
+
+    def all(self, bench: Bench) -> tuple[list[Record], Bench, Settings]:
+        """Return the arguments of a method."""
+        return self.records, bench, self.settings
+
+
+def best_by_prediction(given: Given) -> Fit:
+    """Return the fit whose model predicts best."""
+    records, bench, first = given.records, given.bench, given.fits[0]
+    if any(record.velocity is not None for record in records):
+        return first
+    sides = halves(records)
+    scores = _regressions(sides or (records, records), given)
+    complete = all(name in first.parameters and (name == "offset" or first.parameters[name].value >= 0.0) for name in SLIDING)
+    if sides is not None and first.laws is None and complete:
+        scores += _regressions(sides, given, (DIRECTION,)) if DIRECTION in possible(bench) else []
+        scores += _simulations(sides, given)
+    if not scores:
+        return first
+    smallest = min(score.force for score in scores)
+    allowed = [score for score in scores if score.force <= MOST_FORCE * smallest]
+    winner, fit, against = _winner(allowed)
+    return replace(fit, why=_why(first, winner, scores, sides is not None, si_unit("position", bench.axis)) + against)
+
+
+def _winner(allowed: Sequence[Score]) -> tuple[Score, Fit, str]:
+    """Return the winner, its fit, and what speaks against output error where it would have won.
+
+    A regression of the same structure whose values lie outside output error's intervals shows that something acts that neither knows, a
+    breakaway at the reversals for instance: the simulated position remembers it, and the parameters of output error make up for it.
+    """
+    best = min(score.position for score in allowed)
+    winner = next(score for score in allowed if REFINED * score.position <= best)
+    others = [score for score in allowed if score is not winner]
+    try:
+        fit = winner.fit()
+    except NothingUsable as error:
+        second, other, _ = _winner(others)
+        return second, other, f"; {winner.name} is not taken: {error}"
+    twin = next((score for score in others if score.terms == winner.terms), None)
+    apart = None if twin is None or fit.method != "output-error" else contradicted(twin.fit(), fit)
+    if twin is None or apart is None:
+        return winner, fit, ""
+    second, other, _ = _winner(others)
+    return second, other, f"; {winner.name} is not taken: its {apart} contradicts {twin.name}, so that something acts that neither knows"
+
+
+def contradicted(regression: Fit, simulated: Fit) -> str | None:
+    """Return the first sliding parameter whose regressed value is outside the simulation's interval, for people, or None."""
+    for name in SLIDING:
+        regressed, interval = regression.parameters.get(name), simulated.parameters[name]
+        if regressed is not None and not interval.low <= regressed.value <= interval.high:
+            return f"{name} [{interval.low:.4g}, {interval.high:.4g}]"
+    return None
+
+
+def _why(first: Fit, winner: Score, scores: Sequence[Score], unseen: bool, unit: str) -> str:
+    """Return what was tried, each score, and why the winner won, for people."""
+    how = "predicted on strokes that were not seen" if unseen else "simulated on the logs themselves, which are too short for halves"
+    told = "; ".join(score.shown(unit) for score in scores)
+    smallest, best = min(scores, key=lambda score: score.force), min(scores, key=lambda score: score.position)
+    lost = f" ({best.name} is not allowed: its force error is above {MOST_FORCE:g} times that of {smallest.name})"
+    barred = lost if best.force > MOST_FORCE * smallest.force else ""
+    told = f"tried, {how} (position error rms, force error): {told}"
+    if winner is scores[0]:
+        return f"{first.why}; {told}; no other allowed one is better by a tenth{barred}"
+    return f"{told}; {winner.name} is the first within a tenth of the best allowed one{barred}"
+
+
+def _regressions(sides: Sides, given: Given, terms: tuple[str, ...] = ()) -> list[Score]:
+    """Return the scores of the fits' methods, with `terms` where the simulation asks for them."""
+    scores, declared = [], with_structure(given.bench, terms) if terms else given.bench
+    for fit in given.fits:
+        method = fit.method or ""
+        try:
+            halved = [run(method, side, declared, given.settings) for side in sides]
+            values = [start_values(half, given.bench) for half in halved]
+            position = [
+                stroke_squares(_axis(side, given.bench, half), one) for side, half, one in zip(sides[::-1], halved, values, strict=True)
+            ]
+        except NothingUsable:
+            continue
+        force = _force(sides, given.bench, values, [half.laws for half in halved])
+        make = (lambda fit=fit: fit) if not terms else (lambda method=method: replace(run(method, *given.all(declared)), method=method))
+        scores.append(Score(_name(method, terms), terms, np.concatenate(position), force, make))
+    return scores
+
+
+def _simulations(sides: Sides, given: Given) -> list[Score]:
+    """Return the score of output error, with the terms that it asks for, and of the regressions with its terms."""
+    known = start_values(given.fits[0], given.bench)
+    try:
+        found = choose_structure(sides, given.bench, possible(given.bench), known, given.settings.confidence)
+    except NothingUsable:
+        return []
+    regressions = _regressions(sides, given, found.terms) if found.terms not in ((), (DIRECTION,)) else []
+    force = _force(sides, given.bench, found.values, [_laws(values, given.bench) for values in found.values])
+
+    def make() -> Fit:
+        return replace(simulated_fit(*given.all(given.bench), found.terms, found.errors), method="output-error")
+
+    return [*regressions, Score(_name("output-error", found.terms), found.terms, found.squares, force, make)]
+
+
+def _name(method: str, terms: tuple[str, ...]) -> str:
+    """Return the name of a candidate for people."""
+    return method if not terms else f"{method} with {' and '.join(NAMES.get(term, term) for term in terms)}"
+
+
+def _axis(side: Sequence[Record], bench: Bench, fit: Fit) -> Simulated:
+    """Return the half as the axis of a fit runs through it."""
+    return Simulated(compared(side), bench, terms_of(fit.laws))
+
+
+def _force(sides: Sides, bench: Bench, values: Sequence[Mapping[str, float]], laws: Sequence[Laws | None]) -> float:
+    """Return the force error of both halves (rms), each with the values of the other."""
+    errors = [force_error(motion_rows(side, bench), one, law) for side, one, law in zip(sides[::-1], values, laws, strict=True)]
+    return float(np.sqrt(np.mean([error**2 for error in errors if error is not None] or [0.0])))
+
+
+def _laws(values: Mapping[str, float], bench: Bench) -> Laws | None:
+    """Return the laws of a structure's values."""
+    return laws_of({name: Interval(value, value, value) for name, value in values.items()}, bench)

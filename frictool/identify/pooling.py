@@ -1,0 +1,46 @@
+"""Warn where several logs together give a much wider interval than one of them alone: they disagree, and the model is of none of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from frictool.documents.bench import Bench
+from frictool.identify.methods import METHODS, Settings
+from frictool.identify.outcome import SLIDING, Fit, Interval, NothingUsable
+from frictool.identify.record import Record
+from frictool.identify.refit import same_structure
+
+WIDER = 4.0  # times the interval of one log alone
+MOST_LOGS = 20  # beyond, the first of them are compared
+
+
+def pooling_warnings(records: list[Record], bench: Bench, settings: Settings, fit: Fit, found: Mapping[str, Interval]) -> list[str]:
+    """Return a warning for each parameter whose interval from all logs is more than WIDER times that of one log alone.
+
+    Each log is fitted by the method and the structure of the fit, by least squares in place of output error, which costs a search a log.
+    """
+    if len(records) < 2:
+        return []
+    method = "least-squares" if fit.method == "output-error" or fit.method not in METHODS else fit.method
+    alone = {}
+    for record in records[:MOST_LOGS]:
+        try:
+            alone[Path(record.name).name] = same_structure([record], bench, settings, replace(fit, method=method)).parameters
+        except NothingUsable:
+            continue
+    out = []
+    for name in SLIDING:
+        told = {log: one[name] for log, one in alone.items() if name in one and one[name].half_width > 0.0}
+        if name not in found or not told:
+            continue
+        best = min(told, key=lambda log: told[log].half_width)
+        ratio = found[name].half_width / told[best].half_width
+        if ratio > WIDER:
+            values = ", ".join(f"{log} {one.value:.4g} [{one.low:.4g}, {one.high:.4g}]" for log, one in told.items())
+            out.append(
+                f"{name}: the interval from all logs is {ratio:.3g} times as wide as that of {best} alone, because the logs disagree "
+                f"({values}); identify them one by one (--each log), or leave out the log of another state of the machine"
+            )
+    return out

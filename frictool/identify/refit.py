@@ -1,0 +1,65 @@
+"""Second fit with the bench's values of what the first one could not give.
+
+A model carries the bench's value for each parameter that was refused. The other parameters were fitted jointly with a value that is not in
+the model, and would not explain the log beside the bench's. They are therefore fitted again with that value fixed; their intervals hold
+what the bench's interval of it adds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import msgspec
+
+from frictool.documents.bench import Bench
+from frictool.documents.quantity import Quantity
+from frictool.identify import methods
+from frictool.identify.outcome import SLIDING, Fit, Interval
+from frictool.identify.record import Record
+from frictool.identify.rows.load_terms import terms_of, with_structure
+
+CANNOT = ("stribeck-curve", "friction-force")  # which give no inertia, and each parameter of their curve or nothing
+
+
+def fixed_parameters(fit: Fit, found: Mapping[str, Interval], bench: Bench) -> dict[str, Interval]:
+    """Return the bench's intervals of the parameters that the fit gave and that were refused.
+
+    An inertia that the encoder hides is not given and stays free: its column is noise, and is nearly orthogonal to the others (4.27).
+    Parameters that the motion cannot tell apart are not given either, and stay as they were fitted.
+    """
+    out = {}
+    for name in SLIDING:
+        known: Quantity | None = getattr(bench.mechanics, name)
+        if name in fit.parameters and name not in found and known is not None and known.low is not None:
+            out[name] = Interval(known.value, *known.interval)
+    return out
+
+
+def refit(records: list[Record], bench: Bench, settings: methods.Settings, fit: Fit, fixed: Mapping[str, Interval]) -> Fit:
+    """Return the fit by the same method and structure with these parameters fixed. Raises NothingUsable as the method does.
+
+    What `auto` has dropped stays 0, and an inertia that it took from another method stays.
+    """
+    assert fit.method is not None
+    dropped = {name: fit.parameters[name] for name in fit.dropped if name in fit.parameters and name not in fixed}
+    held = replace(settings, fixed={**fixed, **dropped})
+    inertia = fit.parameters.get("inertia")
+    if fit.method == "sines" and inertia is not None and "inertia" not in fixed:
+        known = Quantity(inertia.value, inertia.low, inertia.high, bench.mechanics.inertia.unit)
+        bench = msgspec.structs.replace(bench, mechanics=msgspec.structs.replace(bench.mechanics, inertia=known))
+    again = same_structure(records, bench, held, fit)
+    kept = {"inertia": inertia} if inertia is not None and "inertia" not in fixed else {}
+    parameters = {**kept, **dropped, **again.parameters}
+    details = {**fit.details, **again.details, **{f"fixed_{name}": interval.value for name, interval in fixed.items()}}
+    return replace(again, parameters=parameters, details=details, method=fit.method, why=fit.why, dropped=fit.dropped)
+
+
+def same_structure(records: list[Record], bench: Bench, settings: methods.Settings, fit: Fit) -> Fit:
+    """Return the fit of the same method and the same terms."""
+    terms = terms_of(fit.laws)
+    if fit.method == "output-error":
+        from frictool.identify.estimators.output_error import simulation_error
+
+        return simulation_error(records, bench, settings, terms)
+    return methods.run(fit.method or methods.DEFAULT, records, with_structure(bench, terms) if terms else bench, settings)

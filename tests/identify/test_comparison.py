@@ -1,0 +1,149 @@
+"""Which method `auto` takes, what it says of it, and what becomes of parameters that are refused after the fit."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+
+from frictool.documents.bench import Bench
+from frictool.documents.quantity import Quantity
+from frictool.documents.registry import load
+from frictool.identify.estimators.comparison import Given, best_by_prediction
+from frictool.identify.force_error import force_error, motion_rows
+from frictool.identify.identification import identify
+from frictool.identify.methods import Settings, run
+from frictool.identify.outcome import Interval
+from frictool.identify.record import record_of
+from frictool.logs.reading import read_log
+from tests.cli.run import run as command
+from tests.identify.benches import EMPS, data
+from tests.identify.linear_axis import linear_axis, linear_bench
+from tests.identify.two_days import DAYS, day, written
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two days as CSV."""
+    folder = tmp_path_factory.mktemp("days")
+    for name in DAYS:
+        written(folder, name)
+    return folder
+
+
+def identified(folder: Path, *days: str, method: str = "auto") -> tuple[dict[str, Any], str, Path]:
+    """What `identify --json` prints, stderr, and the model."""
+    target = folder / f"{method}_{'_'.join(days)}.yaml"
+    result = command("identify", *(folder / f"{name}.csv" for name in days), "--bench", EMPS, "--method", method, "--json", "-o", target)
+    assert result.code == 0, result.stderr
+    return json.loads(result.stdout), result.stderr, target
+
+
+def simulated(model: Path, log: Path) -> float:
+    """Position error (rms) of a model on a log, m."""
+    result = command("validate", model, log, "--json")
+    assert result.code == 0, result.stderr
+    error: float = json.loads(result.stdout)["position_rmse_m"]
+    return error
+
+
+def test_a_model_with_two_directions_is_taken_where_it_predicts_better(folder: Path) -> None:
+    """Its offset is another number than that beside a single viscous friction, and that does not disqualify it."""
+    found, _, model = identified(folder, "monday")
+    plain = identified(folder, "monday", method="least-squares")[2]
+    assert simulated(model, folder / "monday.csv") < 0.1 * simulated(plain, folder / "monday.csv")
+    forward, backward = DAYS["monday"][:2]
+    assert found["parameters"]["viscous"]["value"] == pytest.approx(forward, rel=0.01)
+    assert found["laws"]["backward"]["viscous"]["value"] == pytest.approx(backward, rel=0.01)
+
+
+def test_the_text_says_what_was_tried_each_score_and_why_the_winner_won(folder: Path) -> None:
+    why = identified(folder, "monday")[0]["chosen_because"]
+    assert "predicted on strokes that were not seen (position error rms, force error)" in why
+    for candidate in (
+        "least-squares",
+        "least-squares with viscous friction by direction",
+        "output-error with viscous friction by direction",
+    ):
+        assert f"{candidate} 0.0" in why
+    assert "is the first within a tenth of the best allowed one" in why
+
+
+def test_two_days_together_explain_the_effort_and_say_that_they_disagree(folder: Path) -> None:
+    found, told, _ = identified(folder, "monday", "tuesday")
+    assert found["force_error"] < 0.05
+    alone = identified(folder, "monday")[0]["parameters"]["viscous"]
+    both = found["parameters"]["viscous"]
+    assert both["high"] - both["low"] > 4.0 * (alone["high"] - alone["low"])
+    assert "warning: viscous: the interval from all logs is" in told
+    assert "because the logs disagree (monday.csv 16" in told
+
+
+def test_output_error_tells_two_directions_as_narrowly_as_the_regression(folder: Path) -> None:
+    """Its intervals are made of what the regression of the same structure leaves."""
+    record, bench = day("monday"), load(EMPS, Bench)
+    found = run("output-error", [record], bench, Settings()).parameters
+    assert found["viscous"].half_width < 5.0
+    assert found["offset"].half_width < 1.0
+
+
+def narrow(bench: Bench, **known: Quantity) -> Bench:
+    return msgspec.structs.replace(bench, mechanics=msgspec.structs.replace(bench.mechanics, **known))
+
+
+METHODS = ["least-squares", "power-balance", "weighted", "recursive", "total-least-squares", "weak", "ordinary", "output-error"]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_refused_parameter_is_fixed_and_the_others_fitted_beside_it(method: str) -> None:
+    """The bench knows viscous friction better, and wrongly: the dry friction makes up for it as far as the log's speeds allow."""
+    axis, log = linear_axis(3)
+    value = 1.3 * axis.viscous
+    unit = linear_bench().mechanics.viscous.unit
+    bench = narrow(linear_bench(), viscous=Quantity(value, 0.999 * value, 1.001 * value, unit))
+    result = identify([log], [], bench, method, Settings())
+    assert "no narrower than the bench's" in result.refused["viscous"]
+    assert result.fit is not None
+    assert result.fit.details["fixed_viscous"] == value
+    joint = run(method, [log], bench, Settings()).parameters
+    rows = motion_rows([log], bench)
+    beside = {"inertia": bench.mechanics.inertia.value} | {name: one.value for name, one in joint.items()} | {"viscous": value}
+    before, after = force_error(rows, beside, None), result.fit.force_error
+    assert before is not None
+    assert after is not None
+    assert after < 0.8 * before
+
+
+@pytest.mark.parametrize("method", ["least-squares", "weak"])
+def test_the_range_of_a_fixed_parameter_widens_the_others(method: str) -> None:
+    _, log = linear_axis(3)
+    bench = linear_bench()
+    known = bench.mechanics.viscous
+    narrowly, widely = (
+        run(method, [log], bench, Settings(fixed={"viscous": Interval(known.value, known.value * (1 - r), known.value * (1 + r))}))
+        for r in (1e-6, 0.5)
+    )
+    assert narrowly.parameters["coulomb"].value == widely.parameters["coulomb"].value
+    assert widely.parameters["coulomb"].half_width > 2.0 * narrowly.parameters["coulomb"].half_width
+
+
+def test_the_power_balance_is_not_taken_where_its_model_simulates_worse() -> None:
+    """EMPS: the power balance's offset sends the simulated carriage tens of millimetres away."""
+    bench = load(EMPS, Bench)
+    record = record_of(read_log(data("emps", "DATA_EMPS.mat"), bench), bench)
+    fits = [replace(run(method, [record], bench, Settings()), method=method, why="asked") for method in ("power-balance", "least-squares")]
+    assert best_by_prediction(Given([record], bench, Settings(), fits)).method != "power-balance"
+
+
+def test_logs_too_short_for_halves_compare_the_regressions_on_themselves() -> None:
+    record, bench = day("monday").part(slice(0, 6_200)), load(EMPS, Bench)
+    fits = [replace(run(method, [record], bench, Settings()), method=method, why="asked") for method in ("power-balance", "least-squares")]
+    chosen = best_by_prediction(Given([record], bench, Settings(), fits))
+    assert "too short for halves" in str(chosen.why)
+    score = {fit.method: float(re.findall(rf"{fit.method} ([0-9.e-]+) m", str(chosen.why))[0]) for fit in fits}
+    assert 0.9 * score[chosen.method] <= min(score.values())
