@@ -207,7 +207,7 @@ def test_a_campaign_that_cannot_be_is_told_by_its_documents() -> None:
     with pytest.raises(DocumentError, match=r"scenario: spread.start: .*the travel of the bench"):
         campaign(*documents[:2], rig.played(Spread(start=Span(-5.0, 9.0, "rad"))), documents[3])
     with pytest.raises(DocumentError, match="spec: asks for nothing that a run can tell"):
-        campaign(*documents[:3], Spec(format="spec/1", name="none", axis="rotary", modulus_margin=0.5, drive="current"))
+        campaign(*documents[:3], Spec(format="spec/1", name="none", axis="rotary", drive="current"))
     source = load(CLUTCH / "mechanism.yaml", Mechanism)
     with pytest.raises(DocumentError, match=r"model: control\.source: found"):
         campaign(msgspec.structs.replace(source, sources={}), *documents[1:])
