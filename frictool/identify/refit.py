@@ -28,8 +28,9 @@ def fixed_parameters(fit: Fit, found: Mapping[str, Interval], bench: Bench) -> d
     An inertia that the encoder hides is not given and stays free: its column is noise, and is nearly orthogonal to the others (4.27).
     Parameters that the motion cannot tell apart are not given either, and stay as they were fitted.
     """
+    split = bench.load is not None and "coulomb_by_direction" in bench.load.terms  # coulomb and offset are then two Coulomb frictions
     out = {}
-    for name in SLIDING:
+    for name in SLIDING[:2] if split else SLIDING:
         known: Quantity | None = getattr(bench.mechanics, name)
         if name in fit.parameters and name not in found and known is not None and known.low is not None:
             out[name] = Interval(known.value, *known.interval)

@@ -24,6 +24,7 @@ from frictool.logs.reading import read_log
 from tests.cli.run import run as command
 from tests.identify.benches import EMPS, data
 from tests.identify.linear_axis import linear_axis, linear_bench
+from tests.identify.loaded_axis import estimates, loaded_axis
 from tests.identify.two_days import DAYS, day, written
 
 
@@ -147,3 +148,21 @@ def test_logs_too_short_for_halves_compare_the_regressions_on_themselves() -> No
     assert "too short for halves" in str(chosen.why)
     score = {fit.method: float(re.findall(rf"{fit.method} ([0-9.e-]+) m", str(chosen.why))[0]) for fit in fits}
     assert 0.9 * score[chosen.method] <= min(score.values())
+
+
+@pytest.mark.parametrize("kind", ["coulomb", "viscous", "spring"])
+@pytest.mark.parametrize("name", ["viscous", "coulomb"])
+def test_a_parameter_is_fixed_beside_declared_loads(kind: str, name: str) -> None:
+    """The load that the bench declares is still found; a Coulomb friction of each direction is not fixed, since it is two numbers."""
+    axis = loaded_axis(2, kind)
+    value = axis.truth[name]
+    unit = getattr(axis.bench.mechanics, name).unit
+    bench = narrow(axis.bench, **{name: Quantity(value, 0.9999 * value, 1.0001 * value, unit)})
+    result = identify([axis.record], [], bench, "least-squares", Settings())
+    assert name in result.refused
+    assert result.fit is not None
+    assert (f"fixed_{name}" in result.fit.details) == ((kind, name) != ("coulomb", "coulomb"))
+    told = estimates(replace(result.fit, laws=result.laws))
+    for other in (f"{kind}_backward", "stiffness"):
+        if other in axis.truth:
+            assert told[other].value == pytest.approx(axis.truth[other], rel=0.05)
