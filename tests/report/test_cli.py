@@ -49,7 +49,7 @@ def _rig(tmp_path: Path) -> Rig:
 
 
 def test_all_outputs_at_once(rig: Rig) -> None:
-    page, suite, table = (rig.folder / f"out/report.{kind}" for kind in ("html", "xml", "md"))
+    page, suite, table = (rig.folder / f"report.{kind}" for kind in ("html", "xml", "md"))
     result = run(
         "report", rig.log, "--spec", rig.spec, "--controller", rig.controller, "-o", page, "--junit", suite, "--markdown", table, "--json"
     )
