@@ -25,12 +25,13 @@ from frictool.documents.quantity import si_unit
 from frictool.identify.estimators.held_out import Sides, choose_structure, compared, halves, stroke_squares
 from frictool.identify.estimators.output_error import simulated_fit, start_values
 from frictool.identify.estimators.simulated import Simulated
-from frictool.identify.force_error import force_error, motion_rows
+from frictool.identify.force_error import SlipRows, force_error, motion_rows
 from frictool.identify.methods import Settings, run
 from frictool.identify.outcome import SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.record import Record, Vector
 from frictool.identify.rows.load_terms import DIRECTION, laws_of, possible, terms_of, with_structure
 
+Rows = Sequence[Sequence[SlipRows]]  # of each half
 NAMES = {DIRECTION: "viscous friction by direction"}
 REFINED = 0.9  # of the position error of the preferred method: what another one has to come below
 MOST_FORCE = 2.0  # times the smallest force error: above, the simulation agrees for the wrong reason
@@ -79,11 +80,12 @@ def best_by_prediction(given: Given) -> Fit:
     if any(record.velocity is not None for record in records):
         return first
     sides = halves(records)
-    scores = _regressions(sides or (records, records), given)
+    rows = [motion_rows(side, bench) for side in sides or (records, records)]
+    scores = _regressions(sides or (records, records), rows, given)
     complete = all(name in first.parameters and (name == "offset" or first.parameters[name].value >= 0.0) for name in SLIDING)
     if sides is not None and first.laws is None and complete:
-        scores += _regressions(sides, given, (DIRECTION,)) if DIRECTION in possible(bench) else []
-        scores += _simulations(sides, given)
+        scores += _regressions(sides, rows, given, (DIRECTION,)) if DIRECTION in possible(bench) else []
+        scores += _simulations(sides, rows, given)
     if not scores:
         return first
     smallest = min(score.force for score in scores)
@@ -136,7 +138,7 @@ def _why(first: Fit, winner: Score, scores: Sequence[Score], unseen: bool, unit:
     return f"{told}; {winner.name} is the first within a tenth of the best allowed one{barred}"
 
 
-def _regressions(sides: Sides, given: Given, terms: tuple[str, ...] = ()) -> list[Score]:
+def _regressions(sides: Sides, rows: Rows, given: Given, terms: tuple[str, ...] = ()) -> list[Score]:
     """Return the scores of the fits' methods, with `terms` where the simulation asks for them."""
     scores, declared = [], with_structure(given.bench, terms) if terms else given.bench
     for fit in given.fits:
@@ -149,21 +151,21 @@ def _regressions(sides: Sides, given: Given, terms: tuple[str, ...] = ()) -> lis
             ]
         except NothingUsable:
             continue
-        force = _force(sides, given.bench, values, [half.laws for half in halved])
+        force = _force(rows, values, [half.laws for half in halved])
         make = (lambda fit=fit: fit) if not terms else (lambda method=method: replace(run(method, *given.all(declared)), method=method))
         scores.append(Score(_name(method, terms), terms, np.concatenate(position), force, make))
     return scores
 
 
-def _simulations(sides: Sides, given: Given) -> list[Score]:
+def _simulations(sides: Sides, rows: Rows, given: Given) -> list[Score]:
     """Return the score of output error, with the terms that it asks for, and of the regressions with its terms."""
     known = start_values(given.fits[0], given.bench)
     try:
         found = choose_structure(sides, given.bench, possible(given.bench), known, given.settings.confidence)
     except NothingUsable:
         return []
-    regressions = _regressions(sides, given, found.terms) if found.terms not in ((), (DIRECTION,)) else []
-    force = _force(sides, given.bench, found.values, [_laws(values, given.bench) for values in found.values])
+    regressions = _regressions(sides, rows, given, found.terms) if found.terms not in ((), (DIRECTION,)) else []
+    force = _force(rows, found.values, [_laws(values, given.bench) for values in found.values])
 
     def make() -> Fit:
         return replace(simulated_fit(*given.all(given.bench), found.terms, found.errors), method="output-error")
@@ -181,9 +183,9 @@ def _axis(side: Sequence[Record], bench: Bench, fit: Fit) -> Simulated:
     return Simulated(compared(side), bench, terms_of(fit.laws))
 
 
-def _force(sides: Sides, bench: Bench, values: Sequence[Mapping[str, float]], laws: Sequence[Laws | None]) -> float:
+def _force(rows: Rows, values: Sequence[Mapping[str, float]], laws: Sequence[Laws | None]) -> float:
     """Return the force error of both halves (rms), each with the values of the other."""
-    errors = [force_error(motion_rows(side, bench), one, law) for side, one, law in zip(sides[::-1], values, laws, strict=True)]
+    errors = [force_error(side, one, law) for side, one, law in zip(rows[::-1], values, laws, strict=True)]
     return float(np.sqrt(np.mean([error**2 for error in errors if error is not None] or [0.0])))
 
 
