@@ -9,6 +9,8 @@ Breakaway is a function of position and direction, which `position_law` finds; a
 how fast the axis is seen to move, is taken to follow it (4.42).
 
     breakaway = mean over the range and both directions, so that an offset of the effort cancels
+    low       = further down, to the breakaway of an axis whose friction has not fallen yet when its motion is seen, unless the changes
+                of the encoder are explained best by friction that falls at once (`Evidence.kept`)
     interval  = the spread from one onset to the next (each left out in turn), and the ranges of the axis's parameters (`unknowns`); half
                 a step of a held ramp besides: the breakaway lies anywhere within the step, at the same place each time; and as motion then
                 begins with a sample, its changes are late by as much each time: anything within half a sample
@@ -32,7 +34,7 @@ from frictool.bell import effort_weights
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
 from frictool.identify.breakaway.dwell import Rising, rising_friction
-from frictool.identify.breakaway.onset import OK, onset_time, search_span
+from frictool.identify.breakaway.onset import OK, misfit, onset_time, search_span
 from frictool.identify.breakaway.position_law import FOLLOWING, Places, Structure, choose_structure, fitted, sides_of
 from frictool.identify.outcome import Interval, NothingUsable
 from frictool.identify.record import Record, Vector
@@ -46,6 +48,7 @@ CHANGES_USED = 4  # of the encoder after the onset: later ones tell more of the 
 FEWEST_ONSETS = 5
 RELATIVE_NOISE = 1e-3  # of the effort: the least that its noise is taken for
 UNIFORM = float(np.sqrt(3.0))  # half a range over its standard deviation
+KEPT = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0)  # shares of the friction above Coulomb friction that may last after the breakaway
 ROUNDS = 3  # of the friction's shape over position and the onsets that it tells
 PLACES = 200  # over the range of the breakaways, at which their law has to be positive
 LEFT_THE_RAMP = 5.0  # standard deviations of the effort: the ramp was taken back
@@ -175,23 +178,26 @@ def _above(record: Record) -> float:
 
 
 def efforts(
-    onsets: list[Onset], axis: Mapping[str, float], resolution: float, start: float, shape: Vector | None = None
-) -> tuple[Vector, Vector]:
-    """|effort| (n,) at each onset, and the place of rest within its count (n,), 0 to 1.
+    onsets: list[Onset], axis: Mapping[str, float], resolution: float, start: float, shape: Vector | None = None, kept: float = 0.0
+) -> tuple[Vector, Vector, float]:
+    """|effort| (n,) at each onset, place of rest within its count (n,), 0 to 1, and sum of the squares that the changes leave, by `timing`.
 
     axis: `inertia`, `viscous`, `coulomb` and `offset` in SI. start: the place that is expected. shape (n,): factors of `coulomb` where
-    the onsets are.
+    the onsets are. kept: share of the breakaway's excess over Coulomb friction that friction keeps while the changes are seen.
     """
-    out, places = np.empty(len(onsets)), np.empty(len(onsets))
+    out, places, squares = np.empty(len(onsets)), np.empty(len(onsets)), 0.0
     for k, onset in enumerate(onsets):
         # in the axis's own frame the offset takes its share of the effort before friction does
         ramp = np.array([onset.level - onset.direction * axis["offset"], onset.rate])
         coulomb = axis["coulomb"] * (1.0 if shape is None else shape[k])
+        coulomb += kept * max(ramp[0] - coulomb, 0.0)
         coefficients = np.array([axis["inertia"], axis["viscous"], coulomb])
         span = search_span(resolution, onset.rate, axis["inertia"], CHANGES_USED)
         t0, place, status = onset_time(onset.time, onset.seen, ramp, coefficients, resolution, start * resolution, onset.timing, span)
         out[k], places[k] = (onset.level + onset.rate * t0, place / resolution) if status == OK else (np.nan, np.nan)
-    return out, places
+        left = misfit(t0, onset.time, onset.seen, ramp, coefficients, resolution, start * resolution, onset.timing)[0]
+        squares += left / onset.timing
+    return out, places, squares
 
 
 @dataclass(frozen=True)
@@ -203,13 +209,23 @@ class Evidence:
     resolution: float
     offset: float | None  # N m | N, the bench's; None where one direction only makes it a parameter of the axis
 
-    def rest(self, axis: Mapping[str, float], shape: Vector | None) -> tuple[float, float]:
+    def kept(self, axis: Mapping[str, float], shape: Vector | None) -> float:
+        """Return the largest share that friction may keep after the breakaway (`efforts`).
+
+        Friction falls with speed from the breakaway to Coulomb friction (2.34), and the axis is slower as long as it has not fallen. One
+        share for the whole motion is coarse: unless it fits the changes best that friction falls at once, it may not fall at all.
+        """
+        squares = [efforts(self.onsets, axis, self.resolution, 0.5, shape, share)[2] for share in KEPT]
+        several = any(onset.time.size > 2 for onset in self.onsets)
+        return 0.0 if several and squares[0] == min(squares) else 1.0
+
+    def rest(self, axis: Mapping[str, float], shape: Vector | None, kept: float = 0.0) -> tuple[float, float]:
         """The mean place of rest within a count, 0 to 1, and its standard deviation.
 
         What is found leans towards what is expected: found = told + lean expected. Where found is expected, told/(1 - lean), the timing
         decides alone; as far as it decides nothing, anywhere within the count is as likely.
         """
-        low, high = (efforts(self.onsets, axis, self.resolution, expected, shape)[1] for expected in (0.0, 1.0))
+        low, high = (efforts(self.onsets, axis, self.resolution, expected, shape, kept)[1] for expected in (0.0, 1.0))
         told, tells = float(np.mean(low)), max(1.0 - float(np.mean(high - low)), 1e-6)
         independent = max(1.0, low.size / FOLLOWING)
         precision = tells**2 * independent / max(float(np.var(0.5 * (low + high))), 1e-9)
@@ -217,11 +233,11 @@ class Evidence:
         mean = (precision * min(max(told / tells, 0.0), 1.0) + 0.5 * prior) / (precision + prior)
         return mean, float(1.0 / np.sqrt(precision + prior))
 
-    def friction(self, axis: Mapping[str, float], shape: Vector | None, beside: float = 0.0) -> Vector:
+    def friction(self, axis: Mapping[str, float], shape: Vector | None, beside: float = 0.0, kept: float = 0.0) -> Vector:
         """|effort| less the offset, (n,); with the place of rest so many standard deviations `beside` its mean."""
         offset = axis["offset"] if self.offset is None else self.offset
-        mean, deviation = self.rest(axis, shape)
-        return efforts(self.onsets, axis, self.resolution, mean + beside * deviation, shape)[0] - offset * self.places.direction
+        mean, deviation = self.rest(axis, shape, kept)
+        return efforts(self.onsets, axis, self.resolution, mean + beside * deviation, shape, kept)[0] - offset * self.places.direction
 
     def shape(self, structure: Structure, value: Vector) -> Vector:
         """The factors (n,) of the friction at the onsets over their mean: friction in slip follows the breakaway (4.42)."""
@@ -241,7 +257,7 @@ def breakaway(records: list[Record], bench: Bench, axis: Mapping[str, Interval],
     nominal = {name: known.value for name, known in axis.items()}
     try:
         structure, shape, solution, friction = _settled(evidence, nominal)
-        moved = _moved(evidence, structure, shape, nominal, axis)
+        moved, fallen = _moved(evidence, structure, shape, axis)
     except Singular as error:
         raise NothingUsable(f"the breakaways do not tell friction over position: {error}") from None
     half_step = (
@@ -252,8 +268,11 @@ def breakaway(records: list[Record], bench: Bench, axis: Mapping[str, Interval],
         value, statistical = float(weights @ solution.value), float(np.linalg.norm(weights * solution.half_width(confidence)))
         deviation = statistical / float(ndtri(0.5 + 0.5 * confidence))
         ends = [(float(weights @ low), float(weights @ high)) for low, high in moved]
+        fall = float(weights @ fallen)
         down, up = (
-            half_step + half_width(confidence, deviation, [half_step, *(max(0.0, sign * low, sign * high) for low, high in ends)])
+            half_step
+            + max(0.0, sign * fall)
+            + half_width(confidence, deviation, [half_step, *(max(0.0, sign * low, sign * high) for low, high in ends)])
             for sign in (-1.0, 1.0)
         )
         return Interval(value, value - down, value + up)
@@ -337,17 +356,22 @@ def _levels(structure: Structure) -> list[Vector]:
 
 
 def _moved(
-    evidence: Evidence, structure: Structure, shape: Vector | None, nominal: Mapping[str, float], axis: Mapping[str, Interval]
-) -> list[tuple[Vector, Vector]]:
-    """How far the coefficients (p,) move to each end of what is known of a parameter, and of the place of rest."""
-    design = evidence.places.design(structure)
+    evidence: Evidence, structure: Structure, shape: Vector | None, axis: Mapping[str, Interval]
+) -> tuple[list[tuple[Vector, Vector]], Vector]:
+    """How far the coefficients (p,) move: to each end of the axis's parameters and of the place of rest; and if friction falls slowly."""
+    nominal, design = {name: known.value for name, known in axis.items()}, evidence.places.design(structure)
     friction = evidence.friction(nominal, shape)
-    ends = [[evidence.friction({**nominal, name: value}, shape) for value in (known.low, known.high)] for name, known in axis.items()]
-    ends.append([evidence.friction(nominal, shape, beside) for beside in (-UNIFORM, UNIFORM)])
-    low, high = (
-        [np.asarray(np.linalg.lstsq(design, pair[end] - friction, rcond=None)[0], dtype=np.float64) for pair in ends] for end in (0, 1)
-    )
-    return list(zip(low, high, strict=True))
+
+    def moved(end: Vector) -> Vector:
+        return np.asarray(np.linalg.lstsq(design, end - friction, rcond=None)[0], dtype=np.float64)
+
+    def between(name: str, ends: Interval) -> tuple[Vector, Vector]:
+        low, high = (moved(evidence.friction({**nominal, name: value}, shape)) for value in (ends.low, ends.high))
+        return low, high
+
+    ranges = [between(name, known) for name, known in axis.items()]
+    low, high = (moved(evidence.friction(nominal, shape, beside)) for beside in (-UNIFORM, UNIFORM))
+    return [*ranges, (low, high)], moved(evidence.friction(nominal, shape, kept=evidence.kept(nominal, shape)))
 
 
 def _by_position(places: Places, structure: Structure, solution: Solution, interval: Callable[[Vector], Interval]) -> ByPosition:
