@@ -67,6 +67,7 @@ def test_info_says_why_no_encoder_step_is_seen(tmp_path: Path, counts: Callable[
 
 def test_the_same_inputs_give_the_same_bytes_on_file_and_stdout(raw: Path, tmp_path: Path):
     one, other = tmp_path / "one.mcap", tmp_path / "sub" / "other.mcap"
+    other.parent.mkdir()
     assert run("ingest", raw, "--bench", CLUTCH, "-o", one).code == 0
     assert run("ingest", raw, "--bench", CLUTCH, "-o", other).code == 0
     piped = run("ingest", raw, "--bench", CLUTCH, "-o", "-", "--json")
@@ -128,9 +129,12 @@ def test_the_measured_machine(tmp_path: Path):
     assert facts["duration_s"] == pytest.approx(24.84)
 
 
-def test_info_of_a_raw_file_needs_its_bench(raw: Path):
-    refused(run("info", raw), 3, "raw.csv", "--bench")
-    assert run("info", raw, "--bench", CLUTCH).code == 0
+def test_info_of_a_raw_file_is_in_its_own_units_without_the_bench(raw: Path):
+    shown = [json.loads(run("info", raw, *words, "--json").stdout)["channels"] for words in ((), ("--bench", CLUTCH))]
+    units = [{row["name"]: row["unit"] for row in rows} for rows in shown]
+    assert units[0]["position"] == "count"
+    assert "effort" not in units[0]
+    assert units[1] == {"position": "rad", "current": "A", "effort": "N m"}
 
 
 def test_warnings_go_to_stderr_and_into_json(raw: Path, tmp_path: Path):
