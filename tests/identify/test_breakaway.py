@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from frictool.engine.axis import advance
+from frictool.identify.breakaway import breakaway as module
 from frictool.identify.breakaway.breakaway import Breakaway, breakaway, find_onsets, is_ramp
 from frictool.identify.outcome import Interval, NothingUsable
 from frictool.identify.record import Record, make_record
@@ -121,3 +122,19 @@ def test_friction_that_falls_over_the_speed_is_within_the_interval(tmp_path: Pat
     found = mass_ramps(falling, counts, tmp_path).interval
     assert found.low <= 1.5 <= found.high
     assert found.low > 1.5 - 0.2
+
+
+def test_five_breakaways_in_a_direction_are_enough_and_four_are_not(log: Record, monkeypatch: pytest.MonkeyPatch) -> None:
+    forward = [onset for onset in find_onsets(log, clutch()) if onset.direction > 0.0]
+    monkeypatch.setattr(module, "find_onsets", lambda *_: forward[:5])
+    assert breakaway([log], clutch(), KNOWN, 0.95).onsets == 5
+    monkeypatch.setattr(module, "find_onsets", lambda *_: forward[:4])
+    with pytest.raises(NothingUsable, match="4 breakaways"):
+        breakaway([log], clutch(), KNOWN, 0.95)
+
+
+def test_the_place_of_rest_is_uncertain_to_either_side(tmp_path: Path) -> None:
+    """One change does not tell where in its count the axis rested: the breakaway may be higher as well as lower."""
+    found = mass_ramps(MASS, 1, tmp_path).interval
+    assert found.high - found.value > 2.0 * RATE * 1e-3
+    assert found.value - found.low > 2.0 * RATE * 1e-3
