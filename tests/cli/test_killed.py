@@ -20,7 +20,7 @@ from tests.identify.benches import CLUTCH, ROOT
 
 SINES = ROOT / "sample_logs/sines.csv"
 ENDLESS_WRITER = """
-import sys, time
+import signal, sys, time
 import frictool.logs.assembly as assembly
 from frictool.cli.main import main
 
@@ -30,6 +30,7 @@ def write(made, stream, *rest):
     print("writing", flush=True)
     time.sleep(600.0)
 
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs inherit it ignored
 assembly.write = write
 sys.argv = ["frictool", *sys.argv[1:]]
 main()
