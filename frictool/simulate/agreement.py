@@ -29,12 +29,13 @@ def refuse(name: str, key: str, message: str) -> NoReturn:
 
 def check_agreement(rig: Rig, controller: Controller, scenario: Scenario, names: Names) -> None:
     """Raises DocumentError naming the first thing on which the three do not agree, both values and what to do."""
-    owner = rig.owner.format(names.model)
+    owner, lag = rig.owner.format(names.model), controller.bench.actuator.loop_time_constant_s
     for key, ours, theirs in (
         ("axis", controller.axis, rig.axis),
         ("drive", controller.drive, rig.drive),
         ("sample_period_s", controller.sample_period_s, rig.sample_period_s),
         ("delay_samples", controller.delay_samples, rig.delay_samples),
+        ("bench.actuator.loop_time_constant_s", lag, rig.loop_time_constant_s),
     ):
         if ours != theirs:
             refuse(names.controller, key, f"found {ours}, but {owner} has {theirs}; synthesise again for {_this(rig)}")

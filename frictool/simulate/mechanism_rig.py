@@ -59,6 +59,7 @@ def rig_of_mechanism(document: Mechanism, assembled: Assembled) -> tuple[Rig, Co
         drive=drives.drive,
         sample_period_s=document.sample_period_s,
         delay_samples=document.delay_samples,
+        loop_time_constant_s=drives.loop_time_constant_s,
         constant=1.0 if drives.constant is None else drives.constant.value,
         resolution=resolution_of(senses),
         travel=document.travel,

@@ -13,9 +13,9 @@ from frictool.documents.quantity import Axis, Span
 class Rig:
     """SI. Of the controlled axis where there are several.
 
-    owner: how messages call the document that says so ({} is its name). constant: effort per unit of the drive; resolution: the encoder's
-    step, 0 of a perfect one [rad | m]; effort_axis: the kind of axis on which the drive acts. examples: keys of example values in the
-    bench.
+    owner: how messages call the document that says so ({} is its name). loop_time_constant_s: lag of the drive. constant: effort per unit
+    of the drive; resolution: the encoder's step, 0 of a perfect one [rad | m]; effort_axis: the kind of axis on which the drive acts.
+    examples: keys of example values in the bench.
     """
 
     owner: str
@@ -23,6 +23,7 @@ class Rig:
     drive: Literal["current", "voltage", "effort"]
     sample_period_s: float
     delay_samples: int
+    loop_time_constant_s: float
     constant: float
     resolution: float
     travel: Span | None
@@ -38,6 +39,7 @@ def rig_of(bench: Bench) -> Rig:
         drive=bench.actuator.drive,
         sample_period_s=bench.sample_period_s,
         delay_samples=bench.delay_samples,
+        loop_time_constant_s=bench.actuator.loop_time_constant_s,
         constant=bench.actuator.constant.value,
         resolution=bench.encoder.resolution,
         travel=bench.mechanics.travel,

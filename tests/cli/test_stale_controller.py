@@ -200,3 +200,22 @@ def test_verify_refuses_a_model_of_another_bench(rig: Rig) -> None:
     done = run("verify", rig.folder / "controller.yaml", "--model", rig.folder / "model.yaml")
     assert done.code == 3
     assert "delay_samples 2" in done.stderr
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.006])
+def test_a_model_whose_drive_has_another_time_constant_is_not_played(rig: Rig, lag: float) -> None:
+    """The margins of the controller's drive say nothing of a slower or faster one."""
+    model = clutch_model()
+    actuator = msgspec.structs.replace(model.bench.actuator, loop_time_constant_s=lag)
+    rig.write(
+        msgspec.structs.replace(model, bench=msgspec.structs.replace(model.bench, actuator=actuator)), played(variants="vertices"), 0.1
+    )
+    model_file, controller_file, scenario = (rig.folder / f"{name}.yaml" for name in ("model", "controller", "scenario"))
+    named = f"bench.actuator.loop_time_constant_s: found 0.003, but the bench of {model_file} has {lag}"
+    message = f"{named}; synthesise again for this bench"
+    output = rig.folder / "run.mcap"
+    simulated = run("simulate", model_file, "--controller", controller_file, "--scenario", scenario, "-o", output)
+    for done in (simulated, rig.campaign("-o", rig.folder / "found.html")):
+        assert done.code == 3
+        assert message in done.stderr
+    assert not output.exists()
