@@ -3,7 +3,8 @@
     python -m tests.mutation build/mutation.json [--count N] [--seed TEXT] [--budget S] [--only FILE:LINE ...]
 
 Draws N lines by the hash of the last commit, edits each once in a clone, and runs the tests that reach its module. Exit code 1 if an
-edit survives. A survivor is an edit that no test notices, or an equivalent program: a person decides which.
+edit survives. A survivor is an edit that no test notices, or an equivalent program: a person decides which. The same command on the
+same commit goes on where it was interrupted.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import subprocess
 import sys
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from tests.mutation.mutants import Mutant, draw, mutants_of
 from tests.mutation.tree import Tree
@@ -37,8 +39,11 @@ def main(arguments: list[str]) -> int:
     mutants = of_lines(options.only) if options.only else draw(ROOT, folders, options.count, seed)
     options.target.parent.mkdir(parents=True, exist_ok=True)
     tree = Tree(ROOT, options.target.with_suffix(".tree").absolute())
-    rows = []
+    rows = finished(options.target, commit, seed)
+    done = {(row["path"], row["start"], row["replacement"]) for row in rows}
     for mutant in mutants:
+        if (mutant.path, mutant.start, mutant.replacement) in done:
+            continue
         outcome = tree.judge(mutant, options.budget)
         rows.append({**asdict(mutant), **asdict(outcome)})
         print(f"{outcome.status:<11} {outcome.seconds:6.1f} s  {mutant}  {outcome.test}", flush=True)
@@ -46,6 +51,12 @@ def main(arguments: list[str]) -> int:
     killed = sum(row["status"] == "killed" for row in rows)
     print(f"{killed} of {len(rows)} mutants killed; figures in {options.target}")
     return 0 if killed == len(rows) else 1
+
+
+def finished(target: Path, commit: str, seed: str) -> list[dict[str, Any]]:
+    """Return the rows of an interrupted run of the same commit and seed."""
+    kept = json.loads(target.read_text()) if target.exists() else {}
+    return list(kept["mutants"]) if (kept.get("commit"), kept.get("seed")) == (commit, seed) else []
 
 
 def of_lines(places: list[str]) -> list[Mutant]:
