@@ -17,7 +17,7 @@ from frictool.documents.registry import load as load_document
 from frictool.identify.estimators.load_search import with_found_loads
 from frictool.identify.identification import without_load
 from frictool.identify.methods import METHODS, Settings, run
-from frictool.identify.outcome import NothingUsable
+from frictool.identify.outcome import SLIDING, NothingUsable
 from frictool.identify.record import Record, make_record, velocity_record
 from frictool.identify.regression.alternatives import beyond_chance, needless
 from frictool.identify.regression.triangles import triangles
@@ -64,15 +64,15 @@ def test_output_error_knows_ripple() -> None:
         assert found[name].value == pytest.approx(axis.truth[name], abs=0.05)
 
 
-def test_a_load_that_is_not_there_is_dropped_as_a_rule() -> None:
-    kept = 0
+def test_a_declared_load_that_is_not_there_is_kept_and_its_interval_holds_zero() -> None:
+    zero: list[bool] = []
     for seed in range(10):
         record = loaded_axis(seed, "").record
-        for kind in ("spring", "gravity", "ripple", "viscous"):
-            fit = run("least-squares", [record], rotary_bench(TERMS[kind]), Settings())
-            kept += fit.laws is not None
-            assert fit.laws is not None or any("no worse without it" in reason for reason in fit.refused.values())
-    assert kept <= 8  # of 40
+        for kind in ("spring", "gravity", "ripple"):
+            found = estimates(run("least-squares", [record], rotary_bench(TERMS[kind]), Settings()))
+            zero += [one.low <= 0.0 <= one.high for name, one in found.items() if name not in SLIDING]
+    assert len(zero) >= 45  # of 50
+    assert sum(zero) >= len(zero) - 8  # of 50 intervals at 95 %, nine miss once in 1000
 
 
 @pytest.mark.parametrize("kind", ["", "spring", "gravity"])
@@ -124,16 +124,15 @@ def test_columns_by_direction_are_those_of_each_direction(seed: int) -> None:
     assert np.einsum("gij,gik->jk", split, split) == pytest.approx(expected, abs=1e-9)
 
 
-def test_needless_asks_a_load_for_more_than_chance() -> None:
+def test_needless_needs_an_interval_that_holds_zero() -> None:
     draw, n = np.random.default_rng(0), 4000
     strokes = np.repeat(np.arange(20), n // 20)
     columns = (draw.standard_normal(n), draw.standard_normal(n))
     target = columns[0] + draw.standard_normal(n)
     parts = triangles((*columns, target), np.ones(n), np.flatnonzero(np.diff(strokes, prepend=-1)))
     low, high = np.array([0.9, -0.1]), np.array([1.1, 0.1])
-    gone = needless(parts, parts, np.arange(20), low, high, [[1]], 0.95)
-    assert gone == [1]
-    assert needless(parts, parts, np.arange(20), np.array([0.9, 0.05]), high, [[1]], 0.95) == []  # its interval does not hold 0
+    assert needless(parts, parts, np.arange(20), low, high, [1]) == [1]
+    assert needless(parts, parts, np.arange(20), np.array([0.9, 0.05]), high, [1]) == []  # its interval does not hold 0
     assert not beyond_chance(np.ones(5), np.ones(5), 0.95)
 
 
@@ -206,7 +205,7 @@ def test_the_command_writes_them_into_the_model(tmp_path: Path) -> None:
     text = command("identify", log, "--bench", bench, "-o", target)
     assert text.code == 0, text.stderr
     assert "load beside friction: gravity sine" in text.stdout
-    assert "not identified: viscous_backward: strokes that were not seen" in text.stdout
+    assert "viscous friction backward" in text.stdout
     model = load_document(target, Model)
     assert model.laws is not None
     assert model.laws.load is not None

@@ -8,8 +8,8 @@
        predicts of strokes that it has not seen; the preferred one stays within a tenth (`comparison`)
     5  assess gives the inertia to the weak form, and 1 to 4 do not give it: its value is the weak form's
 
-Step 2 is Hausman's test, read off intervals. Offset and viscous friction are dropped where strokes that the fit has not seen are predicted
-no worse without them. Where the strokes are no sines of several speeds, 2 and 3 do what they can.
+Step 2 is Hausman's test, read off intervals. Viscous friction, and an offset that the bench does not declare, are dropped where strokes
+that the fit has not seen are predicted no worse without them. Where the strokes are no sines of several speeds, 2 and 3 do what they can.
 """
 
 from __future__ import annotations
@@ -40,8 +40,10 @@ ONLY_OFFSET = LoadTerms(("offset",))  # nothing that the method of sines does no
 
 def auto(records: list[Record], bench: Bench, settings: Settings) -> Fit:
     """Inertia, viscous, Coulomb and offset by the method that suits the records. Raises NothingUsable where nothing moves enough."""
+    declared = bench.load is not None and "offset" in bench.load.terms
+    droppable = tuple(name for name in DROPPABLE if name != "offset" or not declared)
     if any(record.velocity is not None for record in records):
-        return _differentiated(records, bench, settings)  # what a measured velocity tells, no encoder decides
+        return _differentiated(records, bench, settings, droppable)  # what a measured velocity tells, no encoder decides
     bench = with_found_loads(records, bench, settings)
     facts = recorded_facts(records, bench)
     inertia, friction = decided("inertia", facts), decided("viscous", facts)
@@ -53,7 +55,7 @@ def auto(records: list[Record], bench: Bench, settings: Settings) -> Fit:
             return fit if weak is None else joined(fit, weak, inertia.why)
         except NothingUsable:
             pass  # no strokes of several speeds: least squares averages over windows what it can
-    fit = _differentiated(records, bench, settings)
+    fit = _differentiated(records, bench, settings, droppable)
     return fit if weak is None or "inertia" in fit.parameters else joined(fit, weak, inertia.why)
 
 
@@ -95,9 +97,9 @@ def joined(fit: Fit, weak: Fit, why: str) -> Fit:
     return replace(fit, parameters=parameters, refused=refused, details=details, why=f"{fit.why}. inertia by weak: {why}{shape}")
 
 
-def _differentiated(records: list[Record], bench: Bench, settings: Settings) -> Fit:
+def _differentiated(records: list[Record], bench: Bench, settings: Settings, droppable: tuple[str, ...]) -> Fit:
     """Steps 2 to 4."""
-    efficient = weighted_fit(records, bench, settings, lambda rows: np.ones(rows.velocity.size), DROPPABLE)
+    efficient = weighted_fit(records, bench, settings, lambda rows: np.ones(rows.velocity.size), droppable)
     robust = weighted_fit(records, bench, settings, by_speed)
     apart = disagreement(efficient, robust)
     if apart is None:

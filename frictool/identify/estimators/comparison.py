@@ -119,8 +119,8 @@ def _winner(allowed: Sequence[Score]) -> tuple[Score, Fit, str]:
 def contradicted(regression: Fit, simulated: Fit) -> str | None:
     """Return the first sliding parameter whose regressed value is outside the simulation's interval, for people, or None."""
     for name in SLIDING:
-        regressed, interval = regression.parameters.get(name), simulated.parameters[name]
-        if regressed is not None and not interval.low <= regressed.value <= interval.high:
+        regressed, interval = regression.parameters.get(name), simulated.parameters.get(name)
+        if regressed is not None and interval is not None and not interval.low <= regressed.value <= interval.high:
             return f"{name} [{interval.low:.4g}, {interval.high:.4g}]"
     return None
 
@@ -161,7 +161,7 @@ def _simulations(sides: Sides, rows: Rows, given: Given) -> list[Score]:
     """Return the score of output error, with the terms that it asks for, and of the regressions with its terms."""
     known = start_values(given.fits[0], given.bench)
     try:
-        found = choose_structure(sides, given.bench, possible(given.bench), known, given.settings.confidence)
+        found = choose_structure(sides, given.bench, known, given.settings.confidence)
     except NothingUsable:
         return []
     regressions = _regressions(sides, rows, given, found.terms) if found.terms not in ((), (DIRECTION,)) else []

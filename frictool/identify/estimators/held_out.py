@@ -2,6 +2,7 @@
 
     half       the strokes before and after the middle of each record, cut at a reversal, where a simulation can begin at rest
     candidate  output error on the four sliding parameters, and with one load term after the other (`load_terms`)
+    declared   terms of the bench's `load` are kept; no other is tried
     choice     a term is kept where the squares of the strokes it predicts are smaller beyond chance (pairs of strokes, Student), and the
                held-out error falls by a fifth: strokes of one record share its day, from which other days differ more than they do
 
@@ -21,6 +22,7 @@ from frictool.identify.estimators.simulated import Simulated, estimate
 from frictool.identify.outcome import NothingUsable
 from frictool.identify.record import Record, Vector
 from frictool.identify.regression.alternatives import beyond_chance
+from frictool.identify.rows.load_terms import asked, possible
 from frictool.identify.rows.segments import FEWEST_SAMPLES, Segment, of_each_record, thinned, whole
 from frictool.identify.rows.strokes import find_strokes
 
@@ -92,21 +94,21 @@ def better(richer: Vector, simpler: Vector, confidence: float) -> bool:
 
 
 def choose_terms(
-    records: Sequence[Record], bench: Bench, candidates: Sequence[str], known: Mapping[str, float], confidence: float
+    records: Sequence[Record], bench: Bench, known: Mapping[str, float], confidence: float
 ) -> tuple[tuple[str, ...], dict[str, float]]:
     """The load terms to keep, and the held-out error (rms, rad | m) of every structure that was compared, by its name."""
     sides = halves(records)
     if sides is None:
-        return (), {}
-    found = choose_structure(sides, bench, candidates, known, confidence)
+        return asked(bench), {}
+    found = choose_structure(sides, bench, known, confidence)
     return found.terms, found.errors
 
 
-def choose_structure(sides: Sides, bench: Bench, candidates: Sequence[str], known: Mapping[str, float], confidence: float) -> Structure:
-    """Return the structure that predicts best, term after term."""
-    best = predicted(sides, bench, (), known)
+def choose_structure(sides: Sides, bench: Bench, known: Mapping[str, float], confidence: float) -> Structure:
+    """Return the declared structure, or, if the bench declares none, the one that predicts best, term after term."""
+    best = predicted(sides, bench, asked(bench), known)
     errors = dict(best.errors)
-    for term in candidates:
+    for term in () if bench.load is not None else possible(bench):
         try:
             tried = predicted(sides, bench, (*best.terms, term), known)
         except NothingUsable:

@@ -32,8 +32,9 @@ from frictool.identify.outcome import SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.record import Record, Vector
 from frictool.identify.regression.clusters import clusters
 from frictool.identify.regression.regression import Singular, solve
-from frictool.identify.rows.load_terms import GRAVITY, SPRING, laws_of, load_values, possible, with_structure
+from frictool.identify.rows.load_terms import GRAVITY, SPRING, laws_of, load_values, with_structure
 from frictool.identify.rows.segments import of_each_record, whole
+from frictool.identify.rows.slipping import OWN_INERTIA, known_inertia
 from frictool.identify.rows.strokes import find_strokes
 
 KNOWN_BETTER = 0.5  # of the simulation's own interval
@@ -105,6 +106,12 @@ def simulation_error(records: list[Record], bench: Bench, settings: Settings, te
     start = power_balance(records, with_structure(bench, terms), settings)
     if "coulomb" in start.refused:
         raise NothingUsable(start.refused["coulomb"])
+    untold = next((f"{name}: {reason}" for name, reason in start.refused.items() if name not in SLIDING), None)
+    if untold is not None:
+        raise NothingUsable(f"output-error does not know what a load may do that the log does not tell; use least-squares ({untold})")
+    beside = start.refused.get("inertia", "")
+    if beside.endswith(OWN_INERTIA):
+        settings = replace(settings, fixed={**settings.fixed, "inertia": known_inertia(bench)})
     held = {name: interval.value for name, interval in settings.fixed.items()}
     simulated = Simulated(whole(records), bench, terms, servo, held)
     if not simulated.segments:
@@ -118,7 +125,8 @@ def simulation_error(records: list[Record], bench: Bench, settings: Settings, te
     inertia = start.parameters.get("inertia")
     if servo is None and inertia is not None and inertia.low > 0.0 and inertia.half_width < KNOWN_BETTER * half["inertia"]:
         simulated, found, intervals = _with_inertia(simulated, found, known, inertia, settings)
-    return _fit(simulated, found, intervals)
+    fit = _fit(simulated, found, intervals)
+    return replace(fit, refused={"inertia": beside}) if beside.endswith(OWN_INERTIA) else fit
 
 
 def _half_widths(simulated: Simulated, found: Minimum, regressed: Mapping[str, float], confidence: float) -> dict[str, float]:
@@ -206,7 +214,7 @@ def output_error(records: list[Record], bench: Bench, settings: Settings) -> Fit
     if bench.load is not None and "coulomb_by_direction" in bench.load.terms:
         raise NothingUsable("output-error takes what is constant for an offset; write offset for coulomb_by_direction in load.terms")
     known = start_values(power_balance(records, bench, settings), bench)
-    terms, errors = choose_terms(records, bench, possible(bench), known, settings.confidence)
+    terms, errors = choose_terms(records, bench, known, settings.confidence)
     return simulated_fit(records, bench, settings, terms, errors)
 
 

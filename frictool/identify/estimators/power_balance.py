@@ -12,7 +12,7 @@ import numpy as np
 
 from frictool.documents.bench import Bench
 from frictool.identify.methods import Settings
-from frictool.identify.outcome import Fit
+from frictool.identify.outcome import Fit, NothingUsable
 from frictool.identify.record import Record, Vector
 from frictool.identify.rows.differences import differenced_fit
 from frictool.identify.rows.samples import Samples
@@ -28,4 +28,7 @@ def power_balance(records: list[Record], bench: Bench, settings: Settings) -> Fi
     """Inertia, viscous, Coulomb and offset from records of sliding motion. Raises NothingUsable where nothing moves enough."""
     if settings.time_constant is None:
         return weighted_fit(records, bench, settings, by_speed)
+    if bench.load is not None and bench.load.terms != ("offset",):
+        terms = ", ".join(bench.load.terms) or "none"
+        raise NothingUsable(f"power-balance on differences does not know load.terms of the bench, {terms}; leave --time-constant out")
     return differenced_fit(records, bench, settings, by_speed)

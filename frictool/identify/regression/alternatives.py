@@ -1,8 +1,8 @@
-"""Structural alternatives, compared on strokes that a fit has not seen: a term that does not help to predict them is needless.
+"""Parameters that do not help to predict strokes that a fit has not seen.
 
-A sliding parameter is dropped where its interval holds 0 and the held-out error is no larger without it; a load beside friction also
-where the error is smaller with it by no more than chance (Student's test of the strokes' squares). Its value is then 0, its interval stays
-what it was, since 0 is not known better than that; the others are fitted anew without its columns.
+A sliding parameter is dropped if its interval holds 0 and the held-out error is no larger without it. Its value is then 0, its interval
+stays what it was, since 0 is not known better than that, and the others are fitted again without its column. Loads beside friction are
+never dropped: the bench declares them, or a search has already found that they help (`load_search`, `held_out`).
 """
 
 from __future__ import annotations
@@ -52,34 +52,19 @@ def by_stroke(squares: Vector, stroke: Numbers) -> Vector:
     return np.asarray(np.bincount(stroke, squares), dtype=np.float64)
 
 
-def needless(
-    plain: Tensor,
-    weighted: Tensor,
-    stroke: Numbers,
-    low: Vector,
-    high: Vector,
-    candidates: list[list[int]],
-    confidence: float | None = None,
-    gone: list[int] | None = None,
-) -> list[int]:
-    """Which of the candidates' columns are needless; low, high (p,): the intervals of all columns. One after the other, the least first.
+def needless(plain: Tensor, weighted: Tensor, stroke: Numbers, low: Vector, high: Vector, candidates: list[int]) -> list[int]:
+    """Return the candidates' columns that are needless, tried one after the other, the least significant first.
 
-    stroke (g,): of each run. candidates: the columns of each; those of one stay or go together. confidence: of being better by more than
-    chance, which is then asked for. gone: columns that are out already.
+    low, high (p,): the intervals of all columns. stroke (g,): of each run.
     """
-    half, columns = halved(stroke), [k for k in range(low.size) if k not in (gone or [])]
-    told = [own for own in candidates if np.all(np.isfinite(low[own])) and np.all(np.isfinite(high[own]))]
-    for own in sorted(told, key=lambda own: float(np.max(np.abs(low[own] + high[own]) / (high[own] - low[own])))):
-        without = [k for k in columns if k not in own]
-        squares, other = held_out_squares(plain, weighted, half, columns), held_out_squares(plain, weighted, half, without)
-        if squares is None or other is None or not np.all((low[own] <= 0.0) & (high[own] >= 0.0)):
-            continue
-        worth = bool(np.sum(other) > np.sum(squares))
-        if confidence is not None:
-            worth = worth and beyond_chance(by_stroke(squares, stroke), by_stroke(other, stroke), confidence)
-        if not worth:
+    half, columns = halved(stroke), list(range(low.size))
+    finite = [k for k in candidates if np.isfinite(low[k]) and np.isfinite(high[k])]
+    for k in sorted(finite, key=lambda k: float(abs(low[k] + high[k]) / (high[k] - low[k]))):
+        without = [other for other in columns if other != k]
+        error, other_error = held_out_norm(plain, weighted, half, columns), held_out_norm(plain, weighted, half, without)
+        if error is not None and other_error is not None and low[k] <= 0.0 <= high[k] and other_error <= error:
             columns = without
-    return [k for own in candidates for k in own if k not in columns]
+    return [k for k in candidates if k not in columns]
 
 
 def halved(stroke: Numbers) -> Numbers:

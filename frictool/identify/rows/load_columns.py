@@ -68,12 +68,6 @@ def untold(plain: Tensor, names: Sequence[str], rows: int) -> dict[str, str]:
     return out
 
 
-def together(names: Sequence[str]) -> list[list[int]]:
-    """Of each term that is there its columns, which are needed or needless together."""
-    found = [[k for k, name in enumerate(names) if name in own] for own in TERMS.values()]
-    return [own for own in found if own]
-
-
 def by_direction(names: tuple[str, ...], coulomb: bool, plain: Tensor, weighted: Tensor) -> tuple[tuple[str, ...], Tensor, Tensor]:
     """The same columns, each of one direction: viscous friction where it differs, Coulomb friction and offset where `coulomb` says so."""
     change, out = np.eye(len(names) + 1), list(names)

@@ -14,8 +14,9 @@ from frictool.identify.record import Vector
 from frictool.identify.regression.alternatives import halved, held_out_norm, needless
 from frictool.identify.regression.clusters import clusters
 from frictool.identify.regression.regression import Singular, least, residual_norm, solve_triangles
-from frictool.identify.regression.triangles import Numbers, Tensor, merged, triangles
-from frictool.identify.rows.load_columns import by_direction, together, untold
+from frictool.identify.regression.triangles import Numbers, Tensor, triangles
+from frictool.identify.rows.load_columns import by_direction, untold
+from frictool.identify.rows.unresolved import Unresolved
 
 FEWEST_STROKES = 2  # in each direction: a difference of directions that is seen once cannot be told from one of strokes
 ONE_DIRECTION = "the motion is in one direction only, in which Coulomb friction and offset are one number"
@@ -28,8 +29,8 @@ class Samples:
     """Rows of effort = inertia a + viscous v + coulomb s + offset: (n,) in SI, `stroke` (n,) ascending; `sign`: s, filtered as the rest;
 
     `counts`: how many encoder counts pass in the row. known_offset: the bench's, N m | N, which tells Coulomb friction where the motion is
-    in one direction only. loads: of what else the bench says there is, the column (n,) of each parameter. terms: of `load` of the bench.
-    fixed: parameters that are known, whose effort is no longer in `effort` (`with_fixed`).
+    in one direction only. loads: of what else the bench says there is, the column (n,) of each parameter. terms, most: of `load`
+    of the bench. fixed: parameters that are known, whose effort is no longer in `effort` (`with_fixed`).
     """
 
     acceleration: Vector
@@ -41,6 +42,7 @@ class Samples:
     known_offset: Interval | None = None
     loads: dict[str, Vector] = field(default_factory=dict)
     terms: tuple[str, ...] | None = None
+    most: float | None = None
     fixed: Mapping[str, Interval] = field(default_factory=dict)
 
     @property
@@ -112,25 +114,25 @@ def fit(
 ) -> Fit:
     """Weighted least squares on `samples`, weight (n,); a residual is correlated over `window` rows.
 
-    Of the `droppable` parameters those that are needless (`alternatives`) are 0, and the others fitted without them. Raises NothingUsable
-    where there are too few rows. Where the axis moves in one direction only, Coulomb friction and offset are one number: both are
+    Of the `droppable` parameters those that are needless (`alternatives`) are 0, and the others fitted without them. A load that the
+    travel does not tell is refused, and widens the others by what it may be (`unresolved`). Raises NothingUsable where there are too few
+    rows. Where the axis moves in one direction only, Coulomb friction and offset are one number: both are
     refused, or the offset alone where the bench knows it.
     """
     names, refused = parameters_of(samples)
     plain, weighted, cluster, order = reduced(samples, weight, len(names), window)
     names = (*names, *samples.loads)
-    refused = {**refused, **untold(plain, names, samples.velocity.size)}
-    names, plain, weighted = _without(names, [name for name in names if name in samples.loads and name in refused], plain, weighted)
-    fixed = _Fixed(samples.fixed, names, weighted)
-    names, plain, weighted = _without(names, [name for name in names if name in samples.fixed], plain, weighted)
-    droppable = tuple(name for name in droppable if name in names)
+    unknown = untold(plain, names, samples.velocity.size)
+    refused |= unknown
+    droppable = tuple(name for name in droppable if name in names and name not in samples.fixed)
     try:
+        outside = Unresolved(names, weighted, samples.fixed, tuple(unknown))
+        outside.add_loads(samples.loads, samples.most, cluster, confidence)
+        names, plain, weighted = _without(names, [name for name in names if name in samples.fixed or name in unknown], plain, weighted)
         solution = solve_triangles(weighted, cluster)
-        width = fixed.widened(names, solution.half_width(confidence))
+        width = outside.widened(names, solution.half_width(confidence))
         low, high = solution.value - width, solution.value + width
-        plainly = needless(plain, weighted, order, low, high, [[names.index(name)] for name in droppable if name in names])
-        loads = needless(plain, weighted, order, low, high, together(names), confidence, plainly)
-        dropped = [names[k] for k in (*plainly, *loads)]
+        dropped = [names[k] for k in needless(plain, weighted, order, low, high, [names.index(name) for name in droppable])]
         found = {name: Interval(0.0, float(low[names.index(name)]), float(high[names.index(name)])) for name in dropped}
         kept, plain, weighted = _without(names, dropped, plain, weighted)
         dropped_or_split = bool(dropped)
@@ -140,7 +142,7 @@ def fit(
             dropped_or_split = True
         if dropped_or_split:
             solution = solve_triangles(weighted, cluster)
-            width = fixed.widened(kept, solution.half_width(confidence))
+            width = outside.widened(kept, solution.half_width(confidence))
     except Singular as error:
         raise NothingUsable(str(error)) from None
     for name, v, w in zip(kept, solution.value, width, strict=True):
@@ -149,11 +151,6 @@ def fit(
         found["viscous_backward"] = shifted(found["viscous_backward"], samples.fixed["viscous"].value)
     if refused.get("offset") == KNOWN_OFFSET["offset"] and samples.known_offset is not None and "coulomb" in found:
         found["coulomb"] = less_offset(found["coulomb"], samples.known_offset, float(samples.sign[0]))
-    for name in dropped:
-        if name in samples.loads:
-            refused[name] = (
-                f"strokes that were not seen are predicted no worse without it; it lies in [{found[name].low:.4g}, {found[name].high:.4g}]"
-            )
     size = float(np.linalg.norm(samples.effort + samples.known_effort))
     held_out = held_out_norm(plain, weighted, halved(order), list(range(len(kept))))
     return Fit(
@@ -164,27 +161,8 @@ def fit(
         solution.condition,
         samples.velocity.size,
         {**details, "strokes": int(order.max()) + 1, "clusters": int(cluster.max()) + 1},
-        dropped=tuple(name for name in dropped if name not in samples.loads),
+        dropped=tuple(dropped),
     )
-
-
-class _Fixed:
-    """What fixed parameters, uncertain as they are, move the others by."""
-
-    def __init__(self, fixed: Mapping[str, Interval], names: tuple[str, ...], weighted: Tensor) -> None:
-        held = [name for name in names if name in fixed]
-        self.reach = np.array([max(fixed[name].high - fixed[name].value, fixed[name].value - fixed[name].low) for name in held])
-        self.free = [name for name in names if name not in fixed]
-        whole = merged(weighted)
-        columns = whole[:, [names.index(name) for name in self.free]]
-        self.slope = np.linalg.lstsq(columns, whole[:, [names.index(name) for name in held]], rcond=None)[0] if held else None
-
-    def widened(self, names: tuple[str, ...], half: Vector) -> Vector:
-        """Return half widths (p,) that hold what the fixed parameters' intervals add; a column that was split keeps its own."""
-        if self.slope is None:
-            return half
-        added = dict(zip(self.free, np.sqrt((self.slope**2) @ self.reach**2), strict=True))
-        return np.hypot(half, [added.get(name, 0.0) for name in names])
 
 
 def shifted(interval: Interval, by: float) -> Interval:

@@ -11,6 +11,7 @@ the attenuation by the encoder's noise at a fifth of the standard deviation: a s
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,7 @@ from frictool.identify.methods import Settings
 from frictool.identify.outcome import Fit, Interval, NothingUsable
 from frictool.identify.record import Record, Vector
 from frictool.identify.rows.load_columns import load_columns
-from frictool.identify.rows.load_terms import with_laws
+from frictool.identify.rows.load_terms import HARMONICS, SPRING, TERMS, with_laws
 from frictool.identify.rows.resolution import refuse_hidden_inertia
 from frictool.identify.rows.samples import Samples, fit, joined, with_fixed
 from frictool.identify.rows.slip import keep_rows, slip_mask
@@ -29,6 +30,7 @@ from frictool.identify.rows.smoothing import acceleration_response, choose_windo
 from frictool.identify.rows.strokes import Strokes, find_strokes
 
 SMALLEST_SHARE, LARGEST_SHARE = 0.0075, 0.1  # of noise in the acceleration (`smoothing`): attenuation 0.006 % and 1 %
+OWN_INERTIA = "the loads over the position are fitted beside the bench's inertia, and hold its range"
 BIAS_SHARE = 0.2  # of the inertia's standard deviation that attenuation may reach
 
 Fitting = Callable[[Samples, int], Fit]  # samples and the window that smoothed them -> fit
@@ -52,13 +54,35 @@ def slipping_fit(records: list[Record], bench: Bench, settings: Settings, fittin
     """What `fitting` makes of the samples certain to slip, inertia refused where the encoder hides it. Raises NothingUsable."""
     samples, used = slipping(records, bench, SMALLEST_SHARE, settings.window)
     result = fitting(with_fixed(samples, settings.fixed), used)
-    share = _bearable_share(result, settings.confidence)
+    share = _bearable_share(result, settings.confidence) * _own_share(samples)
     if settings.window is None and share > SMALLEST_SHARE and shortest_window(records, share) < used:
         del samples  # an hour of them is large, and the next come
         samples, used = slipping(records, bench, share, None)
         result = fitting(with_fixed(samples, settings.fixed), used)
-    response = acceleration_response(records[0], used)
-    return with_laws(refuse_hidden_inertia(result, records[0], bench, response, samples.acceleration, f"over {used} samples"), bench)
+    response, own = acceleration_response(records[0], used), _own_share(samples)
+    found = refuse_hidden_inertia(result, records[0], bench, response, own * samples.acceleration, f"over {used} samples")
+    if own < 1.0 and "inertia" in result.parameters and "inertia" not in found.parameters:
+        beside = fitting(with_fixed(samples, {**settings.fixed, "inertia": known_inertia(bench)}), used)
+        found = replace(beside, refused={**beside.refused, "inertia": f"{found.refused['inertia']}; {OWN_INERTIA}"})
+    return with_laws(found, bench)
+
+
+def _own_share(samples: Samples) -> float:
+    """The share (rms) of the acceleration that loads over the position and the other columns do not explain, 1 if there is no such load.
+
+    A load over the position that goes with the acceleration takes the place of the inertia, since it has less noise.
+    """
+    if not any(name in samples.loads for term in (SPRING, *HARMONICS) for name in TERMS[term]):
+        return 1.0
+    others = np.column_stack((*samples.columns[1:], *samples.loads.values()))
+    left = samples.acceleration - others @ np.linalg.lstsq(others, samples.acceleration, rcond=None)[0]
+    return float(np.linalg.norm(left) / np.linalg.norm(samples.acceleration))
+
+
+def known_inertia(bench: Bench) -> Interval:
+    """The bench's inertia; from 0 to twice its value if the bench gives no interval (as in `unresolved_inertia`)."""
+    known = bench.mechanics.inertia
+    return Interval(known.value, *(known.interval if known.low is not None else (0.0, 2.0 * known.value)))
 
 
 def _bearable_share(result: Fit, confidence: float) -> float:
@@ -134,4 +158,5 @@ def slipping_rows(record: Record, bench: Bench, window: int, signals: tuple[Vect
     counts = np.abs(velocity) * (every * record.period / record.resolution)
     offset, terms = bench.mechanics.offset, None if bench.load is None else bench.load.terms
     known = None if offset is None else Interval(offset.value, *offset.interval)
-    return Samples(acceleration, velocity, effort, strokes.number[:kept], strokes.sign[:kept], counts, known, loads, terms)
+    most = None if bench.load is None or bench.load.most is None else bench.load.most.value
+    return Samples(acceleration, velocity, effort, strokes.number[:kept], strokes.sign[:kept], counts, known, loads, terms, most)
