@@ -1,4 +1,4 @@
-"""Do intervals of what loads an axis beside friction cover at their stated rate, and does that of a load that is not there hold 0? Over 400 seeds.
+"""Do intervals of what loads an axis beside friction cover at their stated rate, and hold 0 where there is no load? Over 400 seeds.
 
 Each seed has its own axis, load, effort and noise (tests/identify/loaded_axis.py). Judged as the other coverages (check_identify.py).
 """

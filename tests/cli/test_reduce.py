@@ -95,7 +95,8 @@ def test_a_bench_of_another_rig_is_refused(train: Path) -> None:
 def test_an_error_beyond_the_tolerance_writes_nothing(train: Path) -> None:
     result = run("reduce", train / "mechanism.yaml", "--tolerance", "0.001", "-o", train / "none.yaml")
     assert result.code == 4
-    assert "losses: forward from -3.5, 0.114 rad from the step before on a way of 4.8 rad; allowed: 0.1 % of the way" in result.stderr
+    # friction and inertia are the same everywhere, so that all runs have this error; the first of them is named
+    assert "losses: forward from -7, 0.114 rad from the step before on a way of 4.8 rad; allowed: 0.1 % of the way" in result.stderr
     assert not (train / "none.yaml").exists()
 
 

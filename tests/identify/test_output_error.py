@@ -74,7 +74,7 @@ def test_without_noise_the_truth_is_found_to_the_encoder() -> None:
 )
 def test_a_load_that_is_there_is_found_by_what_it_predicts(term: str, axis: AxisParameters, load: Load, names: dict[str, float]) -> None:
     record = driven(axis, load)
-    kept, errors = choose_terms([record], linear_bench(), (term,), TRUTH, 0.95)
+    kept, errors = choose_terms([record], linear_bench(), TRUTH, 0.95)
     assert kept == (term,)
     assert errors[term] < 0.1 * errors["sliding"]
     found = estimate(Simulated(whole([record]), linear_bench(), kept), TRUTH)
@@ -83,7 +83,7 @@ def test_a_load_that_is_there_is_found_by_what_it_predicts(term: str, axis: Axis
 
 def test_a_load_that_is_not_there_is_left_out() -> None:
     _, record = linear_axis(3)
-    kept, errors = choose_terms([record], linear_bench(), possible(linear_bench()), TRUTH, 0.95)
+    kept, errors = choose_terms([record], linear_bench(), TRUTH, 0.95)
     assert kept == ()
     assert set(errors) == {"sliding", DIRECTION, SPRING}
 
