@@ -130,7 +130,7 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
             del found["breakaway"]
     ordered = {name: found[name] for name in (*PARAMETERS, *CURVE) if name in found}
     pooled = [] if fit is None else pooling_warnings(sliding, bench, settings, fit, ordered)
-    warnings = (*odd, *_surprises(ordered, bench), *_doubts(fit), *pooled)
+    warnings = (*odd, *_surprises(ordered, bench), *_doubts(fit, method), *pooled)
     result = Identification((fit and fit.method) or method, settings.confidence, kinds, ordered, refused, fit, onsets, warnings, laws)
     if not PHYSICAL & found.keys():
         reason = negative_work([*sliding, *ramps], bench)
@@ -168,7 +168,7 @@ def _surprises(found: Mapping[str, Interval], bench: Bench) -> list[str]:
     return out
 
 
-def _doubts(fit: Fit | None) -> list[str]:
+def _doubts(fit: Fit | None, method: str) -> list[str]:
     """Return a warning if the model, or the method in its own equations, leaves so much of the effort that another model may hold."""
     if fit is None:
         return []
@@ -177,9 +177,10 @@ def _doubts(fit: Fit | None) -> list[str]:
         shown, left = "residual of the method's own equations", fit.residual
     if left <= DOUBTFUL_FORCE_ERROR:
         return []
+    advice = "look at frictool validate" if method == "auto" else "look at frictool validate, or use --method auto"
     return [
         f"{shown} {100 * left:.3g} %, above {100 * DOUBTFUL_FORCE_ERROR:g} %: the effort is noisy, or something acts that is not in the "
-        "model, and the intervals do not hold that; look at frictool validate, or use --method auto"
+        f"model, and the intervals do not hold that; {advice}"
     ]
 
 

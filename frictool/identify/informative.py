@@ -39,7 +39,10 @@ def useless(name: str, interval: Interval, known: Quantity | None) -> str | None
             return f"the log's interval {shown} reaches zero and {LARGEST_FACTOR:g} times the bench's value, {known.value:.4g}"
         return None
     if interval.high - interval.low >= known.high - known.low:
-        return f"the log's interval {shown} is no narrower than the bench's [{known.low:.4g}, {known.high:.4g}]"
+        bounds = f"the bench's [{known.low:.4g}, {known.high:.4g}]"
+        if interval.low > known.high or interval.high < known.low:
+            return f"the log's interval {shown} lies wholly outside {bounds} and is no narrower; correct one of them: the bench's is used"
+        return f"the log's interval {shown} is no narrower than {bounds}"
     return None
 
 

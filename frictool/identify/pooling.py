@@ -13,6 +13,7 @@ from frictool.identify.record import Record
 from frictool.identify.refit import same_structure
 
 WIDER = 4.0  # times the interval of one log alone
+OTHERS_DIFFER = "although the logs agree on it: the method, a parameter on which they differ, or one of the bench widens it"
 MOST_LOGS = 20  # beyond, the first of them are compared
 
 
@@ -39,8 +40,10 @@ def pooling_warnings(records: list[Record], bench: Bench, settings: Settings, fi
         ratio = found[name].half_width / told[best].half_width
         if ratio > WIDER:
             values = ", ".join(f"{log} {one.value:.4g} [{one.low:.4g}, {one.high:.4g}]" for log, one in told.items())
+            apart = max(one.low for one in told.values()) > min(one.high for one in told.values())
+            reason = "because the logs disagree" if apart else OTHERS_DIFFER
             out.append(
-                f"{name}: the interval from all logs is {ratio:.3g} times as wide as that of {best} alone, because the logs disagree "
+                f"{name}: the interval from all logs is {ratio:.3g} times as wide as that of {best} alone, {reason} "
                 f"({values}); identify them one by one (--each log), or leave out the log of another state of the machine"
             )
     return out

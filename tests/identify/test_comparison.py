@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+import numpy as np
 import pytest
 
 from frictool.documents.bench import Bench
@@ -19,6 +20,7 @@ from frictool.identify.force_error import force_error, motion_rows
 from frictool.identify.identification import identify
 from frictool.identify.methods import Settings, run
 from frictool.identify.outcome import Interval
+from frictool.identify.pooling import pooling_warnings
 from frictool.identify.record import record_of
 from frictool.logs.reading import read_log
 from tests.cli.run import run as command
@@ -166,3 +168,37 @@ def test_a_parameter_is_fixed_beside_declared_loads(kind: str, name: str) -> Non
     for other in (f"{kind}_backward", "stiffness"):
         if other in axis.truth:
             assert told[other].value == pytest.approx(axis.truth[other], rel=0.05)
+
+
+def test_an_interval_that_contradicts_the_bench_is_not_called_wide_only(folder: Path) -> None:
+    """Viscous friction is 165 N s/m forward; the bench claims 49.9 to 50.1."""
+    bench = folder / "narrow.yaml"
+    bench.write_text(re.sub(r"viscous: .*", "viscous: {value: 50, low: 49.9, high: 50.1, unit: N s/m}", EMPS.read_text()))
+    result = command("identify", folder / "monday.csv", "--bench", bench, "--method", "least-squares", "--json")
+    assert result.code == 0, result.stderr
+    told = json.loads(result.stdout)["not_identified"]["viscous"]
+    assert "lies wholly outside the bench's [49.9, 50.1] and is no narrower; correct one of them: the bench's is used" in told
+
+
+def test_pooled_logs_that_agree_are_not_said_to_disagree(folder: Path) -> None:
+    """The day twice, with other noise, and intervals that something else has widened."""
+    record = replace(day("monday", seed=2), name="again.csv")
+    alone = replace(day("monday"), name="monday.csv")
+    bench, fit = load(EMPS, Bench), run("least-squares", [alone, record], load(EMPS, Bench), Settings())
+    wide = {name: 9.0 * one.half_width for name, one in fit.parameters.items()}
+    found = {name: Interval(one.value, one.value - wide[name], one.value + wide[name]) for name, one in fit.parameters.items()}
+    told = pooling_warnings([alone, record], bench, Settings(), fit, found)
+    assert told
+    assert not any("because the logs disagree" in line for line in told)
+    assert all("although the logs agree on it" in line for line in told)
+
+
+@pytest.mark.parametrize("method", ["auto", "least-squares"])
+def test_auto_does_not_advise_auto(folder: Path, tmp_path: Path, method: str) -> None:
+    table = np.loadtxt(folder / "monday.csv", delimiter=",", skiprows=1)
+    table[:, 3] += 1.0 * np.random.default_rng(3).standard_normal(len(table))
+    log = tmp_path / "noisy.csv"
+    np.savetxt(log, table, delimiter=",", header="t,qm,qg,vir", comments="", fmt="%.12g")
+    told = command("identify", log, "--bench", EMPS, "--method", method).stderr
+    assert "above 20 %" in told
+    assert ("or use --method auto" in told) == (method != "auto")
