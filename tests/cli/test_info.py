@@ -158,3 +158,11 @@ def test_a_drive_in_another_stream_than_the_position_is_told_with_what_to_do(tmp
     assert fed[0].startswith("feeds ")
     assert "least-squares, " in fed[0]
     assert fed[1].startswith(f"does not feed breakaway: {why}")
+
+
+def test_a_refusal_to_unpack_is_the_reason_that_is_given(tmp_path: Path):
+    h5py, path = pytest.importorskip("h5py"), tmp_path / "filled.h5"
+    with h5py.File(path, "w") as file:
+        for name in ("time", "encoder"):
+            file.create_dataset(name, shape=(250_000_000,), dtype="f8", chunks=(1 << 16,), fillvalue=1.0)
+    refused(run("info", path), 3, "filled.h5: announces 250000000 rows")

@@ -103,6 +103,9 @@ def read_start(tables: Sequence[Table]) -> list[MemoryTable]:
         if names:
             found.append(in_memory(table, names, MOST_ROWS))
     if not found:
+        for table in tables:
+            if table.names:
+                next(iter(table.blocks(table.names)), None)  # raises LogError if the rows are refused or damaged
         raise LogError(tables[0].source, "has no column of numbers with a finite one in its first rows")
     return found
 
