@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from frictool.documents.controller import Controller
-from frictool.verify.stated_box import box_of
+from frictool.verify.stated_box import NAMES, box_of
 from frictool.verify.words import plant_units
 
 ROUNDING = 1e-9  # relative: the ends of intervals are sums and products of a document's numbers
-OF_THE_MARGIN = ("inertia", "viscous", "constant")  # a loop's margins do not depend on Coulomb friction
+OF_THE_MARGIN = ("inertia", "viscous", "constant")  # the parameters that a margin depends on; a norm depends on Coulomb friction too
 
 Interval = tuple[float, float]
 
 
-def outside(controller: Controller, intervals: Mapping[str, Interval], names: Iterable[str] = OF_THE_MARGIN) -> tuple[str, ...]:
+def outside(controller: Controller, intervals: Mapping[str, Interval], names: Iterable[str] = NAMES) -> tuple[str, ...]:
     """Return a phrase for each of `names` whose interval [SI] reaches beyond the controller's, such as
     `inertia 4.9e-06 to 1.53e-05 kg m^2, certified 1.11e-05 to 1.53e-05`."""
     known = controller.certificate is not None or bool(controller.verified.vertices)

@@ -11,7 +11,6 @@ from frictool.plant.polytope import PlantPoint, corner_points, intervals
 from frictool.ties import smallest
 from frictool.verify.certified_box import outside
 from frictool.verify.plant_margins import PlantMargins
-from frictool.verify.stated_box import NAMES
 
 
 @dataclass(frozen=True)
@@ -56,4 +55,4 @@ def check_model(controller: Controller, model: Model) -> ModelCheck:
     points = corner_points(ranges)
     margin, index = smallest(margins.at(point) for point in points)
     specified = controller.verified.modulus_margin_specified
-    return ModelCheck(outside(controller, ranges, NAMES), margin, specified, points[index], len(points))
+    return ModelCheck(outside(controller, ranges), margin, specified, points[index], len(points))

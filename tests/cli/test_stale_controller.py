@@ -123,6 +123,20 @@ def test_a_model_outside_is_undecided_and_named_in_every_output(rig: Rig) -> Non
         assert named in text
 
 
+def test_coulomb_friction_outside_is_undecided_and_named_though_no_margin_depends_on_it(rig: Rig) -> None:
+    model = clutch_model()
+    coulomb = msgspec.structs.replace(model.parameters.coulomb, value=0.25, low=0.24, high=0.26)
+    rig.write(msgspec.structs.replace(model, parameters=msgspec.structs.replace(model.parameters, coulomb=coulomb)), played(), 0.1)
+    named = "to 0.26 N m, verified"
+    assert named in rig.simulate().stderr
+    shown = rig.report("--json")
+    assert shown.code == 1
+    assert margin_of(shown.stdout)["met"] is None
+    assert any(named in line for line in json.loads(shown.stdout)["warnings"])
+    found = json.loads(rig.campaign("--json").stdout)
+    assert found["verdict"] == "undecided"
+
+
 def test_a_model_within_is_judged_by_the_margins_of_what_was_played(rig: Rig) -> None:
     rig.write(clutch_model(), played(variants="vertices"), 0.1)
     assert "warning" not in rig.simulate().stderr
