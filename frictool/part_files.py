@@ -29,7 +29,7 @@ _cleaned: set[Path] = set()
 
 @contextmanager
 def part_file(target: Path) -> Iterator[BinaryIO]:
-    """Yield a binary stream that becomes `target` when the block ends well, and is removed when it does not.
+    """Yield a binary stream that becomes `target` when the block ends without an exception, and is removed otherwise.
 
     Raises OSError where the folder is missing or the file cannot be written.
     """
@@ -42,7 +42,7 @@ def part_file(target: Path) -> Iterator[BinaryIO]:
             umask = os.umask(0)
             os.umask(umask)
             part.chmod(0o666 & ~umask)
-            if fcntl is not None:  # under the lock: nobody takes it for stale
+            if fcntl is not None:  # while the lock is held, no process takes it for stale
                 part.replace(target)
         if fcntl is None:
             part.replace(target)
@@ -106,7 +106,7 @@ def _locked_file(target: Path) -> tuple[int, Path]:
         if fcntl is None:
             return handle, Path(name)
         with suppress(OSError):  # a file system without locks
-            fcntl.flock(handle, fcntl.LOCK_EX)  # waits for a process that asks whether the part is stale
+            fcntl.flock(handle, fcntl.LOCK_EX)  # waits while another process checks whether the part is stale
         with suppress(OSError):
             if os.path.samestat(os.stat(name), os.fstat(handle)):
                 return handle, Path(name)

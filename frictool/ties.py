@@ -1,4 +1,4 @@
-"""The rule for ties: of values that agree within a relative tolerance the first one is named.
+"""Rule for ties: among values that agree within a relative tolerance, the first one is named.
 
 Vertices often have the same figure, for example two that differ only in friction have the same modulus margin. The last digits of such
 figures differ from processor to processor, so that the largest one alone would name another vertex there.

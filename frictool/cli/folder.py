@@ -16,9 +16,9 @@ from frictool.part_files import part_folder
 def save_folder(target: Path, files: Mapping[str, str | bytes], inputs: list[Path], *, overwrite: bool, parents: bool = False) -> None:
     """Write `files` (relative name -> content) into `target`; other files there stay as they are. `-` writes a tar archive to stdout.
 
-    `target` itself is made where it is missing, the folders above it only with `parents`.
+    `target` is made if it is missing; the folders above it are made only with `parents`.
 
-    Raises OutputError, having changed nothing, where a file is an input, cannot be written, or exists and `overwrite` is false.
+    Raises OutputError, before anything is changed, if a file is an input, cannot be written, or exists and `overwrite` is false.
     """
     if target == STDOUT:
         sys.stdout.buffer.write(archive(files))

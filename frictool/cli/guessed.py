@@ -1,4 +1,4 @@
-"""What a command says of columns that were guessed from a log."""
+"""Lines that a command prints about columns that were guessed from a log."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from frictool.documents.starter import Start
 
 
-def questions(start: Start) -> list[str]:
-    """Return the lines that list what the log did not tell, or none."""
+def question_lines(start: Start) -> list[str]:
+    """Return the lines that list the columns and units to fill in; empty if there are none."""
     lines = [f"  columns.{channel}: {note}" for channel, note in start.questions.items()]
     return [f'{start.log} does not tell all; replace "?" in bench.yaml:', *lines] if lines else []

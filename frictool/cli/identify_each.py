@@ -137,7 +137,7 @@ def _save_model(asked: Asked, one: One, inputs: list[Path]) -> None:
     name = model_file(one)
     if asked.folder is not None and one.found is not None and name is not None:
         target = asked.folder / name
-        target.parent.mkdir(parents=True, exist_ok=True)  # below the folder that was asked for
+        target.parent.mkdir(parents=True, exist_ok=True)  # below the requested folder
         save_text(target, one.found.text, inputs)
 
 

@@ -53,7 +53,7 @@ def command(log: Path, bench: Path | None, start: float | None, end: float | Non
 
 
 def _guessed(path: Path) -> Log | None:
-    """A raw file as a log in the units of the file, None where the file is a canonical log; tells what was guessed."""
+    """Return a raw file as a log in the units of the file and print the guessed columns; return None for a canonical log."""
     from frictool.documents.bench import OPEN
     from frictool.logs.canonical.mcap_reader import is_canonical
     from frictool.logs.channels.unmapped import unmapped

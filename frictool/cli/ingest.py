@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from frictool.cli.endings import check_ending
-from frictool.cli.guessed import questions
+from frictool.cli.guessed import question_lines
 from frictool.cli.output import (
     STDOUT,
     FiniteRange,
@@ -165,7 +165,7 @@ def _propose(raw: tuple[Path, ...], axis: Literal["rotary", "linear"] | None, ou
         return
     found = ", ".join(f"{channel} is {column!r} [{unit}]" for channel, (column, unit) in start.columns.items()) or "no channel"
     say(f"guessed from {start.log}: {found}; check what is marked as guessed, replace what is marked as an example", output)
-    for line in questions(start):
+    for line in question_lines(start):
         say(line, output)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from frictool.cli.guessed import questions
+from frictool.cli.guessed import question_lines
 from frictool.cli.output import existing, json_option, note, print_json, say
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def command(folder: Path, axis: str | None, log: Path | None, as_json: bool) -> 
     if log is not None:
         found = ", ".join(f"{channel} is {column!r} [{unit}]" for channel, (column, unit) in start.columns.items()) or "no channel"
         say(f"guessed from {log.name}: {found}; check what is marked as guessed")
-        for line in questions(start):
+        for line in question_lines(start):
             say(line)
     say(_still_to_do(folder, start, examples(start)))
 

@@ -83,7 +83,7 @@ def main() -> None:
 def _terminated_as_interrupted() -> Iterator[None]:
     """Make SIGTERM raise KeyboardInterrupt, as SIGINT does, so that nothing half written is left behind."""
     if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGTERM) != signal.SIG_DFL:
-        yield  # the program that calls this has its own way
+        yield  # a calling program keeps its own handler
         return
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
@@ -120,7 +120,7 @@ def _run(debug: bool) -> None:
 
 
 def _warn_of_examples() -> Callable[[str, tuple[str, ...]], None]:
-    """Return what warns of example values in a document; keys that an earlier document of the command had are not repeated."""
+    """Return a function that warns of example values in a document, once for each key in a command."""
     said: set[str] = set()
 
     def warn(path: str, keys: tuple[str, ...]) -> None:

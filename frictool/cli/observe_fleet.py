@@ -45,7 +45,7 @@ def observe_fleet(given: Given, logs: Sequence[Path]) -> int:
         print_json({"logs": [row.as_json() for row in table], "wear_limit": given.limit, **counts(table)}, given.stdout)
     else:
         _tell(table, given)
-    if any(row.verdict is not None and given.refuses(row.verdict.exceeded) for row in table):
+    if any(row.verdict is not None and given.answer_is_no(row.verdict.exceeded) for row in table):
         return EXIT_NO
     return EXIT_INPUT if any(one.lost for one in found) else EXIT_DONE
 

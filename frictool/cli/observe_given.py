@@ -36,8 +36,8 @@ class Given:
     cluster: str | None = None
     allow_undecided: bool = False
 
-    def refuses(self, exceeded: bool | None) -> bool:
-        """Whether a verdict on the wear limit, None if undecided, is exit code 1."""
+    def answer_is_no(self, exceeded: bool | None) -> bool:
+        """Return whether the command ends with exit code 1; `exceeded` is None if the wear limit is undecided."""
         return not self.allow_undecided if exceeded is None else exceeded
 
     @property

@@ -170,7 +170,7 @@ def _single(given: Given, log: Path) -> int:
             say(line, given.stdout)
     if outcome.losses:
         note(f"warning: {Path(outcome.source).name} was read with data lost: {counted(list(outcome.losses))}")
-    refused = outcome.verdict is not None and given.refuses(outcome.verdict.exceeded)
+    refused = outcome.verdict is not None and given.answer_is_no(outcome.verdict.exceeded)
     return EXIT_NO if refused else EXIT_INPUT if outcome.losses else EXIT_DONE
 
 

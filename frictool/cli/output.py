@@ -99,7 +99,7 @@ def replacing(target: Path, inputs: list[Path]) -> Iterator[BinaryIO]:
 
 
 def require_folder(target: Path) -> None:
-    """Raise OutputError if the folder in which `target` is to be written does not exist: its name may be a slip of the keyboard."""
+    """Raise OutputError if the folder of `target` does not exist: its name may be misspelt."""
     folder = target.resolve().parent if target.is_symlink() else target.parent
     if not folder.exists():
         raise OutputError(f"{target}: there is no folder {folder}; make it first (mkdir -p {shlex.quote(str(folder))}) or name another")
@@ -157,13 +157,13 @@ def check_targets(targets: Mapping[str, Path | None], inputs: list[Path]) -> Non
 def save_text(target: Path, text: str, inputs: list[Path], draft: bool = False) -> None:
     """Write `text` as UTF-8 to `target`, whole or not at all, to stdout without control characters.
 
-    A document has to be one that can be read back, except a draft, in which something is left to fill in.
+    A document is read back first, except a draft, in which values are left to fill in.
     """
     if not draft:
         check_document(target, text)
     with replacing(target, inputs) as stream:
         shown = printable(text) if target == STDOUT else text
-        stream.write(shown.encode(errors="backslashreplace"))  # a file's name need not be text
+        stream.write(shown.encode(errors="backslashreplace"))  # a file's name may hold bytes that are not text
 
 
 def say(text: str, output: Path | None = None) -> None:
@@ -177,7 +177,7 @@ def note(text: str) -> None:
 
 
 def note_changes(path: Path, controller: Controller) -> None:
-    """Warn if a block of a controller is not the one that was verified. A document without digests says nothing of that."""
+    """Warn if a block of a controller is not the one that was verified. A document without digests gives no warning."""
     from frictool.documents.digests import changed_blocks
 
     changed = changed_blocks(controller) if controller.verified.digests else ()

@@ -1,4 +1,4 @@
-"""Text from files and file names made safe to print: control characters would command the terminal."""
+"""Text from files and file names made safe to print: a terminal would execute its control characters."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def printable(text: str) -> str:
 
 
 def printable_json(text: str) -> str:
-    """Return a JSON text that prints no control character and means the same."""
+    """Return an equivalent JSON text without control characters."""
     return _UNSAFE.sub(lambda match: f"\\u{ord(match.group()):04x}", text)
 
 

@@ -1,4 +1,4 @@
-"""Read every document back before it is written: what the next command would refuse is not left behind."""
+"""Read every document back before it is written, so that no command writes a document that the next command refuses."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from pathlib import Path
 
 
 def check_document(target: Path, text: str) -> None:
-    """Read `text`, which is to be written to `target`, as the next command does; text of another kind passes.
+    """Read `text` as the next command will read it from `target`; text that is no document passes.
 
-    A model has to describe an axis that the simulation takes. Raises NoSolutionError with what is wrong.
+    A model has to describe an axis that the simulation accepts. Raises NoSolutionError with the fault.
     """
     named = re.match(r"(?:#.*\n|\s*\n)*format: (\w+)/\d+\n", text)
     if named is None:

@@ -54,7 +54,7 @@ def command(ctx: click.Context, controller: Path, model: Path | None, as_json: b
     checked = None if model is None else _checked(document, model)
     verification = verify(document)
     if as_json:
-        print_json({**machine_view(document, verification), "model": model_view(checked)})
+        print_json({**json_view(document, verification), "model": model_json_view(checked)})
     else:
         say("\n".join([*lines(document, verification), *model_lines(document, checked)]))
     if not verification.proved or not verification.unaltered or (checked is not None and not checked.holds):
@@ -69,8 +69,8 @@ def _checked(controller: Controller, path: Path) -> ModelCheck:
     return check_model(controller, load(path, Model))
 
 
-def model_view(checked: ModelCheck | None) -> dict[str, Any] | None:
-    """Return the check of the model for programs; None without one."""
+def model_json_view(checked: ModelCheck | None) -> dict[str, Any] | None:
+    """Return the check of the model as JSON values; None without a model."""
     if checked is None:
         return None
     plant = {name: getattr(checked.plant, name) for name in NAMES}
@@ -79,7 +79,7 @@ def model_view(checked: ModelCheck | None) -> dict[str, Any] | None:
 
 
 def model_lines(controller: Controller, checked: ModelCheck | None) -> list[str]:
-    """Return the same for people."""
+    """Return the lines of the check of the model."""
     from frictool.verify.words import plant_words
 
     if checked is None:
@@ -91,8 +91,8 @@ def model_lines(controller: Controller, checked: ModelCheck | None) -> list[str]
     return found
 
 
-def machine_view(controller: Controller, verification: Verification) -> dict[str, Any]:
-    """Return the answer for programs."""
+def json_view(controller: Controller, verification: Verification) -> dict[str, Any]:
+    """Return the answer as JSON values."""
     from dataclasses import asdict
 
     certificate = controller.certificate
@@ -115,7 +115,7 @@ def machine_view(controller: Controller, verification: Verification) -> dict[str
 
 
 def lines(controller: Controller, verification: Verification) -> list[str]:
-    """Return the answer for people."""
+    """Return the answer as lines of text."""
     return [*_proved(controller, verification.proved), *_computed(controller, verification)]
 
 
@@ -144,7 +144,7 @@ def _proved(controller: Controller, proved: tuple[Proved, ...]) -> list[str]:
 
 
 def _computed(controller: Controller, verification: Verification) -> list[str]:
-    """The stored figures: that they hold, or which do not."""
+    """Return the lines on the stored figures: all hold, or the list of those that do not."""
     found, differences = [], verification.differences
     if not differences:
         inside = "" if controller.verified.robustness is None else " and inside the box"

@@ -26,8 +26,8 @@ from frictool.documents.quantity import (
 
 PositiveNumber = Annotated[float, msgspec.Meta(gt=0)]
 SHORTEST_PERIOD, LONGEST_PERIOD = 1e-6, 10.0  # s; what lies outside is a unit that was mistaken
-OPEN = "?"  # stands in a guessed bench for what the log does not tell
-FEWEST_COUNTS = 4  # in one period of a position that wraps: a step has to be shorter than half of it
+OPEN = "?"  # marks a column or unit that has to be filled in
+FEWEST_COUNTS = 4  # least counts in one period of a position that wraps: a step has to be shorter than half of the period
 SamplePeriod = Annotated[float, msgspec.Meta(ge=SHORTEST_PERIOD, le=LONGEST_PERIOD)]
 LineNumber = Annotated[int, msgspec.Meta(ge=0)]
 Name = Annotated[str, msgspec.Meta(min_length=1, max_length=80)]
@@ -36,10 +36,11 @@ Signal = Literal["position", "reference", "velocity", "current", "current_comman
 
 
 class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """The position sensor: either counts per revolution (rotary) or the step, and its counter: where it wraps, and how it is read.
+    """Position sensor: its counts per revolution (rotary) or its step, and the period and the format of its counter.
 
-    wrap: the sensor shows the position modulo this period, in any unit of the log. wrap_bits: the same for a counter of so many bits.
-    signed: how a counter of `wrap_bits` is meant, where the log's first count depends on it. index_reset: an index pulse sets the counter.
+    wrap: the sensor shows the position modulo this period, in any unit of the log. wrap_bits: the same for a counter with this number of
+    bits. signed: whether that counter is signed, needed where the first count of the log leaves it open. index_reset: an index pulse sets
+    the counter.
     """
 
     counts_per_revolution: PositiveNumber | None = None
@@ -62,7 +63,7 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
     @property
     def period(self) -> float | None:
-        """Period of the position that the sensor shows, rad or m; None where it does not wrap."""
+        """Return the period of the position that the sensor shows, rad or m; None where it does not wrap."""
         if self.wrap is not None:
             return self.wrap.value
         return None if self.wrap_bits is None else self.resolution * 2.0**self.wrap_bits
@@ -112,10 +113,10 @@ class Mechanics(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
 
 
 class Column(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """One channel's source: a column's (variable's) name or its number from 1, the unit it is in, a factor and an offset.
+    """Source of one channel: the name of a column (variable) or its number from 1, its unit, a factor and an offset.
 
-    zero_first_samples: the mean of so many of the log's first samples is taken off the column before. A guessed bench has OPEN for a column
-    or a unit that the log does not tell; such a bench is not read before it is filled in.
+    zero_first_samples: the mean of this number of first samples is subtracted from the column. A guessed bench has OPEN for a column
+    or a unit that the log does not contain; the bench is refused until it is filled in.
     """
 
     column: str | int

@@ -1,4 +1,4 @@
-"""From YAML text to nodes, bounded in depth and number, by libyaml where PyYAML was built with it.
+"""Parser of YAML text into nodes, bounded in depth and number; it uses libyaml where PyYAML was built with it.
 
 libyaml is about five times faster. PyYAML's composer in C is not used: it recurses without a limit, so that a deeply nested text ends
 the process.
@@ -20,7 +20,7 @@ except ImportError:  # PyYAML built without libyaml
     CParser = None  # type: ignore[assignment, misc]
 
 MAX_DEPTH = 100
-MAX_NODES = 200_000  # some seconds; repeated aliases count each time
+MAX_NODES = 200_000  # the largest document takes some seconds; an alias counts each time it is used
 RETRY_CHARACTERS = 50_000  # a shorter text that libyaml refuses is parsed again, for the line that PyYAML's own parser names
 YAML_TAGS = "tag:yaml.org,2002:"
 
@@ -71,7 +71,7 @@ class _BoundedComposer(Composer):
 
 
 class _PlainLoader(_BoundedComposer, Loader):
-    """PyYAML's parser."""
+    """Loader with PyYAML's own parser."""
 
 
 def _fast_loader() -> type[Any]:
@@ -94,9 +94,9 @@ fast_loader = _fast_loader()
 
 
 def compose(text: str) -> yaml.Node | None:
-    """Return the root node of a document, or None of an empty one.
+    """Return the root node of a document; None if it is empty.
 
-    Raises RefusedYaml where it has a tag or exceeds a bound; another yaml.YAMLError or ValueError where it is not YAML.
+    Raises RefusedYaml if it has a tag or exceeds a bound, another yaml.YAMLError or ValueError if it is not YAML.
     """
     try:
         return _composed(text, fast_loader)
@@ -120,6 +120,6 @@ def _refusal(problem: str, event: yaml.Event) -> RefusedYaml:
 
 
 def _as_written(tag: str) -> str:
-    """The tag as a document has it, cut to 40 characters."""
+    """Return the tag as a document has it, cut to 40 characters."""
     written = f"!!{tag.removeprefix(YAML_TAGS)}" if tag.startswith(YAML_TAGS) else tag if tag.startswith("!") else f"!<{tag}>"
     return written if len(written) <= 40 else f"{written[:37]}..."

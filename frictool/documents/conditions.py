@@ -111,10 +111,10 @@ class Drifts(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class SensorFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """One fault from `at_s` to `until_s`, or to the end.
+    """Sensor fault from `at_s` to `until_s`, or to the end.
 
-    lost_counts: from `at_s` on the encoder reports `counts` too few (negative: too many). encoder_stuck: it goes on reporting what it
-    reported last. encoder_invalid: what it reports is no number, as after a lost telegram. drive_offset, drive_gain: the drive's sensor
+    lost_counts: from `at_s` on the encoder reports `counts` too few (negative: too many). encoder_stuck: it repeats its last
+    count. encoder_invalid: it reports NaN, as after a lost telegram. drive_offset, drive_gain: the drive's sensor
     shows (1 + gain_error) drive + offset. In the loop of a current drive the current then differs from what is measured; a voltage is not
     fed back, only its record is wrong.
     """

@@ -234,7 +234,7 @@ class Rounded(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Verified(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """gamma_asked: bound of the method on its own plants, where it has one. gamma_verified: worst norm of the rebuilt sampled loop.
 
-    count_drive: the drive that one encoder count asks for [A or V]. digests: SHA-256 of each block as it was verified (digests.py).
+    count_drive: the largest drive after one encoder count [A or V]. digests: SHA-256 of each block as it was verified (digests.py).
     """
 
     gamma_asked: float | None
@@ -284,8 +284,8 @@ class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     """`controller.yaml`.
 
     method own: designed by somebody else (synth/own.py).
-    measurement_hold_samples: how many samples in a row the last valid inputs are held where one is no number; then the drive is 0 and the
-    fault is set (docs/theory/export.md).
+    measurement_hold_samples: number of samples in a row for which an invalid input (NaN) keeps its last valid value; then the drive
+    is 0 and the fault is set (docs/theory/export.md).
     weights: of the generalised plant whose norm was verified, where no certificate holds them. resonances: of the model, with which
     stability and the modulus margin hold at the vertices too; norms and certificate are of the plant without them.
     """

@@ -1,7 +1,7 @@
 """Digests of a controller's blocks: whether a document is the one that was verified.
 
-The gain of a position law, a prefilter or a specified margin follows from the model, the specification and the design, which are no part
-of the document. No figure of the linear loop depends on them, so that nothing can be computed again. Each block therefore has a digest.
+The gain of a position law, a prefilter or a specified margin follows from the model, the specification and the design. These are not in the
+document, and no figure of the linear loop depends on the blocks, so that they cannot be checked by computation. A digest shows changes.
 No proof uses it.
 """
 
@@ -15,17 +15,17 @@ import msgspec
 
 from frictool.documents.controller import Controller, Verified
 
-UNTOUCHED = ("format", "name", "provenance", "verified")  # fields without a digest: titles, and figures that are computed again
+UNTOUCHED = ("format", "name", "provenance", "verified")  # fields without a digest: titles, and figures that `verify` computes again
 HEADER = ("axis", "structure", "method", "domain", "sample_period_s", "delay_samples", "drive", "drive_limit", "sign_convention")
 GIVEN = ("gamma_asked", "modulus_margin_specified")  # fields of `verified` that follow from the design and the specification
 SOLVED = ("structured", "parameter_dependent", "common")  # fields of `verified.robustness` that need a solver
 
 
 def block_digests(controller: Controller) -> dict[str, str]:
-    """Return the SHA-256 of each block, by name; of blocks that the document has.
+    """Return the SHA-256 of each block of the document, by the name of the block.
 
-    `header` holds the fields of one value at the top, `verified` those figures of `verified` that cannot be computed again. Numbers are
-    digested and not their spelling, so that comments and the layout of the file may change.
+    `header` holds the fields of one value at the top, `verified` those figures of `verified` that cannot be computed again. The digest
+    is of the values of numbers, so that their spelling, comments and the layout of the file may change.
     """
     fields = msgspec.to_builtins(controller)
     blocks = {name: fields[name] for name in sorted(fields) if name not in (*UNTOUCHED, *HEADER)}
@@ -45,7 +45,7 @@ def not_computed(verified: Verified) -> dict[str, float]:
 def with_digests(controller: Controller, *blocks: str) -> Controller:
     """Return the controller with the digests of its blocks as they are now.
 
-    blocks: only these; the other digests stay, so that an earlier change of another block is still seen. All if none is named.
+    blocks: names of the blocks to digest, all by default; the other digests stay and still show an earlier change of their blocks.
     """
     now = block_digests(controller)
     kept = {name: value for name, value in controller.verified.digests.items() if name not in blocks} if blocks else {}
@@ -55,7 +55,7 @@ def with_digests(controller: Controller, *blocks: str) -> Controller:
 
 
 def changed_blocks(controller: Controller) -> tuple[str, ...]:
-    """Return the names of the blocks that are not those that were verified: changed, added or removed."""
+    """Return the names of the blocks that were changed, added or removed since the controller was verified."""
     now, then = block_digests(controller), controller.verified.digests
     return tuple(name for name in sorted({*now, *then}) if now.get(name) != then.get(name))
 
@@ -65,7 +65,7 @@ def _digest(block: Any) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Every number as the double that a file holds; a key without a value counts as absent, as it may be in another version's documents."""
+    """Return the value with each number as a double and without empty keys, which another version's documents may omit."""
     if isinstance(value, dict):
         return {key: _plain(one) for key, one in value.items() if one is not None}
     if isinstance(value, (list, tuple)):

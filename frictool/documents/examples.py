@@ -7,7 +7,7 @@ from typing import Any
 
 
 def _unseen(path: str, keys: tuple[str, ...]) -> None:
-    """A library says nothing."""
+    """Ignore example values: a library prints nothing."""
 
 
 notify: Callable[[str, tuple[str, ...]], None] = _unseen  # called with a document's path and its examples; the command line warns

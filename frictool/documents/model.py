@@ -37,7 +37,7 @@ class Parameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 
 
 class Fit(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """How well the model explains the data it was found from; `held_out_force_error` is of models of earlier versions."""
+    """Quality of the fit on its own logs; `held_out_force_error` occurs in models of earlier versions only."""
 
     force_error: float | None
     condition: float
@@ -50,7 +50,7 @@ class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
     `laws`: what friction does beyond the parameters, by direction, speed, position and time at rest. `presliding`: before it breaks away.
     `measurement`: of the bench itself. `resonances`: of links that yield, which a controller is verified with and one axis cannot play.
-    `bench_values_only`: the reason why nothing was identified, so that every parameter is the bench's; `synth` refuses such a model.
+    `bench_values_only`: the reason why nothing was identified; every parameter is then the bench's, and `synth` refuses the model.
     """
 
     format: Literal["model/1"]

@@ -1,4 +1,4 @@
-"""The form of a quantity in a document, as a refusal shows it: `{value: 10, unit: A}`."""
+"""Form of a quantity in a document, as an error message shows it: `{value: 10, unit: A}`."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def written_quantity(text: str) -> tuple[str, str] | None:
 
 
 def axis_dimension(dimension: str, drive: Literal["current", "voltage"]) -> str:
-    """Return the dimension; `drive` and `effort per drive` become those of what drives the actuator."""
+    """Return the dimension; `drive` and `effort per drive` become those of a current or a voltage."""
     if dimension in ("drive", "effort per drive"):
         return drive_dimension(drive, constant=dimension != "drive")
     return dimension

@@ -243,7 +243,7 @@ class Reader:
         return kind(**numbers, **others, unit=si)
 
     def _quantity_pairs(self, node: yaml.Node, kind: type[msgspec.Struct], dimension: str, key: str) -> Pairs:
-        """The keys of a quantity, span or series; a refusal shows its form with a unit of that quantity."""
+        """Return the keys of a quantity, span or series; an error message shows its form with a suitable unit."""
         fields = {field.name: field for field in msgspec.structs.fields(kind)}
         required = [name for name, field in fields.items() if field.required or name == "unit"]
         if not isinstance(node, yaml.MappingNode):

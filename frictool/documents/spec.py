@@ -27,7 +27,7 @@ class Energy(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 class Spec(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """`spec.yaml`. What each key asks for is defined in docs/theory/report.md.
 
-    limit_cycle: the amplitude, half of the peak to peak, that is let pass. drive_rms: over the whole of a log. saturation_time_s: with the
+    limit_cycle: the largest amplitude allowed, half of the peak to peak. drive_rms: over the whole of a log. saturation_time_s: with the
     drive at its limit, in one hold. load_static_error: of the mechanical position behind the backlash. examples: as in bench.yaml.
     """
 

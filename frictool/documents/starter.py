@@ -32,11 +32,11 @@ EXAMPLE = "example: replace"
 
 @dataclass(frozen=True)
 class Start:
-    """What is known of a rig. log: the base name of the log that told the rest, and its path as make finds it from the rig's folder.
+    """Facts about a rig. log: the base name of the log that gave them, and its path from the rig's folder.
 
-    axis_source: whether who makes the rig gave the axis, the log told it, or nobody did.
+    axis_source: where the kind of axis comes from: the user, the log, or neither.
     columns: channel -> (column, unit); left: columns without a channel; period [s] and the encoder's step [rad | m] or None.
-    questions: channel -> what the log does not tell of its column or unit, which are OPEN; one note each.
+    questions: channel -> note on its column or unit, which is OPEN because the log does not contain it.
     """
 
     name: str
@@ -64,7 +64,7 @@ def examples(start: Start) -> dict[str, list[str]]:
 
 
 def _listed(text: str) -> str:
-    """The text with its example keys listed under `examples`, behind the document's name."""
+    """Return the text with its example keys listed under `examples`, behind the document's name."""
     keys = _example_keys(text)
     if not keys:
         return text

@@ -37,7 +37,7 @@ class FixedNumbers:
         return repr(value)
 
     def exact(self, value: float, node: Node) -> str:
-        """The word of a value that the format holds; that of an input that is no number is INT32_MIN."""
+        """Return the word of a value that the format holds; that of an input that is no number is INT32_MIN."""
         if math.isnan(value):
             return "INT32_MIN"
         return str(int(math.ldexp(value, self.scaled.fractions[node.index])))
@@ -59,7 +59,7 @@ class FixedNumbers:
         return [f"const int32_t {name} = {self._bounded(node, self.parameter(name))};{self.note(node)}"]
 
     def valid(self, text: str) -> str:
-        """The condition that a word is one of a number: control/fixed_kernel.py `INVALID` is the lowest that there is."""
+        """Return the condition that a word is one of a number: control/fixed_kernel.py `INVALID` is the lowest that there is."""
         return f"{text} != INT32_MIN"
 
     def started(self, state: Node, source: Node | None) -> str:

@@ -40,7 +40,7 @@ class RealNumbers:
         return f"{np.float32(value)!s}f"
 
     def exact(self, value: float, node: Node) -> str:
-        """A value that the format holds, bit by bit; NAN and INFINITY are macros of math.h."""
+        """Return a value that the format holds, bit by bit; NAN and INFINITY are macros of math.h."""
         if not math.isfinite(value):
             return "NAN" if math.isnan(value) else f"{'-' if value < 0.0 else ''}INFINITY"
         return value.hex() + self.suffix
@@ -56,7 +56,7 @@ class RealNumbers:
 
     @property
     def largest(self) -> str:
-        """The largest finite number of the format."""
+        """Return the largest finite number of the format."""
         return self.literal(float(np.finfo(np.float64 if self.kind == "double" else np.float32).max))
 
     def parameter(self, name: str) -> str:
@@ -68,7 +68,7 @@ class RealNumbers:
         return []
 
     def valid(self, text: str) -> str:
-        """The condition that an input is a finite number."""
+        """Return the condition that an input is a finite number."""
         return f"is_valid({text})"
 
     def started(self, state: Node, source: Node | None) -> str:

@@ -1,15 +1,15 @@
 """Find strokes whose logged effort is constant although the motion is not: a saturated sensor, or a command in place of a measurement.
 
 A constant effort is explained by Coulomb friction and an offset of its own size, with next to no residual, whatever the axis is. Inertia
-and viscous friction then come out near zero in narrow intervals. A constant effort says something only
+and viscous friction then come out near zero in narrow intervals. A constant effort is evidence of the axis only
 
     at constant speed                 nothing changes that the effort would have to follow
-    at several levels                 an open-loop test: what the levels have in common is the axis
+    at several levels                 an open-loop test: the axis explains what the levels have in common
     at zero                           the axis coasts
 
-A stroke is proved constant where most of its motion has the effort within a band, and the acceleration changes there by so much that the
-bench's least inertia needs several times the band. If the proved strokes of a direction share one level, every stroke at that level is
-constant.
+A stroke is proved constant if the effort stays within a band for most of its motion although the change of acceleration there, with the
+least inertia of the bench, needs several times the band. If the proved strokes of a direction share one level, every stroke
+at that level is constant.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ SHORTEST = 20  # samples of a stroke's motion
 NOISE_BAND = 6.0  # width of the band in standard deviations of the effort's noise
 LEAST_BAND = 0.2  # width of the band relative to the level, as wide as the torque ripple of a drive
 IN_BAND = 0.8  # share of a stroke's motion that the band holds
-DEMAND = 2.0  # effort that the change of acceleration needs, in bands
+DEMAND = 2.0  # least effort that the change of acceleration needs, in widths of the band
 SURE = 3.0  # standard deviations of the encoder's counts
 ONE_LEVEL = 0.75  # share of the proved strokes of a direction that lie within a band of their median
 MOST = 0.5  # share of the motion above which a record is refused
 
 
 @dataclass(frozen=True)
-class Stretch:
+class ConstantStretch:
     """Effort within one band in the samples [start, end) of a stroke: `level` and width of the `band` in N m | N, `direction` +-1.
 
-    proved: the motion needs an effort that changes there.
+    proved: the acceleration needs an effort that changes there.
     """
 
     start: int
@@ -79,12 +79,12 @@ def without_constant_effort(records: list[Record], bench: Bench) -> tuple[list[R
     return kept, warnings
 
 
-def constant_stretches(record: Record, bench: Bench) -> tuple[list[Stretch], int]:
+def constant_stretches(record: Record, bench: Bench) -> tuple[list[ConstantStretch], int]:
     """Return the stretches of constant effort, and the number of samples in motion."""
     strokes = find_strokes(record)
     edges = np.flatnonzero(np.diff(strokes.number, prepend=-1, append=-1) != 0)
     noise, inertia = NOISE_BAND * _noise(record.effort), bench.mechanics.inertia.interval[0]
-    found, moving = list[Stretch](), 0
+    found, moving = list[ConstantStretch](), 0
     for start, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
         travel = float(strokes.advance[end - 1])
         if strokes.sign[start] == 0.0 or travel <= 0.0:
@@ -101,12 +101,12 @@ def constant_stretches(record: Record, bench: Bench) -> tuple[list[Stretch], int
 
 
 def _noise(effort: Vector) -> float:
-    """Standard deviation of the noise of an effort (n,), from its second differences; a few large ones do not count."""
+    """Return the standard deviation of the noise of an effort (n,), from its second differences; a few large ones do not count."""
     return float(np.median(np.abs(np.diff(effort, 2)))) / (0.6745 * np.sqrt(6.0)) if effort.size > 2 else 0.0
 
 
-def _stretch(record: Record, part: slice, noise: float, inertia: float, direction: float) -> Stretch | None:
-    """The part of a stroke whose effort is within one band, if that is most of its motion."""
+def _stretch(record: Record, part: slice, noise: float, inertia: float, direction: float) -> ConstantStretch | None:
+    """Return the part of a stroke whose effort is within one band, if that is most of its motion."""
     effort = record.effort[part]
     band = max(noise, LEAST_BAND * abs(float(np.median(effort))))
     level = _densest(effort, band)
@@ -116,21 +116,21 @@ def _stretch(record: Record, part: slice, noise: float, inertia: float, directio
     first, last = part.start + int(inside[0]), part.start + int(inside[-1]) + 1
     position, duration = record.position[first:last], (last - first) * record.period
     cubic = legfit(np.linspace(-1.0, 1.0, position.size), position, 3)[3]
-    counts = record.resolution / np.sqrt(12.0) * np.sqrt(7.0 / position.size)  # standard deviation that they leave on it
-    change = 120.0 * max(abs(float(cubic)) - SURE * counts, 0.0) / duration**2  # of the acceleration over the stretch
-    return Stretch(first, last, level, band, direction, inertia * change > DEMAND * band)
+    counts = record.resolution / np.sqrt(12.0) * np.sqrt(7.0 / position.size)  # standard deviation of the acceleration by the counts
+    change = 120.0 * max(abs(float(cubic)) - SURE * counts, 0.0) / duration**2  # change of the acceleration over the stretch
+    return ConstantStretch(first, last, level, band, direction, inertia * change > DEMAND * band)
 
 
 def _densest(values: Vector, band: float) -> float:
-    """Middle of the band of this width that holds the most values."""
+    """Return the middle of the band of this width that holds the most values."""
     ordered = np.sort(values)
     held = np.searchsorted(ordered, ordered + band, side="right") - np.arange(ordered.size)
     best = int(np.argmax(held))
     return 0.5 * float(ordered[best] + ordered[best + int(held[best]) - 1])
 
 
-def _of_one_level(stretches: list[Stretch]) -> list[Stretch]:
-    """The stretches of a direction at the level that the proved ones share, or none if these have several levels."""
+def _of_one_level(stretches: list[ConstantStretch]) -> list[ConstantStretch]:
+    """Return the stretches of a direction at the level that the proved ones share, or none if these have several levels."""
     proved = [stretch for stretch in stretches if stretch.proved]
     if not proved:
         return []
@@ -139,8 +139,8 @@ def _of_one_level(stretches: list[Stretch]) -> list[Stretch]:
     return same if sum(stretch.proved for stretch in same) >= ONE_LEVEL * len(proved) else []
 
 
-def _without(record: Record, stretches: list[Stretch]) -> Record:
-    """The record without the stretches; each gap begins a new piece."""
+def _without(record: Record, stretches: list[ConstantStretch]) -> Record:
+    """Return the record without the stretches; a new piece begins after each gap."""
     keep = np.ones(record.time.size, dtype=np.bool_)
     for stretch in stretches:
         keep[stretch.start : stretch.end] = False

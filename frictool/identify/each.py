@@ -24,7 +24,7 @@ from frictool.identify.machine import as_view
 from frictool.identify.methods import Settings
 from frictool.identify.model import model_of
 from frictool.identify.outcome import Fit, Interval, NothingUsable
-from frictool.identify.plausible import is_told
+from frictool.identify.plausible import repeats_plausibility_warning
 from frictool.logs.fleet import Member
 from frictool.logs.origin import Origin, Patterns, origin_by_name, origin_of_log
 from frictool.workers.files import Paths, share_files
@@ -60,7 +60,7 @@ class Found:
 
 @dataclass(frozen=True)
 class One:
-    """Result of a group, or the reason why it has no model. code: exit code of that reason, 0 with a model."""
+    """Result of a group, or the reason why it has no model. code: exit code for that reason, 0 with a model."""
 
     group: Group
     origin: Origin
@@ -70,7 +70,7 @@ class One:
 
     @property
     def lost(self) -> bool:
-        """Whether a log could not be used."""
+        """Return whether a log could not be used."""
         return self.code == EXIT_INPUT
 
 
@@ -149,7 +149,9 @@ class Identify:
         model = model_of(result, bench, Provenance(group.words, __version__, (*inputs, self.bench_input)))
         if self.measure:
             model = with_measurement(model, result, records, [one.currents for one in logs if one.currents is not None])
-        told = [warning for one in logs for warning in one.log.warnings if not is_told(warning, bench)] + list(result.warnings)
+        told = [warning for one in logs for warning in one.log.warnings if not repeats_plausibility_warning(warning, bench)] + list(
+            result.warnings
+        )
         warnings = tuple(_named(text, paths, group) for text in told)
         found = Found(result.identified, result.method, result.fit, to_yaml(model), as_view(result, bench, model), warnings)
         return One(group, origin, found)

@@ -2,10 +2,10 @@
 
     force error = rms(g * u - (inertia c * x + friction(g * dx, x) + offset + g * load(x))) / rms(g * u)
 
-The sums run over single samples, those certain to slip (`rows/slip.py`). The band is that of the motion: every signal is smoothed by
-the same zero-phase kernel (`rows/smoothing.py`), whose window leaves the encoder's noise at 0.75 % of the acceleration, but is at most
-a sixth of a stroke. Where no sample slips over such a window, it is halved until one does. The window depends on the log alone, not on
-the method, so that the figures of two methods can be compared.
+The sums run over the single samples that certainly slip (`rows/slip.py`). Every signal is smoothed by the same zero-phase kernel
+(`rows/smoothing.py`), so that only the band of the motion counts. The window reduces the encoder's noise to 0.75 % of the acceleration,
+but is at most a sixth of a stroke. It is halved until at least one sample slips over the whole window. The window depends on
+the log alone, not on the method, so that the figures of two methods can be compared.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from frictool.identify.rows.smoothing import SHORTEST, bump, choose_window, smoo
 from frictool.identify.rows.strokes import find_strokes
 from frictool.plant.axis_model import load_law
 
-MOST_SAMPLES, PARTS = 500_000, 20  # of longer logs, so many evenly spaced parts are used
+MOST_SAMPLES, PARTS = 500_000, 20  # number of evenly spaced parts that are used of longer logs
 
 Values = Mapping[str, float]  # the four sliding parameters in SI, and breakaway and stribeck_velocity where the law has them
 
@@ -42,8 +42,8 @@ class SlipRows:
     acceleration: Vector
     effort: Vector
 
-    def modelled(self, values: Values, laws: Laws | None) -> Vector:
-        """Return the effort (m,) that a model needs for the measured motion, N m | N."""
+    def modelled_effort(self, values: Values, laws: Laws | None) -> Vector:
+        """Return the effort (m,) of a model for the measured motion, N m | N."""
         effort = values["inertia"] * self.acceleration + values["offset"] + friction_in_slip(values, laws, self.position, self.velocity)
         if laws is not None and laws.load is not None:
             effort = effort + load_law(laws.load).at(self.position)
@@ -87,7 +87,7 @@ def _parts(record: Record, share: float) -> list[Record]:
 
 def force_error(rows: Sequence[SlipRows], values: Values, laws: Laws | None) -> float | None:
     """Return the force error of a model, or None if no sample slips."""
-    left = sum(float(np.sum((one.effort - one.modelled(values, laws)) ** 2)) for one in rows)
+    left = sum(float(np.sum((one.effort - one.modelled_effort(values, laws)) ** 2)) for one in rows)
     size = sum(float(np.sum(one.effort**2)) for one in rows)
     return float(np.sqrt(left / size)) if size > 0.0 else None
 
@@ -126,7 +126,7 @@ def _one_way(values: Values, laws: Laws | None, side: float, position: Vector, s
 
 
 def _factor(polynomial: Polynomial, side: float, low: float, high: float, position: Vector) -> Vector:
-    """Return what multiplies a level of friction at positions (n,)."""
+    """Return the factor (n,) of a level of friction at positions (n,) in rad | m."""
     terms = polynomial.forward if side > 0.0 else polynomial.backward or polynomial.forward
     curve = np.polynomial.polynomial.polyval(np.clip(position, low, high), factors(tuple(terms), low, high))
     return np.asarray(np.maximum(curve, 0.0))

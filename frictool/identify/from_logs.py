@@ -15,7 +15,7 @@ from frictool.identify.identification import identify as identified
 from frictool.identify.methods import DEFAULT, Settings
 from frictool.identify.model import bench_model, model_of
 from frictool.identify.outcome import NothingUsable
-from frictool.identify.plausible import is_told
+from frictool.identify.plausible import repeats_plausibility_warning
 from frictool.identify.presliding.document import with_presliding
 from frictool.identify.record import Record
 from frictool.identify.twice import refuse_twice
@@ -44,13 +44,12 @@ def identify(
     provenance: Provenance | None = None,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Identified:
-    """The model that the logs give of the bench's axis, each parameter with its interval.
+    """Identify the axis of the bench from logs; return the model, each parameter with its interval.
 
-    logs: of motion, or of breakaway ramps, which are recognised. ramps: those that are known to be. loops: slow loops of the effort below
-    the breakaway, for presliding. measurement: what the logs tell of the bench itself, too. method: a key of METHODS.
-    keep_bench_values: where the logs give neither inertia nor friction, return a model of the bench's values, marked as such, instead of
-    raising NothingIdentified.
-    `tell` is told what is odd about the logs.
+    logs: logs of motion or of breakaway ramps; the kind is recognised. ramps: logs known to be breakaway ramps. loops: slow loops of the
+    effort below the breakaway, for presliding. measurement: whether to estimate properties of the bench, too. method: a key of METHODS.
+    keep_bench_values: if the logs give neither inertia nor friction, return a model of the bench's values, marked as such, instead of
+    raising NothingIdentified. tell: callback for warnings about the logs.
     Raises NothingIdentified (a NothingUsable) with the reasons where the logs give neither inertia nor friction; LogError where a log is
     given twice, or cannot be one of this bench.
     """
@@ -86,7 +85,7 @@ def _records(logs: Sequence[Log], bench: Bench, currents: list[Currents], tell: 
     for given in logs:
         one = taken(given, bench)
         for warning in one.log.warnings:
-            if not is_told(warning, bench):
+            if not repeats_plausibility_warning(warning, bench):
                 tell(f"{Path(one.log.source).name}: {warning}")
         found.append(one.record)
         currents += [] if one.currents is None else [one.currents]

@@ -17,7 +17,7 @@ from frictool.identify.breakaway.breakaway import Breakaway, breakaway, is_ramp
 from frictool.identify.constant_effort import without_constant_effort
 from frictool.identify.estimators.auto import inertia_over_position
 from frictool.identify.force_error import SlipRows, force_error, motion_rows
-from frictool.identify.informative import NEVER_NEGATIVE, below_coulomb, useless
+from frictool.identify.informative import NEVER_NEGATIVE, below_coulomb, why_uninformative
 from frictool.identify.orientation import negative_work, opposite_signs, reversed_sign
 from frictool.identify.outcome import CURVE, PARAMETERS, SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.plausible import implausible
@@ -69,7 +69,7 @@ class NothingIdentified(NothingUsable):
 
 
 def identify(records: list[Record], ramps: list[Record], bench: Bench, method: str, settings: methods.Settings) -> Identification:
-    """What `records`, whose kind is found, and `ramps`, which are known to be breakaway ramps, give about the axis of `bench`.
+    """Identify the axis of `bench` from `records`, whose kind is recognised, and `ramps`, known to be breakaway ramps.
 
     Raises NothingIdentified with the reasons where they give neither inertia nor friction, or where position and drive have opposite
     signs; LogError where a log is given twice, or cannot be one of this axis.
@@ -149,7 +149,7 @@ def _any_negative(fit: Fit | None) -> bool:
 
 
 def _reversed(reason: str, method: str, settings: methods.Settings, kinds: dict[str, str], warnings: list[str]) -> NothingIdentified:
-    """Return the error for a log whose position or drive is negated: no parameter is believed."""
+    """Return the error for a log whose position or drive is negated: no parameter is identified."""
     refused = dict.fromkeys(PARAMETERS, reason)
     result = Identification(method, settings.confidence, kinds, {}, refused, None, None, tuple(warnings))
     return NothingIdentified(result, EXIT_NO_SOLUTION)
@@ -169,7 +169,7 @@ def _surprises(found: Mapping[str, Interval], bench: Bench) -> list[str]:
 
 
 def _doubts(fit: Fit | None, method: str) -> list[str]:
-    """Return a warning if the model, or the method in its own equations, leaves so much of the effort that another model may hold."""
+    """Return a warning if the model, or the method in its own equations, leaves a large part of the effort unexplained."""
     if fit is None:
         return []
     shown, left = "force error", fit.force_error or 0.0
@@ -185,7 +185,7 @@ def _doubts(fit: Fit | None, method: str) -> list[str]:
 
 
 def _slide(records: list[Record], rows: Sequence[SlipRows], bench: Bench, method: str, settings: methods.Settings) -> Fit:
-    """Return the fit of one method with its force error. Raises NothingUsable if there is none, or if it explains too little."""
+    """Return the fit of one method with its force error. Raises NothingUsable without a fit that explains enough."""
     if not records:
         raise NothingUsable("no log of sliding motion was given")
     fit = methods.run(method, records, bench, settings)
@@ -328,7 +328,7 @@ def _accept(
     """Sorts what a method offers into what is identified and what is not."""
     refused.update(reasons)
     for name, interval in offered.items():
-        reason = useless(name, interval, getattr(bench.mechanics, name, None))
+        reason = why_uninformative(name, interval, getattr(bench.mechanics, name, None))
         if reason is None:
             low = max(interval.low, 0.0) if name in NEVER_NEGATIVE else interval.low
             found[name] = Interval(interval.value, low, interval.high)

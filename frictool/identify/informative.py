@@ -1,4 +1,4 @@
-"""Decide whether an interval tells a parameter: a value that physics allows, known to within a factor."""
+"""Decide whether an interval is informative: its value is physically possible and known to within a factor."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ LARGEST_FACTOR = 10.0  # upper over lower end of an interval
 
 
 def too_vague(name: str, interval: Interval) -> str | None:
-    """Return why an interval tells no value of a parameter that is never negative, or None.
+    """Return why an interval is too wide for a parameter that cannot be negative; None if it is not.
 
-    Viscous and Coulomb friction may be 0: an interval of theirs that reaches 0 has no factor, and the bench's interval judges it.
+    Viscous and Coulomb friction may be 0. If their interval reaches 0, no factor is defined; it is compared with the interval of the bench.
     """
     shown = f"the log's interval [{interval.low:.4g}, {interval.high:.4g}]"
     if name in POSITIVE and interval.low <= 0.0:
@@ -23,8 +23,8 @@ def too_vague(name: str, interval: Interval) -> str | None:
     return None
 
 
-def useless(name: str, interval: Interval, known: Quantity | None) -> str | None:
-    """Return why an interval is of no use, or None: impossible, too vague, or no narrower than what the bench knows (4.2.1)."""
+def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> str | None:
+    """Return why an interval is of no use: impossible, too wide, or no narrower than that of the bench (4.2.1); None if it is of use."""
     shown = f"[{interval.low:.4g}, {interval.high:.4g}]"
     if not interval.half_width < float("inf"):
         return "the motion does not repeat often enough to tell how uncertain it is"
@@ -47,7 +47,7 @@ def useless(name: str, interval: Interval, known: Quantity | None) -> str | None
 
 
 def below_coulomb(breakaway: Interval, coulomb: Interval) -> str | None:
-    """Return why a breakaway is impossible beside this Coulomb friction, or None."""
+    """Return why a breakaway below this Coulomb friction is impossible; None if it is not below."""
     if breakaway.high >= coulomb.low:
         return None
     return (

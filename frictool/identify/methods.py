@@ -144,8 +144,8 @@ class Settings:
     """What a user may set; None is the method's own choice.
 
     window [samples, odd] of the smoothing; time_constant [s] of the filter on differences; threshold [rad/s | m/s] of (4.18);
-    forgetting, the weight of a square one stroke back, in ]0, 1]; pipeline of inverse-dynamic. fixed: sliding parameters that are not
-    looked for, name -> the bench's interval: a second fit holds what the first one could not give.
+    forgetting, the weight of a square one stroke back, in ]0, 1]; pipeline of inverse-dynamic. fixed: sliding parameters that are held
+    at the interval of the bench (name -> interval) in a second fit, because the first one could not give them.
     """
 
     confidence: float = 0.95

@@ -38,8 +38,8 @@ class Fit:
     """The sliding parameters of one method.
 
     parameters: name -> interval. refused: name -> reason, with figures. residual, held_out_residual: rms of the residual over rms of
-    the right-hand side, in the method's own equations and on strokes that the fit did not see; figures of two methods cannot be
-    compared. force_error: that of `force_error.py`, which can; `identify` fills it in. details: figures of the method.
+    the right-hand side in the method's own equations, on the fitted and on unseen strokes; two methods cannot be compared by them.
+    force_error: that of `force_error.py`, by which methods can be compared; `identify` fills it in. details: figures of the method.
     laws: what the method found of friction beyond the parameters. method, why: which method it is and why, where it was chosen.
     dropped: parameters taken to be 0, since strokes that the fit did not see are predicted no worse without them.
     """

@@ -38,8 +38,8 @@ def implausible(record: Record, bench: Bench) -> list[str]:
     return _skipped_counts(record, bench)
 
 
-def is_told(warning: str, bench: Bench) -> bool:
-    """Whether `implausible` gives this warning of a log too: of its jumps, where the bench has a top speed."""
+def repeats_plausibility_warning(warning: str, bench: Bench) -> bool:
+    """Return whether `implausible` repeats this warning of a log, which is on jumps, because the bench has a top speed."""
     return bench.mechanics.top_speed is not None and warning.startswith(JUMPS)
 
 

@@ -1,4 +1,4 @@
-"""Warn where several logs together give a much wider interval than one of them alone: they disagree, and the model is of none of them."""
+"""Warn of logs that disagree: all together give a much wider interval than one alone, and their common model fits none of them."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from frictool.documents.bench import Bench
 from frictool.identify.methods import METHODS, Settings
 from frictool.identify.outcome import SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.record import Record
-from frictool.identify.refit import same_structure
+from frictool.identify.refit import refit_same_structure
 
-WIDER = 4.0  # times the interval of one log alone
+WIDER = 4.0  # largest width from all logs, relative to that of one log alone
 OTHERS_DIFFER = "although the logs agree on it: the method, a parameter on which they differ, or one of the bench widens it"
-MOST_LOGS = 20  # beyond, the first of them are compared
+MOST_LOGS = 20  # most logs that are compared; the first ones are taken
 
 
 def pooling_warnings(records: list[Record], bench: Bench, settings: Settings, fit: Fit, found: Mapping[str, Interval]) -> list[str]:
     """Return a warning for each parameter whose interval from all logs is more than WIDER times that of one log alone.
 
-    Each log is fitted by the method and the structure of the fit, by least squares in place of output error, which costs a search a log.
+    Each log is fitted by the method and the structure of the fit. Least squares replace output error, which needs a search for each log.
     """
     if len(records) < 2:
         return []
@@ -28,7 +28,7 @@ def pooling_warnings(records: list[Record], bench: Bench, settings: Settings, fi
     alone = {}
     for record in records[:MOST_LOGS]:
         try:
-            alone[Path(record.name).name] = same_structure([record], bench, settings, replace(fit, method=method)).parameters
+            alone[Path(record.name).name] = refit_same_structure([record], bench, settings, replace(fit, method=method)).parameters
         except NothingUsable:
             continue
     out = []

@@ -1,8 +1,8 @@
-"""Second fit with the bench's values of what the first one could not give.
+"""Second fit, in which the parameters that the first one could not give are fixed at the bench's values.
 
-A model carries the bench's value for each parameter that was refused. The other parameters were fitted jointly with a value that is not in
-the model, and would not explain the log beside the bench's. They are therefore fitted again with that value fixed; their intervals hold
-what the bench's interval of it adds.
+A model carries the bench's value for each refused parameter. The other parameters were fitted jointly with another value of it, and would
+not explain the log together with the bench's. They are therefore fitted again with the bench's value fixed. Their intervals are widened by
+the bench's interval of the fixed parameter.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from frictool.documents.quantity import Quantity
 from frictool.identify import methods
 from frictool.identify.outcome import SLIDING, Fit, Interval
 from frictool.identify.record import Record
-from frictool.identify.rows.load_terms import terms_of, with_structure
+from frictool.identify.rows.load_terms import bench_with_terms, terms_of
 
-CANNOT = ("stribeck-curve", "friction-force")  # which give no inertia, and each parameter of their curve or nothing
+CANNOT = ("stribeck-curve", "friction-force")  # methods that give no inertia, and either all parameters of their curve or none
 
 
 def fixed_parameters(fit: Fit, found: Mapping[str, Interval], bench: Bench) -> dict[str, Interval]:
     """Return the bench's intervals of the parameters that the fit gave and that were refused.
 
-    An inertia that the encoder hides is not given and stays free: its column is noise, and is nearly orthogonal to the others (4.27).
-    Parameters that the motion cannot tell apart are not given either, and stay as they were fitted.
+    An inertia that the encoder's resolution hides stays free: its column is noise and nearly orthogonal to the others (4.27).
+    Parameters that the motion cannot distinguish are not fixed either.
     """
     split = bench.load is not None and "coulomb_by_direction" in bench.load.terms  # coulomb and offset are then two Coulomb frictions
     out = {}
@@ -40,7 +40,7 @@ def fixed_parameters(fit: Fit, found: Mapping[str, Interval], bench: Bench) -> d
 def refit(records: list[Record], bench: Bench, settings: methods.Settings, fit: Fit, fixed: Mapping[str, Interval]) -> Fit:
     """Return the fit by the same method and structure with these parameters fixed. Raises NothingUsable as the method does.
 
-    What `auto` has dropped stays 0, and an inertia that it took from another method stays.
+    A parameter that `auto` set to 0 stays 0, and an inertia that it took from another method stays.
     """
     assert fit.method is not None
     dropped = {name: fit.parameters[name] for name in fit.dropped if name in fit.parameters and name not in fixed}
@@ -49,18 +49,18 @@ def refit(records: list[Record], bench: Bench, settings: methods.Settings, fit: 
     if fit.method == "sines" and inertia is not None and "inertia" not in fixed:
         known = Quantity(inertia.value, inertia.low, inertia.high, bench.mechanics.inertia.unit)
         bench = msgspec.structs.replace(bench, mechanics=msgspec.structs.replace(bench.mechanics, inertia=known))
-    again = same_structure(records, bench, held, fit)
+    again = refit_same_structure(records, bench, held, fit)
     kept = {"inertia": inertia} if inertia is not None and "inertia" not in fixed else {}
     parameters = {**kept, **dropped, **again.parameters}
     details = {**fit.details, **again.details, **{f"fixed_{name}": interval.value for name, interval in fixed.items()}}
     return replace(again, parameters=parameters, details=details, method=fit.method, why=fit.why, dropped=fit.dropped)
 
 
-def same_structure(records: list[Record], bench: Bench, settings: methods.Settings, fit: Fit) -> Fit:
+def refit_same_structure(records: list[Record], bench: Bench, settings: methods.Settings, fit: Fit) -> Fit:
     """Return the fit of the same method and the same terms."""
     terms = terms_of(fit.laws)
     if fit.method == "output-error":
         from frictool.identify.estimators.output_error import simulation_error
 
         return simulation_error(records, bench, settings, terms)
-    return methods.run(fit.method or methods.DEFAULT, records, with_structure(bench, terms) if terms else bench, settings)
+    return methods.run(fit.method or methods.DEFAULT, records, bench_with_terms(bench, terms) if terms else bench, settings)

@@ -92,7 +92,7 @@ def presliding_lines(model: Model) -> list[str]:
 
 
 def force_line(error: float | None) -> str:
-    """Return the force error for people."""
+    """Return the line on the force error."""
     return "force error unknown: no sample is certain to slip" if error is None else f"force error {100 * error:.3g} %"
 
 

@@ -1,27 +1,27 @@
-"""How much the content of a file may grow when it is unpacked: what grows further is no log but an attack, or damaged."""
+"""Bound of the unpacked size of a file: a file that grows further is damaged or an attack."""
 
 from __future__ import annotations
 
 MOST_TIMES = 1000  # the bytes of the file
-LARGE = 4 << 30  # bytes: what is unpacked to more may grow MOST_TIMES_LARGE at most
+LARGE = 4 << 30  # bytes: content that unpacks to more may grow by MOST_TIMES_LARGE at most
 MOST_TIMES_LARGE = 20
-SMALL = 64_000_000  # bytes that any file may hold
+SMALL = 64_000_000  # bytes to which any file may unpack
 
 
 def allowed_bytes(size: int) -> int:
-    """Return how many bytes a file of `size` bytes may hold when it is unpacked."""
+    """Return the largest unpacked size, in bytes, allowed for a file of `size` bytes."""
     return max(SMALL, min(MOST_TIMES * size, max(LARGE, MOST_TIMES_LARGE * size)))
 
 
-class Budget:
-    """Bytes that a file of `size` bytes may still hold."""
+class UnpackedBudget:
+    """Bytes that may still be unpacked from a file of `size` bytes."""
 
     def __init__(self, size: int) -> None:
         self._size, self._allowed = size, allowed_bytes(size)
         self._left = self._allowed
 
     def take(self, count: int) -> str | None:
-        """Take `count` unpacked bytes; return None, or take nothing and return why they may not be unpacked."""
+        """Subtract `count` unpacked bytes from the budget and return None; if they exceed it, leave it and return the reason."""
         if count <= self._left:
             self._left -= count
             return None

@@ -22,7 +22,7 @@ from frictool.logs.log import Vector
 
 BLOCK_ROWS = 1 << 16  # rows of a block, at most; a reader whose file has its own blocks (chunks, records) gives those, split
 MOST_NAMES_SHOWN = 12
-LONGEST_LIST = 200  # characters of the names in a message
+LONGEST_LIST = 200  # most characters of the names in a message
 LAYOUT = "layout"  # metadata record: file -> how it was found to be laid out
 Nanoseconds = NDArray[np.int64]
 
@@ -142,7 +142,7 @@ def pick(names: Sequence[str], wanted: str | int, source: str, kind: str = "colu
 
 
 def listed(names: Collection[str]) -> str:
-    """Names for a message, not more than fit a line; an empty one is shown in quotes."""
+    """Return names for a message, as many as fit one line; an empty name is shown in quotes."""
     shown: list[str] = []
     for name in names:
         if len(shown) == MOST_NAMES_SHOWN or (shown and sum(map(len, shown)) + len(name) > LONGEST_LIST):

@@ -112,7 +112,7 @@ def _row(one: Found, limit: float | None, given: Commissioning | None, first: di
 
 
 def counts(table: Sequence[Row]) -> dict[str, int]:
-    """Return how many logs are above the limit, undecided, unreadable, or read with data lost; an exit code tells one of these only."""
+    """Return the numbers of logs above the limit, undecided, unreadable, and read with data lost."""
     return {
         "above_limit": sum(bool(row.alarm) for row in table),
         "undecided": sum(row.verdict is not None and row.verdict.exceeded is None for row in table),

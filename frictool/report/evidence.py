@@ -33,14 +33,14 @@ NO_CONTROLLER = "a log alone does not contain it; give --controller"
 
 @dataclass(frozen=True)
 class Evidence:
-    """One stream.
+    """Stream of a log with everything that its judgement needs.
 
-    resolution: the position sensor's step [rad or m], 0 where none is known. gaps: what it lacks to be judged, signal -> reason.
+    resolution: the position sensor's step [rad or m], 0 if unknown. gaps: missing signal -> reason.
     load: lowest and highest mechanical position behind the backlash (n,); twice the same array where the log has it. drive_limit [A or V].
-    nominal: it is the nominal plant's and not a variant's: `/axis`, or the only one of its log. simulated: its log says that it was played
-    to a model, so that its topic names a plant; what was measured may hold several streams of one rig. modulus_margin: of the controller's
-    loop around the stream's plant, None if not known; margin_gap: why. beyond: how the model lies outside the controller's intervals, or
-    empty.
+    nominal: whether it belongs to the nominal plant and not to a variant (`/axis`, or the only stream of its log). simulated: whether its
+    log is a simulation, in which each topic is a plant; a measured log may hold several streams of one rig.
+    modulus_margin: of the controller's loop around the stream's plant, None if unknown; margin_gap: the reason. beyond: how the model
+    lies outside the controller's intervals, or empty.
     """
 
     source: str
@@ -109,9 +109,10 @@ class Evidence:
 
 
 def gather(spec: Spec, logs: list[Log], rig: Rig = UNKNOWN, loop: JudgedLoop | None = None) -> list[Evidence]:
-    """Every axis of every log, in their order; `rig` tells the sensor's step where a log's positions show none, and what no log tells.
+    """Return the evidence of every axis of every log, in their order.
 
-    loop: the controller's, of which the margins are computed.
+    rig: the sensor's step for logs whose positions show none, and the facts that no log contains. loop: the controller's loop, whose
+    margins are computed.
 
     Raises LogError where a log has no stream, an empty one, or one whose position is not in the unit of the specification's kind of axis.
     """
@@ -146,7 +147,7 @@ def _evidence(spec: Spec, log: Log, label: str, stream: Stream, rig: Rig) -> Evi
     if stream.units.get("command") not in (None, "", si_unit(spec.drive, spec.axis)):
         command = None
     fault = stream.signals.get("controller_fault")
-    if fault is not None and fault.any():  # the drive is 0 from there on: nothing that follows speaks of the controller
+    if fault is not None and fault.any():  # the drive is 0 from there on: the rest does not test the controller
         begin = float(stream.time[int(np.argmax(fault != 0.0))])
         gaps["position"] = f"the controller sets its fault at {begin:.6g} s, without a valid position, and the drive is 0 from there on"
         position = None

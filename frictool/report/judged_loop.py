@@ -1,10 +1,10 @@
-"""The loop that a controller closes around the plants of simulated logs: its margins, and whether it was verified for their model."""
+"""Loop of a controller with the plants of simulated logs: its margins, and whether the controller was verified for their model."""
 
 from __future__ import annotations
 
 from frictool.documents.controller import Controller
 from frictool.logs.log import Log
-from frictool.verify.certified_box import outside, outside_words
+from frictool.verify.certified_box import outside_message, parameters_outside
 from frictool.verify.plant_margins import PlantMargins
 from frictool.verify.played_plant import INTERVALS, RECORD, PlayedPlant, intervals_of_text
 
@@ -27,10 +27,10 @@ class JudgedLoop:
         return (None, NO_PLANT) if plant is None else (self._margins(plant), "")
 
     def beyond(self, log: Log) -> str:
-        """Say how the log's model lies outside the intervals that the controller was verified for; empty if it does not."""
+        """Say how the log's model lies outside the intervals for which the controller was verified; empty if it does not."""
         record = log.metadata.get(INTERVALS, {})
         key = tuple(record.items())
         if key not in self._beyond:
-            found = outside(self.controller, intervals_of_text(record))
-            self._beyond[key] = f"the model {outside_words(self.controller.name, found)}" if found else ""
+            found = parameters_outside(self.controller, intervals_of_text(record))
+            self._beyond[key] = f"the model {outside_message(self.controller.name, found)}" if found else ""
         return self._beyond[key]

@@ -11,8 +11,8 @@ from frictool.report.text import printable
 def junit(verdict: Verdict, allow_undecided: bool = False) -> str:
     """Return the test suite as XML; the property `verdict` is `pass`, `fail` or `undecided`.
 
-    A broken requirement is a failure. An undecided one is an error, which no build server takes for a success; it is skipped if undecided
-    requirements are allowed and the verdict is acceptable with them.
+    A broken requirement is a failure. An undecided one is an error, since build servers count a skipped test as a success; it is skipped
+    if undecided requirements are allowed and the verdict is then acceptable.
     """
     requirements, skip = verdict.requirements, verdict.acceptable(allow_undecided)
     undecided = len(verdict.undecided)

@@ -21,7 +21,7 @@ FORMAT = "report/2"  # 2: the verdict has three states
 def as_json(verdict: Verdict, spec: Spec, transfers: Sensitivities | str | None = None) -> dict[str, Any]:
     """Return the verdict, `pass`, `fail` or `undecided`, with the names of the undecided requirements.
 
-    A metric without a value is null, and `missing` says why; one that is only known to lie between two values is null, with `bounds`.
+    A metric without a value is null with its reason in `missing`; one that is only known to lie between two values is null with `bounds`.
     `sensitivity` is null without a controller. A stream `meets_all` if it meets every requirement of the logs by itself.
     """
     return {

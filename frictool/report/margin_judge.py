@@ -1,4 +1,4 @@
-"""The modulus margin: of each plant that was played, or of the controller's vertices for a recorded axis, whose plant nobody knows."""
+"""Judge of the modulus margin: of each simulated plant, or of the controller's vertices for a recorded axis, whose plant is unknown."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ UNSTABLE = "the sampled loop is unstable there"
 def judge_margin(spec: Spec, evidence: Judged, controller: Controller | None) -> Requirement:
     """Judge the smallest margin of all streams.
 
-    It is broken by any plant, and by a vertex of the controller. It is undecided if the plant of a simulated stream is not known, or the
-    model lies outside the intervals that the controller was verified for.
+    The requirement is broken if any plant or any vertex of the controller breaks it. It is undecided if the plant of a simulated stream is
+    unknown, or if the model lies outside the intervals for which the controller was verified.
     """
     assert spec.modulus_margin is not None
     name, limit = "modulus_margin", spec.modulus_margin
@@ -45,7 +45,7 @@ def _margins(streams: list[Evidence]) -> list[tuple[float, Where]]:
 
 
 def _weakest(controller: Controller) -> tuple[float, Where] | None:
-    """The smallest margin of the controller's vertices, 0 of an unstable one."""
+    """Return the smallest margin of the controller's vertices, 0 of an unstable one."""
     vertices = controller.verified.vertices
     if not vertices:
         return None
@@ -54,7 +54,7 @@ def _weakest(controller: Controller) -> tuple[float, Where] | None:
 
 
 def _unknown(streams: list[Evidence], controller: Controller | None) -> str:
-    """Why the margin of a stream is not known; empty if all are."""
+    """Return why the margin of a stream is not known; empty if all are."""
     for item in streams:
         if item.modulus_margin is None and (item.simulated or controller is None):
             return item.margin_gap

@@ -1,4 +1,4 @@
-"""Requirements with their outcomes, and the verdict that they add up to."""
+"""Requirements with their outcomes, and the verdict on all of them."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Requirement:
 
     @property
     def outcome(self) -> str:
-        """MET, NOT MET or UNDECIDED."""
+        """Return MET, NOT MET or UNDECIDED."""
         return "UNDECIDED" if self.met is None else "MET" if self.met else "NOT MET"
 
     def as_json(self) -> dict[str, Any]:
@@ -63,7 +63,7 @@ class Requirement:
 class Verdict:
     """All requirements in the specification's order, and the evidence with the metrics of each hold.
 
-    meets: for each stream, whether it meets every requirement by itself. remarks: what a reader of the verdict has to know beside it.
+    meets: for each stream, whether it meets every requirement by itself. remarks: warnings that belong to the verdict.
     """
 
     name: str
@@ -74,23 +74,23 @@ class Verdict:
 
     @property
     def undecided(self) -> tuple[str, ...]:
-        """The names of the requirements that are neither met nor broken."""
+        """Return the names of the requirements that are neither met nor broken."""
         return tuple(r.name for r in self.requirements if r.met is None)
 
     @property
     def state(self) -> State:
-        """`fail` if a requirement is broken, else `undecided` if one is undecided, else `pass`."""
+        """Return `fail` if a requirement is broken, else `undecided` if one is undecided, else `pass`."""
         if any(r.met is False for r in self.requirements):
             return "fail"
         return "undecided" if self.undecided or not self.requirements else "pass"
 
     @property
     def passed(self) -> bool:
-        """Whether every requirement is met."""
+        """Return whether every requirement is met."""
         return self.state == "pass"
 
     def acceptable(self, allow_undecided: bool) -> bool:
-        """Whether the verdict is `pass`, or undecided requirements are allowed, none is broken and one is met."""
+        """Return whether the verdict is `pass`, or undecided requirements are allowed, none is broken and one is met."""
         return self.passed or (allow_undecided and self.state == "undecided" and any(r.met for r in self.requirements))
 
     @property
@@ -109,7 +109,7 @@ class Verdict:
 
     @property
     def headline(self) -> str:
-        """One sentence for people; it begins with the state."""
+        """Return the verdict in one sentence, which begins with the state."""
         if all(r.met is None for r in self.requirements):
             return "UNDECIDED: the logs decide none of the requirements"
         met, broken, undecided = (sum(r.met is state for r in self.requirements) for state in (True, False, None))

@@ -10,7 +10,7 @@ COLOURS = {"MET": "green", "NOT MET": "red", "UNDECIDED": "yellow", "pass": "gre
 
 
 def lines(verdict: Verdict, colour: bool = False) -> list[str]:
-    """One line per requirement, the remarks, then the verdict."""
+    """Return one line per requirement, the remarks, then the verdict."""
     shown = [_line(requirement, colour) for requirement in verdict.requirements]
     remarks = [printable(f"warning: {remark}") for remark in verdict.remarks]
     return [*shown, *remarks, _painted(printable(verdict.headline), verdict.state, colour)]

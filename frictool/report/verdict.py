@@ -34,25 +34,25 @@ def judge(spec: Spec, logs: list[Log], controller: Controller | None = None, ben
     loop = None if controller is None else _loop(controller)
     bench = bench if bench is not None or controller is None else controller.bench
     evidence = _measured(spec, logs, bench, loop, whole=True)
-    requirements = tuple(make(spec, evidence, controller) for make in _asked(spec).values())
+    requirements = tuple(make(spec, evidence, controller) for make in _specified_judges(spec).values())
     remarks = [*dict.fromkeys(f"{item.source}: {item.beyond}" for item, _ in evidence if item.beyond), *_examples(spec, logs, bench)]
     return Verdict(spec.name, requirements, evidence, tuple(_meets(spec, one) for one in evidence), tuple(remarks))
 
 
 def _loop(controller: Controller) -> JudgedLoop:
-    from frictool.report.judged_loop import JudgedLoop  # loads the blocks of the controller, which a log alone does without
+    from frictool.report.judged_loop import JudgedLoop  # imported late: a log without a controller does not need it
 
     return JudgedLoop(controller)
 
 
-def decided(spec: Spec, log: Log, bench: Bench, loop: JudgedLoop) -> tuple[Requirement, ...]:
-    """Return the requirements of one simulated log by itself: the margin is that of its plant, whatever the controller's vertices have."""
+def log_requirements(spec: Spec, log: Log, bench: Bench, loop: JudgedLoop) -> tuple[Requirement, ...]:
+    """Judge one simulated log by itself; its modulus margin is that of its plant, and the controller's vertices do not count."""
     evidence = _measured(spec, [log], bench, loop, whole=False)
-    return tuple(make(spec, evidence, None) for make in _asked(spec).values())
+    return tuple(make(spec, evidence, None) for make in _specified_judges(spec).values())
 
 
 def _examples(spec: Spec, logs: list[Log], bench: Bench | None) -> list[str]:
-    """A remark on the example values in the documents of the verdict: its own, and those with which the logs were simulated."""
+    """Return a remark on example values in the documents of the verdict and in those with which the logs were simulated."""
     found = {"spec": list(spec.examples), "bench": [] if bench is None else list(bench.examples)}
     for log in logs:
         for name, keys in log.metadata.get("examples", {}).items():
@@ -62,18 +62,18 @@ def _examples(spec: Spec, logs: list[Log], bench: Bench | None) -> list[str]:
 
 
 def _measured(spec: Spec, logs: list[Log], bench: Bench | None, loop: JudgedLoop | None, whole: bool) -> Judged:
-    """The evidence with the metrics of its holds; whole: also those that are not specified."""
+    """Return the evidence with the metrics of its holds; whole: include metrics that are not specified."""
     asked = loop if whole or spec.modulus_margin is not None else None
     return tuple((item, tuple(measure(spec, item, whole))) for item in gather(spec, logs, Rig.of(bench), asked))
 
 
-def _asked(spec: Spec) -> dict[str, Judge]:
+def _specified_judges(spec: Spec) -> dict[str, Judge]:
     return {name: make for name, make in JUDGES.items() if getattr(spec, name) is not None}
 
 
 def _meets(spec: Spec, stream: tuple[Evidence, tuple[Measured, ...]]) -> bool:
-    """Whether one stream by itself meets every requirement; a recorded one has no margin of its own."""
-    judges = [make for name, make in _asked(spec).items() if name != "modulus_margin"]
+    """Return whether one stream by itself meets every requirement; a recorded one has no margin of its own."""
+    judges = [make for name, make in _specified_judges(spec).items() if name != "modulus_margin"]
     margin, simulated = stream[0].modulus_margin, stream[0].simulated
     if spec.modulus_margin is not None and simulated and (margin is None or margin < spec.modulus_margin):
         return False

@@ -93,10 +93,10 @@ class MechanismPlant:
             yield moved.variant, run_of(moved, channels, [*self._scheduled(loop.controller, moved)])
 
     def linear(self, variant: MechanismVariant, conditions: Vector) -> None:
-        """None: margins are those of one axis."""
+        """Return None: margins are defined for one axis only."""
 
     def intervals(self) -> Mapping[str, tuple[float, float]]:
-        """None of them: a controller is synthesised for one axis."""
+        """Return no interval: a controller is synthesised for one axis."""
         return {}
 
     def described(self, variant: MechanismVariant) -> str:

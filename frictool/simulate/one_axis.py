@@ -118,5 +118,5 @@ class OneAxis:
 
 
 def _drifted(values: list[float], factors: Vector) -> list[float]:
-    """Each value times the least and the largest factor."""
+    """Return each value times the least and the largest factor."""
     return [value * float(factor) for value in values for factor in (factors.min(), factors.max())]

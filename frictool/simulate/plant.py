@@ -116,10 +116,10 @@ class Plant(Protocol[V]):
         """Each variant and its run. Raises NoSolutionError where one cannot be simulated."""
 
     def linear(self, variant: V, conditions: Vector) -> PlayedPlant | None:
-        """The linear plant of a variant under conditions (n, 8); None if its loop's margins are not computed."""
+        """Return the linear plant of a variant under conditions (n, 8); None if no margins are computed for it."""
 
     def intervals(self) -> Mapping[str, tuple[float, float]]:
-        """The intervals [SI] of the document's parameters that a controller is synthesised for; none of a mechanism."""
+        """Return the intervals [SI] of the parameters for which a controller is synthesised; empty for a mechanism."""
 
     def described(self, variant: V) -> str:
         """Its values with their units, for the log."""

@@ -11,9 +11,9 @@ from frictool.documents.quantity import Axis, Span
 
 @dataclass(frozen=True)
 class Rig:
-    """SI. Of the controlled axis where there are several.
+    """Actuator and encoder in SI, those of the controlled axis of a mechanism.
 
-    owner: how messages call the document that says so ({} is its name). loop_time_constant_s: lag of the drive. constant: effort per unit
+    owner: the document as messages name it ({} is its name). loop_time_constant_s: lag of the drive. constant: effort per unit
     of the drive; resolution: the encoder's step, 0 of a perfect one [rad | m]; effort_axis: the kind of axis on which the drive acts.
     examples: keys of example values in the bench.
     """

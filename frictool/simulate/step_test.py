@@ -38,7 +38,7 @@ from frictool.simulate.streams import Sensors, fault_warning
 from frictool.simulate.target import Target
 from frictool.simulate.timeline import conditions_of, felt
 from frictool.simulate.used_speed import used_speed
-from frictool.verify.certified_box import outside, outside_words
+from frictool.verify.certified_box import outside_message, parameters_outside
 from frictool.verify.played_plant import INTERVALS, intervals_to_text
 from frictool.verify.played_plant import RECORD as PLAYED
 
@@ -140,7 +140,7 @@ class StepTest(Generic[V]):
         return reference, start
 
     def _linear(self, variants: Sequence[V], conditions: Vector) -> dict[str, dict[str, str]]:
-        """The records by which `report` computes the margins of the loops that were played."""
+        """Return the log records from which `report` computes the margins of the simulated loops."""
         linear = {variant.topic: found.to_text() for variant in variants if (found := self.plant.linear(variant, conditions)) is not None}
         return {PLAYED: linear, INTERVALS: self._intervals} if linear else {}
 
@@ -150,9 +150,9 @@ class StepTest(Generic[V]):
 
     @cached_property
     def _outside(self) -> list[str]:
-        """A warning if the model lies outside the controller's certificate."""
-        found = outside(self.controller, self.plant.intervals())
-        return [f"{self.names.model} {outside_words(self.names.controller, found)}"] if found else []
+        """Return a warning if the model lies outside the controller's certificate."""
+        found = parameters_outside(self.controller, self.plant.intervals())
+        return [f"{self.names.model} {outside_message(self.names.controller, found)}"] if found else []
 
     @cached_property
     def _program(self) -> Program:

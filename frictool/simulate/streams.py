@@ -36,10 +36,11 @@ NO_UNIT = "1"
 
 
 class Sensors:
-    """Makes the streams of all variants of one scenario; what they share is made once.
+    """Maker of the streams of all variants of one scenario.
 
-    reference (n,), None without a controller; conditions (n, 8) or (0, 8): engine/conditions.py. senses_velocity: there is a sensor of it.
-    hold_samples: of the controller's guard against invalid inputs (control/measurement_guard.py).
+    reference (n,), None without a controller; conditions (n, 8) or (0, 8): engine/conditions.py.
+    senses_velocity: whether the velocity is measured. hold_samples: of the controller's guard against invalid inputs
+    (control/measurement_guard.py).
     """
 
     def __init__(
@@ -89,7 +90,7 @@ class Sensors:
         return Stream(topic, self.time, signals, units)
 
     def _shown(self, record: Vector) -> Vector:
-        """The measured position (n,), for a log of numbers: where it is none, the last one before."""
+        """Return the measured position (n,) for the log; an invalid sample repeats the last valid one."""
         measured = record[:, closed_loop.MEASURED]
         valid = np.isfinite(measured)
         if valid.all():
@@ -99,7 +100,7 @@ class Sensors:
         return np.where(last >= 0, measured[last], before)
 
     def _invalid(self, measured: Vector) -> dict[str, tuple[Vector, str]]:
-        """Where the position was a number, and where the controller was in the fault (n,); nothing where no position was lost."""
+        """Return whether the position was valid, and whether the controller was in the fault, each (n,); empty if no sample was lost."""
         valid = np.isfinite(measured)
         if valid.all():
             return {}
@@ -117,7 +118,7 @@ class Sensors:
 
 
 def fault_warning(stream: Stream, hold_samples: int) -> list[str]:
-    """Return the warning of a stream in which the controller set its fault; nothing where it did not."""
+    """Return the warning of a stream in which the controller set its fault; empty if it did not."""
     fault = stream.signals.get("controller_fault")
     if fault is None or not fault.any():
         return []

@@ -4,7 +4,7 @@ The range of inertia, viscous and Coulomb friction and constant is the hull of t
 product's life. A vertex has an end of each range; a random plant is drawn from them independently and uniformly. Plant number i of a seed
 is the same however many there are.
 
-A vertex and a drawn plant are four numbers; what they mean for a model that says more of its friction: plant/friction_levels.py.
+A vertex and a drawn plant are four numbers; plant/friction_levels.py applies them to models with further friction parameters.
 """
 
 from __future__ import annotations
@@ -68,14 +68,14 @@ def count(model: Model, scenario: Scenario) -> int:
 
 
 def vertices(model: Model) -> tuple[PlantPoint, ...]:
-    """The corners of the model's ranges, v01 to v16 if all four have a width."""
+    """Return the corners of the model's ranges, v01 to v16 if all four have a width."""
     return corner_points(ranges(model))
 
 
 def variants_of(model: Model, scenario: Scenario, owner: str = "model", parameters: Mapping[str, Range] | None = None) -> list[Variant]:
-    """The nominal plant, then the model's vertices or the random plants, where the scenario asks for them; or the one that it gives.
+    """Return the nominal plant and the requested vertices or random plants of the model, or else the one plant of the scenario.
 
-    `owner` is what messages call the model; `parameters`: its `parameters_of`, where they are known. Raises FrictoolError where a plant's
+    owner: the model as messages name it; parameters: the result of `parameters_of`, if known. Raises FrictoolError where a plant's
     parameters are out of range, or there is no range to draw from.
     """
     if scenario.variants == GIVEN:
@@ -127,7 +127,7 @@ def parameters_of(model: Model) -> dict[str, Range]:
 
 
 def ranges(model: Model) -> dict[str, tuple[float, float]]:
-    """(low, high) of each of PARAMETERS [SI]: the hull of the model's interval and of the bench's range over the product's life."""
+    """Return (low, high) of each of PARAMETERS [SI]: the hull of the model's interval and of the bench's range over the product's life."""
     known = model.bench.mechanics
     return {
         "inertia": _range(known.inertia, model.parameters.inertia.interval),
@@ -138,7 +138,7 @@ def ranges(model: Model) -> dict[str, tuple[float, float]]:
 
 
 def _range(given: Quantity, today: tuple[float, float]) -> tuple[float, float]:
-    """The hull of the bench's range, if it has one, and of the model's interval."""
+    """Return the hull of the bench's range, if it has one, and of the model's interval."""
     if given.low is None and given.high is None:
         return today
     low, high = given.interval

@@ -29,7 +29,7 @@ Progress = Callable[[str], None]
 ORDER = {"position": 4, "speed": 3}  # where the design gives none
 DRAWN, STARTS, KEPT, PLACES = 300, 8, 2, 4  # starts drawn, descended from; controllers that grow, and at how many frequencies each
 ROUNDS, LAST_ROUNDS = 25, 60  # of each descent, and of the last one
-LEVEL = 0.01  # a vertex whose norm is within this part of the worst one is level with it
+LEVEL = 0.01  # vertices whose norms differ from the worst one by less than this share count as equal
 CLEAR = 1.001  # of the specified modulus margin, so that rounding the coefficients does not undo it
 
 

@@ -23,11 +23,11 @@ def synthesise(
     provenance: Provenance | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Designed:
-    """A controller for every plant that the model's and the bench's intervals span, verified as it will run.
+    """Synthesise a controller for every plant within the intervals of model and bench, verified as it will run.
 
-    vertices_only: quicker, without bounds over the whole box and without a certificate. `progress` is told what is being done.
-    Raises NoSolutionError (exit 4) where the method finds none, or what it finds is not verified, or where nothing of the model was
-    identified; InputFileError where the documents are not of one kind of axis.
+    vertices_only: faster, without bounds over the whole box and without a certificate. progress: callback for the current step.
+    Raises NoSolutionError (exit 4) if the method has no solution, if the controller is not verified, or if nothing of the model was
+    identified; InputFileError if the documents are not for one kind of axis.
     """
     if model.bench_values_only is not None:
         raise NoSolutionError(

@@ -23,7 +23,7 @@ def certified_loop(controller: Controller, weights: CertifiedWeights) -> Loop:
 
 
 def prove_document(controller: Controller, certificate: Certificate) -> tuple[Proved, ...]:
-    """Prove everything that the certificate states, of the controller's stored coefficients; nothing where it states no bound.
+    """Prove every bound of the certificate for the stored coefficients of the controller.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Which parameters of a plant lie outside the intervals that a controller was verified for."""
+"""Comparison of a plant's parameters with the intervals for which a controller was verified."""
 
 from __future__ import annotations
 
@@ -9,14 +9,16 @@ from frictool.verify.stated_box import NAMES, box_of
 from frictool.verify.words import plant_units
 
 ROUNDING = 1e-9  # relative: the ends of intervals are sums and products of a document's numbers
-OF_THE_MARGIN = ("inertia", "viscous", "constant")  # the parameters that a margin depends on; a norm depends on Coulomb friction too
+MARGIN_PARAMETERS = ("inertia", "viscous", "constant")  # a margin depends on these alone; a norm depends on Coulomb friction too
 
 Interval = tuple[float, float]
 
 
-def outside(controller: Controller, intervals: Mapping[str, Interval], names: Iterable[str] = NAMES) -> tuple[str, ...]:
-    """Return a phrase for each of `names` whose interval [SI] reaches beyond the controller's, such as
-    `inertia 4.9e-06 to 1.53e-05 kg m^2, certified 1.11e-05 to 1.53e-05`."""
+def parameters_outside(controller: Controller, intervals: Mapping[str, Interval], names: Iterable[str] = NAMES) -> tuple[str, ...]:
+    """Return a phrase for each of `names` whose interval [SI] reaches beyond the controller's.
+
+    An example is `inertia 4.9e-06 to 1.53e-05 kg m^2, certified 1.11e-05 to 1.53e-05`.
+    """
     known = controller.certificate is not None or bool(controller.verified.vertices)
     box, units = box_of(controller) if known else {}, plant_units(controller.bench)
     verb = "certified" if controller.certificate is not None else "verified"
@@ -32,6 +34,6 @@ def outside(controller: Controller, intervals: Mapping[str, Interval], names: It
     return tuple(found)
 
 
-def outside_words(controller: str, found: Iterable[str]) -> str:
-    """Say what `outside` found; the subject of the sentence is the model."""
+def outside_message(controller: str, found: Iterable[str]) -> str:
+    """Return the predicate of a warning about these phrases of `parameters_outside`; the model is its subject."""
     return f"lies outside the intervals of {controller}, so that its margins are not proved for it: {'; '.join(found)}; synthesise it anew"

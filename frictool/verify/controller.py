@@ -47,13 +47,13 @@ def limiter_brake(limiter: Limiter | None, velocity: Velocity, constant: float, 
 
 
 def check_document(controller: Controller, *, margins: bool = False) -> None:
-    """Check everything of a document that needs no stored figure; `margins`: and the stored margins of its vertices.
+    """Check a document without its stored figures; with `margins`, check the stored margins of its vertices too.
 
     Raises
     ------
     NoSolutionError
-        If the document is not of its own bench, a loop at a vertex is unstable or misses the specified margin, or the stored forms are not
-        of one controller.
+        If the document contradicts its own bench, a loop at a vertex is unstable or misses the specified margin, or the stored forms are
+        not of one controller.
     """
     _of_its_bench(controller)
     if controller.velocity.observer is not None:

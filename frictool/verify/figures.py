@@ -1,6 +1,6 @@
-"""The figures of a controller's linear loops: each vertex, the margins, one encoder count, rounded coefficients.
+"""Figures of a controller's linear loops: norms at the vertices, margins, drive after one encoder count, loss by rounded coefficients.
 
-`synth` writes them into `verified`, `verify` computes them again from the document; both call this module.
+Both `synth`, which writes them into `verified`, and `verify`, which computes them again, call this module.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from frictool.verify.stored_forms import limited_radius
 
 CLAIM = 1.01  # a norm may exceed what is claimed by 1 %
 HELD: tuple[stored.Number, ...] = ("double", "float")  # formats that every controller is verified with
-OFFERED: tuple[stored.Number, ...] = ("q31", "q15")  # formats that are listed if the loop stands them; export refuses them elsewhere
+OFFERED: tuple[stored.Number, ...] = ("q31", "q15")  # formats that are listed if the loop tolerates them; export refuses them otherwise
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class LinearLoops:
         return feedbacks(self.structure, linear, self.position_law, self.velocity, self.period, held(number))
 
     def plant(self, rates: Rates, *, sampled: bool = True) -> GeneralisedPlant:
-        """Return the weighted plant as the controller meets it, or in continuous time without delay. `weights` must be known."""
+        """Return the weighted plant, sampled with its delay, or continuous without delay. `weights` must be known."""
         assert self.weights is not None
         controlled: Controlled = "position" if self.structure == "position" else "speed"
         if not sampled:
@@ -86,7 +86,7 @@ class LinearLoops:
         )
 
     def count_drive(self) -> float:
-        """Return the largest drive that one encoder count asks for [A | V]."""
+        """Return the largest drive after one encoder count [A | V]."""
         return max(count_current(from_position(loop), self.count) for loop in self.feedbacks())
 
     def margins(self) -> stored.Margins:
@@ -113,7 +113,7 @@ class LinearLoops:
         return stored.Rounded(number, gamma, min(margins))
 
     def seen_inside(self) -> float:
-        """Return the worst norm that plants inside the vertices' box, and a search from the worst of them, show."""
+        """Return the worst norm of sampled plants inside the vertices' box, and of a search from the worst of them."""
         loops = self.feedbacks()
         if self.weights is not None:
             return worst_seen(loops[0].system, self.plant, self.points)[1].norm
@@ -121,7 +121,7 @@ class LinearLoops:
         return max(at_vertices, inside)
 
     def _norm(self, linear: stored.LinearController, point: PlantPoint, margin: float) -> float:
-        """The norm of the weighted loop, or of the sensitivity where nothing is weighed."""
+        """Return the norm of the weighted loop, or of the sensitivity where nothing is weighed."""
         if self.weights is not None:
             return performance(running(linear, self.period), self.plant(point.rates))
         return 1.0 / margin if margin > 0.0 else math.inf
@@ -133,7 +133,7 @@ def delays_checked(delay: int) -> tuple[int, ...]:
 
 
 def stands(rounded: stored.Rounded, claimed: float, required: float) -> bool:
-    """Whether a number format keeps the claimed norm within 1 %, and the required modulus margin."""
+    """Return whether a number format keeps the claimed norm within 1 %, and the required modulus margin."""
     return rounded.gamma <= CLAIM * claimed and rounded.modulus_margin >= required and math.isfinite(rounded.gamma)
 
 

@@ -60,7 +60,7 @@ def _point(name: str, box: Box, unit: NDArray[np.float64]) -> PlantPoint:
 
 
 def worst_seen(controller: Lti, plant: Callable[[Rates], GeneralisedPlant], vertices: Sequence[PlantPoint]) -> tuple[Worst, Worst]:
-    """Return the worst norm at the vertices, and the worst one that POINTS plants inside and a search from the worst of all find."""
+    """Return the worst norm at the vertices, and that of POINTS plants inside and a search from the worst of all."""
     box = enclosing(vertices)
     at_vertices = worst_norm(controller, plant, vertices)
     inside = worst_norm(controller, plant, interior_points(box, points_inside(vertices), SEED))
@@ -81,7 +81,7 @@ def worst_sensitivity(loops: Sequence[Feedback], lag: float, delay: int, vertice
 
 
 def points_inside(vertices: Sequence[PlantPoint]) -> int:
-    """Return how many plants inside are looked at: one where nothing is uncertain, as there is no other plant."""
+    """Return the number of plants inside that are checked: 1 if no parameter is uncertain."""
     return POINTS if len(vertices) > 1 else 1
 
 

@@ -1,4 +1,4 @@
-"""Whether a controller was verified for a model: its intervals against the certificate's, its loop at the corners of the model."""
+"""Check of a controller against a model: are the model's intervals inside the certificate's, and is the loop good at their corners?"""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from frictool.documents.model import Model
 from frictool.errors import FrictoolError
 from frictool.plant.polytope import PlantPoint, corner_points, intervals
 from frictool.ties import smallest
-from frictool.verify.certified_box import outside
+from frictool.verify.certified_box import parameters_outside
 from frictool.verify.plant_margins import PlantMargins
 
 
 @dataclass(frozen=True)
 class ModelCheck:
-    """A controller's loop at the corners of a model.
+    """Result of the check of a controller at the corners of a model.
 
     beyond: a phrase for each parameter outside the controller's intervals. margin: the smallest modulus margin, at `plant`.
     """
@@ -28,7 +28,7 @@ class ModelCheck:
 
     @property
     def holds(self) -> bool:
-        """Whether the model lies within the controller's intervals, and its corners have the specified margin."""
+        """Return whether the model lies within the controller's intervals, and its corners have the specified margin."""
         return not self.beyond and self.margin >= self.specified
 
 
@@ -55,4 +55,4 @@ def check_model(controller: Controller, model: Model) -> ModelCheck:
     points = corner_points(ranges)
     margin, index = smallest(margins.at(point) for point in points)
     specified = controller.verified.modulus_margin_specified
-    return ModelCheck(outside(controller, ranges), margin, specified, points[index], len(points))
+    return ModelCheck(parameters_outside(controller, ranges), margin, specified, points[index], len(points))

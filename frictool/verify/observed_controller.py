@@ -27,7 +27,7 @@ from frictool.verify.observer_loop import check_observer
 from frictool.verify.words import delay_words
 
 NOT_CERTIFIED = "what is proved is a loop around eta, and this one is fed by an observer's speed; `verify` finds its margins again"
-REPLACED = ("velocity", "verified", "certificate")  # blocks of the controller that an observer makes anew
+REPLACED = ("velocity", "verified", "certificate")  # blocks of the controller that the observer replaces
 SAME = 1e-9  # relative, of numbers that two benches have of one rig
 
 
@@ -94,7 +94,7 @@ def with_observer(controller: Controller, observer: Observer, margin: float | No
 
 
 def _digested(merged: Controller, source: Controller) -> Controller:
-    """The document with digests of the blocks that are new; one that was changed in the source before keeps the digest that tells."""
+    """Return the document with digests of its new blocks; a block that was changed before keeps its old digest, which shows the change."""
     if not source.verified.digests:
         return merged
     changed = changed_blocks(source)
@@ -130,7 +130,7 @@ def _of_one_rig(controller: Controller, observer: Observer) -> None:
 
 
 def _vertex(controller: Controller, loops: LinearLoops, point: PlantPoint) -> Vertex:
-    """The figures of a vertex as the loops are now. Raises NoSolutionError where one is unstable."""
+    """Return the figures of a vertex as the loops are now. Raises NoSolutionError where one is unstable."""
     vertex = loops.vertex(point)
     for check in vertex.checks:
         if check.spectral_radius >= 1.0:

@@ -1,8 +1,8 @@
 """The modulus margin of a controller's sampled loops around any plant, from the stored coefficients.
 
-The loop is that of verify/effective.py at the bench's delay, and its margin is 1/max |1/(1 + L)|. A campaign asks for thousands of plants:
-the matrices are put together here for one plant after another, and the peak is searched by the modes of the closed loop, which give the
-gain at many frequencies at once.
+The loop is that of verify/effective.py at the bench's delay, and its margin is 1/max |1/(1 + L)|. A campaign needs it for thousands of
+plants, so that the matrices are assembled here for each plant, and the peak is searched with the eigenvectors of the closed loop, which
+give the gain at many frequencies at once.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ AGREEMENT = 1e-7  # relative, of the gain by the modes and the gain itself; with
 class PlantMargins:
     """Modulus margins of one controller's loops; call it with a plant.
 
-    A scheduled controller runs with the matrices of the plant's parameters, every other one with those that are stored.
+    A scheduled controller runs with the matrices interpolated for the plant's parameters, any other with the stored ones.
     """
 
     def __init__(self, controller: Controller) -> None:
@@ -66,20 +66,20 @@ class PlantMargins:
         return tuple(Feedback(loop.name, running, loop.sees) for loop in self._loops)
 
     def _sensitivity(self, loop: Feedback, rates: Rates) -> Lti:
-        """1/(1 + L): states of the controller, the delay and the axis; from a drive that is added to what the controller asks for."""
+        """Return 1/(1 + L), with the states of controller, delay and axis; its input is added to the controller's drive."""
         c, wait = loop.system, delay(self._delay, self._period)
         axis = seen_axis(rates, self._lag, self._period, loop.sees).system
         seen, push = axis.c[1:], axis.b[:, :1]  # of its ports: behind the speed; the command
         n, d, m = c.order, wait.order, axis.order
         a, b, rows = np.zeros((n + d + m, n + d + m)), np.zeros((n + d + m, 1)), np.zeros((1, n + d + m))
-        rows[:, :n], rows[:, n + d :] = c.c, c.d @ seen  # the drive that is asked for
+        rows[:, :n], rows[:, n + d :] = c.c, c.d @ seen  # the requested drive
         a[:n, :n], a[:n, n + d :] = c.a, c.b @ seen
         a[n : n + d, n : n + d], a[n + d :, n : n + d], a[n + d :, n + d :] = wait.a, push @ wait.c, axis.a
         b[n : n + d], b[n + d :] = wait.b, push @ wait.d
         return Lti(a + b @ rows, b, rows, np.eye(1), self._period)
 
     def _peak(self, closed: Lti, poles: Complex, vectors: Complex) -> float:
-        """The largest gain of a stable loop: where it is, the modes tell; what it is there, the matrices."""
+        """Return the largest gain of a stable loop; the modes locate its frequency, and the matrices give its value."""
         try:
             residues = (closed.c @ vectors)[0] * np.linalg.solve(vectors, closed.b.astype(complex))[:, 0]
         except np.linalg.LinAlgError:  # the modes are no basis

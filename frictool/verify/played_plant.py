@@ -1,4 +1,4 @@
-"""The linear plant that a simulated stream was played to, as the log stores it."""
+"""Linear plant of a simulated stream, as the log stores it."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ INTERVALS = "model_intervals"  # of a log's metadata: parameter -> [low, high] a
 
 @dataclass(frozen=True)
 class PlayedPlant:
-    """One axis in SI.
+    """Linear plant of one axis, in SI.
 
-    inertia, viscous, coulomb, constant: the parameters that a scheduled controller is given. slopes: the viscous friction of each direction
+    inertia, viscous, coulomb, constant: the parameters that a scheduled controller uses. slopes: the viscous friction of each direction
     and regime of speed; constants: effort per unit of drive. Both contain the extremes of their drift.
     """
 
@@ -30,21 +30,21 @@ class PlayedPlant:
 
     @property
     def point(self) -> PlantPoint:
-        """The parameters that a scheduled controller is given."""
+        """Return the parameters that a scheduled controller uses."""
         return PlantPoint("", self.inertia, self.viscous, self.coulomb, self.constant)
 
     def points(self) -> tuple[PlantPoint, ...]:
-        """Every linear plant that the axis goes through: each slope with each constant."""
+        """Return every linear plant that the axis goes through: each slope with each constant."""
         pairs = itertools.product(self.slopes, self.constants)
         return tuple(PlantPoint("", self.inertia, slope, self.coulomb, constant) for slope, constant in pairs)
 
     def to_text(self) -> str:
-        """The value in the log's metadata."""
+        """Return the value in the log's metadata."""
         return json.dumps(vars(self))
 
     @staticmethod
     def of_text(text: str) -> PlayedPlant | None:
-        """The plant of a log's metadata; None if the text is not one."""
+        """Return the plant of a log's metadata; None if the text is not one."""
         try:
             found = json.loads(text)
             levels = {name: float(found[name]) for name in ("inertia", "viscous", "coulomb", "constant")}
@@ -55,12 +55,12 @@ class PlayedPlant:
 
 
 def intervals_to_text(intervals: Mapping[str, tuple[float, float]]) -> dict[str, str]:
-    """The record INTERVALS of a log's metadata."""
+    """Return the record INTERVALS of a log's metadata."""
     return {name: json.dumps(ends) for name, ends in intervals.items()}
 
 
 def intervals_of_text(record: Mapping[str, str]) -> dict[str, tuple[float, float]]:
-    """The intervals of a log's metadata; those that are not two numbers are left out."""
+    """Return the intervals of a log's metadata; those that are not two numbers are left out."""
     found = {}
     for name, text in record.items():
         try:

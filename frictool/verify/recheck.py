@@ -1,4 +1,4 @@
-"""Everything that a controller document states of its loop, computed again from its coefficients, its bench and its weights. No solver."""
+"""Recomputation of every figure of a controller document from its coefficients, bench and weights, without a solver."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from frictool.verify.scheduled import scheduled_figures
 from frictool.verify.stated_box import box_of, check_box, check_corners
 
 # Relative differences that another processor's last digits may make; figures that have no entry here agree within TOLERANCE.
-SEARCHED = 1e-3  # of what a search finds, which may end at another plant nearby
+SEARCHED = 1e-3  # figures of a search, which may end at another plant nearby
 ROOTS = 1e-3  # of the unit circle: a multiple eigenvalue moves by a root of the rounding error
 TOLERANCES = {"interior": SEARCHED, "spectral_radius": ROOTS}
 
 
 @dataclass(frozen=True)
-class Difference:
-    """A stored figure that the document does not give. key: its place in the document; None stands for no value."""
+class FigureDifference:
+    """Stored figure that differs from the computed one. key: its path in the document; None is no value."""
 
     key: str
     stored: Any
@@ -37,20 +37,20 @@ class Difference:
 
 @dataclass(frozen=True)
 class Verification:
-    """The answer of `verify`.
+    """Result of `verify`.
 
-    proved: the certificate's bounds. differences: stored figures that are not those of the coefficients. changed: blocks that are not those
-    that were verified. not_computed: stored figures by their key that `verify` cannot compute.
+    proved: bounds of the certificate. differences: stored figures that differ from the computed ones. changed: blocks changed after the
+    verification. not_computed: stored figures, by key, that `verify` cannot compute.
     """
 
     proved: tuple[Proved, ...]
-    differences: tuple[Difference, ...]
+    differences: tuple[FigureDifference, ...]
     changed: tuple[str, ...]
     not_computed: dict[str, float]
 
     @property
     def unaltered(self) -> bool:
-        """Whether every figure that can be computed is the stored one, and every block the one that was verified."""
+        """Return whether every figure that can be computed is the stored one, and every block the one that was verified."""
         return not self.differences and not self.changed
 
 
@@ -60,7 +60,7 @@ def verify(controller: Controller) -> Verification:
     Returns
     -------
     Verification
-        With the figures that differ from the stored ones by more than another processor's last digits do.
+        With the stored figures that differ from the computed ones by more than rounding on another processor explains.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def verify(controller: Controller) -> Verification:
 
 
 def recheck(controller: Controller) -> None:
-    """Check a document before its coefficients are relied on, in a twentieth of a second: its box, its loops and margins at every vertex.
+    """Check box, stability and margins at every vertex, before the coefficients of a document are used; it takes about 0.05 s.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def recheck(controller: Controller) -> None:
     check_corners(controller)
 
 
-def _differences(controller: Controller) -> tuple[Difference, ...]:
+def _differences(controller: Controller) -> tuple[FigureDifference, ...]:
     computed: dict[str, Any] = {"verified": computed_figures(controller)}
     if controller.schedule is not None:
         computed["schedule"] = _scheduled(controller, controller.schedule)
@@ -102,7 +102,7 @@ def _differences(controller: Controller) -> tuple[Difference, ...]:
 
 
 def computed_figures(controller: Controller) -> Verified:
-    """Return `verified` with everything computed again that can be, at the corners of the certificate's box."""
+    """Return `verified` with every figure that needs no solver computed again at the corners of the certificate's box."""
     verified = controller.verified
     loops = loops_of(controller, corner_points(box_of(controller)))
     vertices = tuple(loops.vertex(point) for point in loops.points)
@@ -120,7 +120,7 @@ def computed_figures(controller: Controller) -> Verified:
 
 
 def _rounded(loops: LinearLoops, verified: Verified, gamma: float) -> tuple[Rounded, ...]:
-    """The formats that stand; at the edge, within TOLERANCE, those that the document lists."""
+    """Return the number formats that the loop tolerates; within TOLERANCE of the limit, those that the document lists."""
     listed = {one.number for one in verified.rounded}
     found = []
     for number in (*HELD, *OFFERED):
@@ -132,7 +132,7 @@ def _rounded(loops: LinearLoops, verified: Verified, gamma: float) -> tuple[Roun
 
 
 def _robustness(controller: Controller, loops: LinearLoops) -> Robustness | None:
-    """What is seen inside the box; a document with a certificate has it."""
+    """Return the figures of plants inside the box; None if the document has neither them nor a certificate."""
     known = controller.verified.robustness
     if known is None and controller.certificate is None:
         return None
@@ -146,29 +146,29 @@ def _scheduled(controller: Controller, schedule: Schedule) -> Schedule:
     return msgspec.structs.replace(schedule, gamma=found.gamma, modulus_margin=found.modulus_margin, points=found.points)
 
 
-def _below_what_is_seen(verified: Verified) -> Iterator[Difference]:
-    """The solver's upper bounds that are below a norm at a vertex, and so are none."""
+def _below_what_is_seen(verified: Verified) -> Iterator[FigureDifference]:
+    """Yield the upper bounds of the solver that lie below a norm at a vertex, and so cannot be bounds."""
     if verified.robustness is None:
         return
     for name in SOLVED:
         bound = getattr(verified.robustness, name)
         if bound is not None and bound < verified.gamma_verified * (1.0 - SEARCHED):
-            yield Difference(f"verified.robustness.{name}", bound, f"at least {verified.gamma_verified:.6g}")
+            yield FigureDifference(f"verified.robustness.{name}", bound, f"at least {verified.gamma_verified:.6g}")
 
 
-def _compared(key: str, stored: Any, computed: Any) -> Iterator[Difference]:
-    """Every value of two trees of dictionaries and lists that differs."""
+def _compared(key: str, stored: Any, computed: Any) -> Iterator[FigureDifference]:
+    """Yield every value that differs between two trees of dictionaries and lists."""
     if isinstance(stored, dict) and isinstance(computed, dict):
         for name in {**stored, **computed}:
             yield from _compared(f"{key}.{name}", stored.get(name), computed.get(name))
     elif isinstance(stored, (list, tuple)) and isinstance(computed, (list, tuple)):
         if len(stored) != len(computed):
-            yield Difference(key, f"{len(stored)} entries", f"{len(computed)} entries")
+            yield FigureDifference(key, f"{len(stored)} entries", f"{len(computed)} entries")
             return
         for index, pair in enumerate(zip(stored, computed, strict=True)):
             yield from _compared(f"{key}[{index}]", *pair)
     elif not _agree(key, stored, computed):
-        yield Difference(key, stored, computed)
+        yield FigureDifference(key, stored, computed)
 
 
 def _agree(key: str, stored: Any, computed: Any) -> bool:

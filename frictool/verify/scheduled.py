@@ -1,4 +1,4 @@
-"""A scheduled controller as it runs: the corners' matrices summed with the weights of the plant's parameters (5.46), (5.64)."""
+"""Scheduled controller as it runs: the corners' matrices summed with the weights of the plant's parameters (5.46), (5.64)."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def scheduled_figures(
 
 
 def weights(corners: Sequence[Corner | PlantPoint], names: Sequence[str], point: PlantPoint) -> NDArray[np.float64]:
-    """alpha_i of (5.46), (k,): not negative, their sum is 1. A parameter outside its interval counts as at its end.
+    """Return the weights alpha_i (k,) of (5.46), not negative and of sum 1. A parameter outside its interval counts as at its end.
 
     alpha_i is the product over the parameters of the distance to the opposite end, over the width; an interval of no width has no share.
     """

@@ -1,4 +1,4 @@
-"""The box of plants that a controller document is about: the certificate's, or that of its vertices."""
+"""Box of plants of a controller document: that of its certificate, or else that of its vertices."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def check_box(controller: Controller) -> None:
 
 
 def check_corners(controller: Controller) -> None:
-    """Check that every corner of the certificate's box is a vertex of the document; without a certificate only `verify` can tell.
+    """Check that every corner of the certificate's box is a vertex of the document; without a certificate it passes.
 
     Raises
     ------

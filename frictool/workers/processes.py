@@ -43,7 +43,7 @@ class Held:
 
 
 def start_method() -> str:
-    """Return how processes are started here. A fork of this process would take its threads' locks along; Windows has no fork server."""
+    """Return the start method of worker processes. A fork would copy locked locks of threads; Windows has no fork server."""
     return "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 
 

@@ -72,7 +72,7 @@ def test_what_cannot_be_told_is_no_pass() -> None:
 
 def test_a_requirement_that_no_trial_tells_is_said_in_the_first_line() -> None:
     found = findings(trials(slow=np.inf))
-    assert found.untold == ("limit_cycle",)
+    assert found.undecided_requirements == ("limit_cycle",)
     assert headline(found).startswith("UNDECIDED: all 400 draws pass; at most 0.75 % fail (95 % confidence)")
     assert headline(found).endswith("no trial decides: limit cycle")
 

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from frictool.campaign.drawing.space import Factor, Space, plant_factors, space_of
-from frictool.campaign.playing.trials import BROKEN, MET, UNDECIDED, Metric, Trial, gathered, passed_of
+from frictool.campaign.playing.trials import BROKEN, MET, UNDECIDED, Metric, Trial, gathered, trial_outcomes
 from frictool.documents.quantity import Quantity
 from frictool.simulate.plant import Range
 from tests.campaign.example import factors, trials_of
@@ -72,6 +72,6 @@ def test_what_does_not_vary_is_no_factor() -> None:
 def test_a_trial_is_undecided_by_what_another_trial_decides() -> None:
     """Of three requirements nobody decides the last; the second trial leaves the second one open."""
     met = np.array([[MET, MET, UNDECIDED], [MET, UNDECIDED, UNDECIDED], [UNDECIDED, BROKEN, UNDECIDED], [UNDECIDED] * 3], dtype=np.int8)
-    np.testing.assert_array_equal(passed_of(met), [MET, UNDECIDED, BROKEN, UNDECIDED])
-    np.testing.assert_array_equal(passed_of(met, (0,)), [BROKEN, UNDECIDED, BROKEN, UNDECIDED])
-    np.testing.assert_array_equal(passed_of(met[:, 2:]), [UNDECIDED] * 4)
+    np.testing.assert_array_equal(trial_outcomes(met), [MET, UNDECIDED, BROKEN, UNDECIDED])
+    np.testing.assert_array_equal(trial_outcomes(met, (0,)), [BROKEN, UNDECIDED, BROKEN, UNDECIDED])
+    np.testing.assert_array_equal(trial_outcomes(met[:, 2:]), [UNDECIDED] * 4)

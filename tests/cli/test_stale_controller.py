@@ -117,7 +117,7 @@ def test_a_model_outside_is_undecided_and_named_in_every_output(rig: Rig) -> Non
     assert rig.report("--allow-undecided").code == 0
     found = rig.campaign("-o", rig.folder / "found.html", "--json")
     assert found.code == 1
-    assert json.loads(found.stdout)["untold"] == ["modulus_margin"]
+    assert json.loads(found.stdout)["undecided_requirements"] == ["modulus_margin"]
     assert json.loads(found.stdout)["verdict"] == "undecided"
     for text in (found.stdout, rig.campaign().stdout, (rig.folder / "found.html").read_text()):
         assert named in text

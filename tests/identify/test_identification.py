@@ -12,7 +12,7 @@ import pytest
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Quantity
 from frictool.errors import LogError
-from frictool.identify.identification import Identification, NothingIdentified, identify, useless
+from frictool.identify.identification import Identification, NothingIdentified, identify, why_uninformative
 from frictool.identify.methods import DEFAULT, METHODS, Settings
 from frictool.identify.model import model_of
 from frictool.identify.outcome import PARAMETERS, SLIDING, Interval
@@ -155,7 +155,7 @@ def test_a_log_given_twice_is_refused() -> None:
     ],
 )
 def test_what_is_of_no_use(name: str, interval: Interval, known: Quantity | None, words: str | None) -> None:
-    reason = useless(name, interval, known)
+    reason = why_uninformative(name, interval, known)
     assert (reason is None) == (words is None)
     assert words is None or words in str(reason)
 

@@ -13,7 +13,7 @@ from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.identify import identification
 from frictool.identify.estimators import stribeck_curve
-from frictool.identify.informative import below_coulomb, too_vague, useless
+from frictool.identify.informative import below_coulomb, too_vague, why_uninformative
 from frictool.identify.outcome import Interval
 from frictool.plant.axis_model import axis_of
 from tests.cli.run import refused, run
@@ -75,9 +75,9 @@ def test_the_rule() -> None:
         assert "spans a factor of 10.5; allowed: 10" in str(too_vague(name, Interval(1.0, 0.2, 2.1)))
     assert too_vague("offset", Interval(1.0, 0.01, 2.0)) is None
     near_zero = Interval(0.01, -0.01, 0.03)
-    assert useless("viscous", near_zero, Quantity(0.5, 0.0, 1.0)) is None
-    assert useless("viscous", near_zero, Quantity(0.01)) is None
-    assert "10 times the bench's value" in str(useless("viscous", near_zero, Quantity(0.002)))
+    assert why_uninformative("viscous", near_zero, Quantity(0.5, 0.0, 1.0)) is None
+    assert why_uninformative("viscous", near_zero, Quantity(0.01)) is None
+    assert "10 times the bench's value" in str(why_uninformative("viscous", near_zero, Quantity(0.002)))
     assert below_coulomb(Interval(1.0, 0.9, 1.1), Interval(1.2, 1.05, 1.3)) is None
     assert "no smaller than in slip" in str(below_coulomb(Interval(1.0, 0.9, 1.1), Interval(1.2, 1.15, 1.3)))
 
@@ -91,6 +91,6 @@ def test_a_model_that_cannot_be_read_is_not_written(tmp_path: Path, monkeypatch:
         broken({**offered, "stribeck_velocity": Interval(0.6, -1.0, 2.2)} if "stribeck_velocity" in offered else offered, *rest)  # type: ignore[arg-type]
 
     monkeypatch.setattr(identification, "_accept", accept)
-    monkeypatch.setattr(identification, "useless", lambda *_: None)
+    monkeypatch.setattr(identification, "why_uninformative", lambda *_: None)
     refused(run("identify", log, "--bench", bench, "--method", "stribeck-curve", "-o", model), 4, "not written", "stribeck_velocity")
     assert not model.exists()

@@ -16,7 +16,7 @@ import zstandard
 
 from frictool.documents.bench import Column
 from frictool.documents.writing import to_yaml
-from frictool.logs.expansion import LARGE, SMALL, Budget, allowed_bytes
+from frictool.logs.expansion import LARGE, SMALL, UnpackedBudget, allowed_bytes
 from tests.cli.run import refused, run
 from tests.logs.example import bench
 
@@ -124,6 +124,6 @@ def test_large_files_may_grow_less():
     assert allowed_bytes(1_000_000) == 1000 * 1_000_000
     assert allowed_bytes(100_000_000) == LARGE
     assert allowed_bytes(10 * LARGE) == 200 * LARGE
-    budget = Budget(1)
+    budget = UnpackedBudget(1)
     assert budget.take(SMALL) is None
     assert budget.take(1) is not None

@@ -15,9 +15,9 @@ from frictool.documents.bench import Column, Encoder
 from frictool.documents.quantity import Quantity
 from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import read_mcap
-from frictool.logs.channels.unwrapping import Periodic
+from frictool.logs.channels.unwrapping import PeriodicSignal
 from frictool.logs.log import Log, Stream
-from frictool.logs.quality.wraps import TURN, Wrap, Wraps
+from frictool.logs.quality.wraps import TURN, Wrap, WrapSearch
 from tests.cli.run import refused, run
 from tests.logs.example import as_bytes, bench, measured
 
@@ -147,7 +147,7 @@ def test_a_measured_joint_that_wraps_once(speed: str, tmp_path: Path):
 
 
 def found(position: np.ndarray, cuts: list[int] | None = None) -> Wrap | None:
-    wraps = Wraps(bench({}, Encoder(counts_per_revolution=COUNTS)))
+    wraps = WrapSearch(bench({}, Encoder(counts_per_revolution=COUNTS)))
     time = np.arange(position.size) * PERIOD
     for block in np.split(np.arange(position.size), sorted(cuts or [])):
         wraps.take(time[block], position[block])
@@ -161,7 +161,7 @@ def test_it_does_not_matter_where_blocks_end(cuts: list[int], low: float):
     wrap = found(seen, cuts)
     assert wrap is not None
     assert (wrap.period, wrap.count) == (TURN, int(np.sum(np.abs(np.diff(seen)) > 1.0)))
-    one, whole = Periodic(TURN), Periodic(TURN).follow(seen)
+    one, whole = PeriodicSignal(TURN), PeriodicSignal(TURN).follow(seen)
     assert np.array_equal(np.concatenate([one.follow(block) for block in np.split(seen, sorted(cuts))]), whole)
     assert np.abs(whole - whole[0] - TRUE + TRUE[0]).max() < 1e-9
 

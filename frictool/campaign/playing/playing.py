@@ -21,7 +21,7 @@ from frictool.logs.log import Log
 from frictool.plant.mechanism.assembly import assemble
 from frictool.report.judged_loop import JudgedLoop
 from frictool.report.requirement import Requirement
-from frictool.report.verdict import decided
+from frictool.report.verdict import log_requirements
 from frictool.simulate.agreement import Names
 from frictool.simulate.mechanism_plant import MechanismPlant
 from frictool.simulate.one_axis import OneAxis
@@ -61,7 +61,7 @@ class CampaignTrial:
 
     @cached_property
     def _loop(self) -> JudgedLoop:
-        """The controller's loop, of which each trial has its own margin."""
+        """Return the judge of the margin that the controller's loop has in each trial."""
         return JudgedLoop(self.setting.controller)
 
     def scenario(self, unit: Vector, noise: int) -> Scenario:
@@ -86,7 +86,7 @@ class CampaignTrial:
         """The requirements, in the order of the specification, of a scenario that is played."""
         setting = self.setting
         log = self.test.log(scenario, recorded=setting.recorded, with_speed=False)
-        return decided(setting.spec, log, setting.controller.bench, self._loop)
+        return log_requirements(setting.spec, log, setting.controller.bench, self._loop)
 
 
 def plant_of(document: Model | Mechanism) -> Plant[Any]:

@@ -1,4 +1,4 @@
-"""What a reader of a campaign has to know beside its figures: plants that its controller was not verified for, example values."""
+"""Warnings of a campaign: plants for which its controller was not verified, and example values left in place."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from frictool.documents.examples import examples_words
 from frictool.documents.scenario import Scenario
 from frictool.documents.spread import Spread
 from frictool.simulate.plant import Range
-from frictool.verify.certified_box import OF_THE_MARGIN, outside, outside_words
+from frictool.verify.certified_box import MARGIN_PARAMETERS, outside_message, parameters_outside
 
 Interval = tuple[float, float]
 
@@ -24,24 +24,24 @@ def remarks_of(setting: Setting, space: Space) -> tuple[str, ...]:
 
 
 def _uncertified(setting: Setting, space: Space) -> tuple[str, ...]:
-    """A warning if the model lies outside the controller's intervals, else one if the draws reach beyond them."""
+    """Return a warning if the model lies outside the controller's intervals, else one if the draws reach beyond them."""
     plant, controller = plant_of(setting.plant), setting.controller
     intervals = plant.intervals()
     if not intervals:
         return ()
-    if found := outside(controller, intervals):
-        return (f"the model {outside_words(controller.name, found)}",)
-    if found := outside(controller, _drawn(plant.ranges(), space, setting.scenario)):
+    if found := parameters_outside(controller, intervals):
+        return (f"the model {outside_message(controller.name, found)}",)
+    if found := parameters_outside(controller, _drawn(plant.ranges(), space, setting.scenario)):
         return (f"draws reach beyond the intervals of {controller.name}, where only their own margins hold: {'; '.join(found)}",)
     return ()
 
 
 def _drawn(ranges: Mapping[str, Range], space: Space, scenario: Scenario) -> dict[str, Interval]:
-    """The intervals [SI] of the plants that are played, with the scenario's drifts and the spread of temperature."""
+    """Return the intervals [SI] of the plants that are drawn, widened by the scenario's drifts and the spread of temperature."""
     varied = {factor.name: (factor.low, factor.high) for factor in space.factors if factor.kind == "plant"}
-    given = {name: (quantity.value, quantity.value) for name, quantity in scenario.given.items() if name in OF_THE_MARGIN}
-    known = {name: (ranges[name].nominal, ranges[name].nominal) for name in OF_THE_MARGIN}
-    found = known | given | {name: ends for name, ends in varied.items() if name in OF_THE_MARGIN}
+    given = {name: (quantity.value, quantity.value) for name, quantity in scenario.given.items() if name in MARGIN_PARAMETERS}
+    known = {name: (ranges[name].nominal, ranges[name].nominal) for name in MARGIN_PARAMETERS}
+    found = known | given | {name: ends for name, ends in varied.items() if name in MARGIN_PARAMETERS}
     drifts, temperature = scenario.drifts or Drifts(), (scenario.spread or Spread()).temperature
     for name, points in (("viscous", drifts.viscous), ("constant", drifts.constant)):
         warm = (1.0,) if temperature is None else (getattr(temperature.cold, name), getattr(temperature.hot, name))

@@ -1,7 +1,7 @@
-"""Trials kept in a file while a campaign runs, so that a kill loses a batch at most, and the same command goes on from there.
+"""File of trials, appended while a campaign runs: a killed campaign loses one batch at most, and the same command continues it.
 
-JSON, a line each: the header, which says of what campaign; a trial [draw, found, met] or [draw, why it could not be simulated];
-{"worst": ..} of a search that has ended. Lines are appended; one that a kill has cut off is played again.
+JSON, a line each: the header, which identifies the campaign; a trial [draw, found, met] or [draw, why it could not be simulated];
+{"worst": ..} of a search that has ended. A trial whose line was cut off is played again.
 """
 
 from __future__ import annotations

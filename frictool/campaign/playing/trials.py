@@ -41,12 +41,12 @@ class Trial(NamedTuple):
 
 @dataclass(frozen=True)
 class Trials:
-    """n trials of d factors, judged by m metrics.
+    """Results of n trials of d factors, judged by m metrics.
 
     units (n, d): the draws in the unit cube; values (n, d): the same in SI (space.py). found (n, m): the worst value over a trial's run,
     inf where it is beyond any (an axis that never settles), nan where the metric does not exist or nothing was simulated. met (n, m):
-    MET 1, BROKEN 0, UNDECIDED -1, as `report` decides. passed (n,): the same of the whole trial (`passed_of`). failed: index -> why a trial
-    could not be simulated; it has not passed (BROKEN), and of no metric is it decided.
+    MET 1, BROKEN 0, UNDECIDED -1, as `report` decides. passed (n,): the same for the whole trial (`trial_outcomes`). failed: index ->
+    reason why a trial could not be simulated; such a trial is BROKEN, and each of its metrics is UNDECIDED.
     """
 
     space: Space
@@ -77,14 +77,14 @@ def gathered(space: Space, metrics: Sequence[Metric], units: Vector, trials: Ite
             found[trial.draw], met[trial.draw] = trial.found, trial.met
     if not there.all():
         raise ValueError(f"trial {int(np.argmin(there))} is missing")
-    passed = passed_of(met, tuple(failed))
+    passed = trial_outcomes(met, tuple(failed))
     return Trials(space, tuple(metrics), units, space.values(units), found, met, passed, dict(sorted(failed.items())))
 
 
-def passed_of(met: Marks, failed: Sequence[int] = ()) -> Marks:
+def trial_outcomes(met: Marks, failed: Sequence[int] = ()) -> Marks:
     """Return for each trial of `met` (n, m): BROKEN if it breaks a requirement or failed, UNDECIDED if one is undecided, else MET (n,).
 
-    A requirement that no trial decides is left out: the scenario cannot decide it, which is the campaign's answer and not a plant's.
+    A requirement that no trial decides is left out: the scenario cannot decide it for any plant.
     """
     decidable = met[:, (met != UNDECIDED).any(axis=0)]
     passed = np.where((decidable == UNDECIDED).any(axis=1), UNDECIDED, MET).astype(np.int8)

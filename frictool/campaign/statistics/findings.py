@@ -46,7 +46,7 @@ class Worst(Protocol):
 
 @dataclass(frozen=True)
 class Findings:
-    """What is said of the trials. asked: the pass rate that was asked for, 0..1; None where every trial has to pass. remarks: warnings."""
+    """Statistics of the trials. asked: the required pass rate, 0 to 1; None where every trial has to pass. remarks: warnings."""
 
     trials: Trials
     rate: Rate
@@ -58,16 +58,16 @@ class Findings:
 
     @property
     def reached(self) -> bool:
-        """Whether all trials pass, or the requested rate is shown."""
+        """Return whether all trials pass, or the requested rate is shown."""
         if self.asked is None:
             return 0 < self.rate.count == self.rate.passed
         return self.rate.count > 0 and self.rate.reaches(self.asked)
 
     @property
     def outcome(self) -> Outcome:
-        """PASS, FAIL, UNDECIDED (nothing fails, and something is undecided), or NOT SHOWN: more draws might show the requested rate."""
+        """Return PASS, FAIL, UNDECIDED (nothing fails, and something is undecided), or NOT SHOWN: more draws might show it."""
         if self.reached:
-            return "UNDECIDED" if self.untold else "PASS"
+            return "UNDECIDED" if self.undecided_requirements else "PASS"
         if self.rate.count == 0 or self.rate.undecided == self.rate.count or (self.asked is None and self.rate.failed == 0):
             return "UNDECIDED"
         high = self.rate.high
@@ -75,16 +75,16 @@ class Findings:
 
     @property
     def passed(self) -> bool:
-        """Whether the campaign passes: every requirement is decided, and all trials pass or the requested rate is shown."""
+        """Return whether the campaign passes: every requirement is decided, and all trials pass or the requested rate is shown."""
         return self.outcome == "PASS"
 
     def acceptable(self, allow_undecided: bool) -> bool:
-        """Whether the campaign passes, or undecided requirements are allowed, nothing fails and something is met."""
+        """Return whether the campaign passes, or undecided requirements are allowed, nothing fails and something is met."""
         return self.passed or (allow_undecided and self.outcome == "UNDECIDED" and any(one.met for one in self.distributions))
 
     @property
-    def untold(self) -> tuple[str, ...]:
-        """The names of the requirements that no trial decides."""
+    def undecided_requirements(self) -> tuple[str, ...]:
+        """Return the names of the requirements that no trial decides."""
         return tuple(one.metric.name for one in self.distributions if one.undecided == self.rate.count)
 
     @property
@@ -103,10 +103,11 @@ def find(
     confidence: float = CONFIDENCE,
     remarks: tuple[str, ...] = (),
 ) -> Findings:
-    """What n trials say, of draws that `method` chose. at_least: the pass rate, 0..1, that has to be shown; None: every trial passes.
-    remarks: warnings that every view of the findings repeats.
+    """Return the statistics of n trials whose draws `method` chose.
 
-    Raises ValueError where at_least or confidence is none, or there is no trial.
+    at_least: the required pass rate, 0 to 1; None: every trial has to pass. remarks: warnings that every view of the findings repeats.
+
+    Raises ValueError if at_least or confidence is out of range, or if there is no trial.
     """
     if trials.count == 0:
         raise ValueError("there is no trial")

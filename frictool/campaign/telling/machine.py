@@ -17,9 +17,9 @@ VERDICTS: dict[Outcome, str] = {"PASS": "pass", "FAIL": "fail", "UNDECIDED": "un
 
 
 def as_json(found: Findings) -> dict[str, Any]:
-    """Counts, rate, each metric, where failures and variance come from; `verdict` is `pass`, `fail` or `undecided`.
+    """Return counts, rate, metrics, and the sources of failures and variance; `verdict` is `pass`, `fail` or `undecided`.
 
-    A requested rate that is not shown is a `fail`; `outcome` then is NOT SHOWN.
+    If a requested rate is not shown, `verdict` is `fail` and `outcome` is NOT SHOWN.
     """
     rate, pair, factors = found.rate, found.sensitivity.pair, found.trials.space.factors
     return {
@@ -32,7 +32,7 @@ def as_json(found: Findings) -> dict[str, Any]:
         "passed": rate.passed,
         "failed": rate.failed,
         "undecided": rate.undecided,
-        "untold": list(found.untold),
+        "undecided_requirements": list(found.undecided_requirements),
         "warnings": list(found.remarks),
         "not_simulated": [{"draw": draw, "reason": reason} for draw, reason in found.trials.failed.items()],
         "pass_rate": {

@@ -54,9 +54,9 @@ def chance_told(chance: float | None) -> str:
 def headline(found: Findings) -> str:
     """One sentence that begins with the outcome."""
     rate = found.rate
-    untold = [name.replace("_", " ") for name in found.untold]
+    undecided_requirements = [name.replace("_", " ") for name in found.undecided_requirements]
     return f"{found.outcome}: {_counted(rate)}{_rated(rate)}{_asked(found)}" + (
-        f"; no trial decides: {', '.join(untold)}" if untold else ""
+        f"; no trial decides: {', '.join(undecided_requirements)}" if undecided_requirements else ""
     )
 
 

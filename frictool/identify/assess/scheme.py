@@ -45,7 +45,7 @@ def scheme(found: Assessment) -> list[str]:
 
 
 def _differentiated(found: Assessment, row: Row, what: str) -> list[str]:
-    """Bounds (4.3) of the inertia, (4.4) of the velocity; behind a filter (4.8), (4.9)."""
+    """Return bounds (4.3) of the inertia, (4.4) of the velocity; behind a filter (4.8), (4.9)."""
     facts, raw = found.facts, raw_bound(row.parameter, found.facts)
     lines = [_question(f"{what} differenced sample by sample, worst case", up_to(raw), row.target, raw <= row.target)]
     if raw <= row.target:

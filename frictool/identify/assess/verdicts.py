@@ -73,7 +73,7 @@ def differentiation(parameter: str, facts: Facts, wanted: float) -> Verdict | No
 
 
 def refusal_of_differentiation(parameter: str, facts: Facts) -> str:
-    """Return why `parameter` is not taken from samples differenced one by one, and what averaging over windows is expected to give."""
+    """Return why differences sample by sample cannot give `parameter`, and the precision expected from averaging over windows."""
     raw, precision = raw_bound(parameter, facts), statistical(facts)[parameter]
     if facts.dynamics_known:
         best = raw * math.sqrt(noise_ratio(facts.fastest, facts.sensing.period))
@@ -87,7 +87,7 @@ def refusal_of_differentiation(parameter: str, facts: Facts) -> str:
 
 
 def worst_case(bound: float) -> str:
-    """Return the text of a bound on the error of differencing sample by sample, which is no expected precision."""
+    """Return the text of the worst-case error of differencing sample by sample; it is a bound and no expected precision."""
     return f"worst case of one encoder count, differencing sample by sample: {up_to(bound)}"
 
 

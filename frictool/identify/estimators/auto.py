@@ -1,4 +1,4 @@
-"""Which method, and why: the decision scheme of figure 4.4, which is `assess`'s (assess/verdicts.py), on what the records show.
+"""Choice of the method by the decision scheme of figure 4.4 (assess/verdicts.py), applied to the recorded motion.
 
     1  assess refuses the velocity by differentiation                                                             sines
     2  the efficient estimate (`least_squares`) and the robust one (`power_balance`) disagree by more than their
@@ -9,7 +9,7 @@
     5  assess gives the inertia to the weak form, and 1 to 4 do not give it: its value is the weak form's
 
 Step 2 is Hausman's test, read off intervals. Viscous friction, and an offset that the bench does not declare, are dropped where strokes
-that the fit has not seen are predicted no worse without them. Where the strokes are no sines of several speeds, 2 and 3 do what they can.
+that the fit has not seen are predicted no worse without them. Steps 2 and 3 apply to strokes of any other form too.
 """
 
 from __future__ import annotations
@@ -108,10 +108,10 @@ def _differentiated(records: list[Record], bench: Bench, settings: Settings, dro
     else:
         why = f"{apart} with equal weights is outside what weights by speed give: the slow samples tell another friction, and count less"
         fits = [replace(robust, method="power-balance", why=why), replace(efficient, method="least-squares", why=why)]
-    refuse_self_explained(fits[0], records)  # simulated, a computed effort would no longer explain itself
-    from frictool.identify.estimators.comparison import Given, best_by_prediction
+    refuse_self_explained(fits[0], records)  # after a choice by simulation, `refusals` could not recognise a computed effort
+    from frictool.identify.estimators.comparison import ComparedData, best_by_prediction
 
-    return best_by_prediction(Given(records, bench, settings, fits))
+    return best_by_prediction(ComparedData(records, bench, settings, fits))
 
 
 def disagreement(one: Fit, other: Fit) -> str | None:

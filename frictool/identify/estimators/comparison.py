@@ -1,15 +1,15 @@
-"""Which method, by what its model predicts of strokes that it has not seen, on equal terms for all.
+"""Choice of the method whose model predicts unseen strokes best; all candidates are compared on the same terms.
 
     tried      the regressions that `auto` asks for, without and with the terms that the simulation asks for, and output error
     scores     each half of the logs, predicted by a fit to the other half: error of the simulated position (rms), and force error
-    allowed    a force error of at most twice the smallest: a simulation must not be bought with a wrong effort
+    allowed    a force error of at most twice the smallest: a model with a wrong effort may still simulate the position well
     winner     the first in the order of preference whose position error is within a tenth of the smallest allowed one; output error only
                where the regression of the same structure does not contradict it
 
-Preference: the method that theory asks for (`auto`), then another regression, then output error, whose parameters also hold what a
-regression leaves out. Values of different structures are not compared with each other, since an offset beside a viscous friction of each
-direction means something else than one beside a single one. Where the logs are too short for halves, the regressions are compared on
-the logs themselves; output error is not, since it has fitted what is compared.
+Order of preference: the method of the decision scheme (`auto`), another regression, output error, whose parameters also absorb effects
+that a regression leaves out. Values of different structures are not compared with each other: an offset has another meaning if viscous
+friction differs by direction. If the logs are too short for halves, the regressions are compared on the logs themselves. Output error
+then takes no part, since it minimises the compared error.
 """
 
 from __future__ import annotations
@@ -29,19 +29,19 @@ from frictool.identify.force_error import SlipRows, force_error, motion_rows
 from frictool.identify.methods import Settings, run
 from frictool.identify.outcome import SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.record import Record, Vector
-from frictool.identify.rows.load_terms import DIRECTION, laws_of, possible, terms_of, with_structure
+from frictool.identify.rows.load_terms import DIRECTION, bench_with_terms, laws_of, possible, terms_of
 
 Rows = Sequence[Sequence[SlipRows]]  # of each half
 NAMES = {DIRECTION: "viscous friction by direction"}
-REFINED = 0.9  # of the position error of the preferred method: what another one has to come below
-MOST_FORCE = 2.0  # times the smallest force error: above, the simulation agrees for the wrong reason
+REFINED = 0.9  # another method wins only below this share of the preferred method's position error
+MOST_FORCE = 2.0  # largest force error allowed, relative to the smallest one
 
 
 @dataclass(frozen=True)
-class Score:
-    """What a candidate predicts: mean squares (s,) of the position's error in each stroke, rad^2 | m^2, and the force error.
+class PredictionScore:
+    """Errors of a candidate on unseen strokes: mean square (s,) of the position error in each, rad^2 | m^2, and the force error (relative).
 
-    fit: makes its parameters from all logs.
+    fit: function that fits the candidate to all logs.
     """
 
     name: str
@@ -52,16 +52,16 @@ class Score:
 
     @property
     def position(self) -> float:
-        """Position error (rms), rad | m."""
+        """Return the position error (rms), rad | m."""
         return float(np.sqrt(np.mean(self.squares)))
 
     def shown(self, unit: str) -> str:
-        """Return the score for people."""
+        """Return the score as text."""
         return f"{self.name} {self.position:.3g} {unit}, {100.0 * self.force:.3g} %"
 
 
 @dataclass(frozen=True)
-class Given:
+class ComparedData:
     """Logs, bench and settings, and the regressions of all logs: the preferred one first, each with its method and why."""
 
     records: list[Record]
@@ -74,7 +74,7 @@ class Given:
         return self.records, bench, self.settings
 
 
-def best_by_prediction(given: Given) -> Fit:
+def best_by_prediction(given: ComparedData) -> Fit:
     """Return the fit whose model predicts best."""
     records, bench, first = given.records, given.bench, given.fits[0]
     if any(record.velocity is not None for record in records):
@@ -94,11 +94,11 @@ def best_by_prediction(given: Given) -> Fit:
     return replace(fit, why=_why(first, winner, scores, sides is not None, si_unit("position", bench.axis)) + against)
 
 
-def _winner(allowed: Sequence[Score]) -> tuple[Score, Fit, str]:
-    """Return the winner, its fit, and what speaks against output error where it would have won.
+def _winner(allowed: Sequence[PredictionScore]) -> tuple[PredictionScore, Fit, str]:
+    """Return the winner, its fit, and the reason against output error if that was best.
 
-    A regression of the same structure whose values lie outside output error's intervals shows that something acts that neither knows, a
-    breakaway at the reversals for instance: the simulated position remembers it, and the parameters of output error make up for it.
+    If a regression of the same structure lies outside the intervals of output error, an effect is missing in both models, for example a
+    breakaway at the reversals. It shifts the simulated position, and output error compensates it by wrong parameters.
     """
     best = min(score.position for score in allowed)
     winner = next(score for score in allowed if REFINED * score.position <= best)
@@ -117,7 +117,7 @@ def _winner(allowed: Sequence[Score]) -> tuple[Score, Fit, str]:
 
 
 def contradicted(regression: Fit, simulated: Fit) -> str | None:
-    """Return the first sliding parameter whose regressed value is outside the simulation's interval, for people, or None."""
+    """Return the first sliding parameter, as text, whose regressed value lies outside the interval of output error; else None."""
     for name in SLIDING:
         regressed, interval = regression.parameters.get(name), simulated.parameters.get(name)
         if regressed is not None and interval is not None and not interval.low <= regressed.value <= interval.high:
@@ -125,8 +125,8 @@ def contradicted(regression: Fit, simulated: Fit) -> str | None:
     return None
 
 
-def _why(first: Fit, winner: Score, scores: Sequence[Score], unseen: bool, unit: str) -> str:
-    """Return what was tried, each score, and why the winner won, for people."""
+def _why(first: Fit, winner: PredictionScore, scores: Sequence[PredictionScore], unseen: bool, unit: str) -> str:
+    """Return the text of the comparison: the candidates, their scores, and the reason for the choice."""
     how = "predicted on strokes that were not seen" if unseen else "simulated on the logs themselves, which are too short for halves"
     told = "; ".join(score.shown(unit) for score in scores)
     smallest, best = min(scores, key=lambda score: score.force), min(scores, key=lambda score: score.position)
@@ -138,9 +138,9 @@ def _why(first: Fit, winner: Score, scores: Sequence[Score], unseen: bool, unit:
     return f"{told}; {winner.name} is the first within a tenth of the best allowed one{barred}"
 
 
-def _regressions(sides: Sides, rows: Rows, given: Given, terms: tuple[str, ...] = ()) -> list[Score]:
-    """Return the scores of the fits' methods, with `terms` where the simulation asks for them."""
-    scores, declared = [], with_structure(given.bench, terms) if terms else given.bench
+def _regressions(sides: Sides, rows: Rows, given: ComparedData, terms: tuple[str, ...] = ()) -> list[PredictionScore]:
+    """Return the scores of the methods of the fits, with the load terms `terms`."""
+    scores, declared = [], bench_with_terms(given.bench, terms) if terms else given.bench
     for fit in given.fits:
         method = fit.method or ""
         try:
@@ -153,12 +153,12 @@ def _regressions(sides: Sides, rows: Rows, given: Given, terms: tuple[str, ...] 
             continue
         force = _force(rows, values, [half.laws for half in halved])
         make = (lambda fit=fit: fit) if not terms else (lambda method=method: replace(run(method, *given.all(declared)), method=method))
-        scores.append(Score(_name(method, terms), terms, np.concatenate(position), force, make))
+        scores.append(PredictionScore(_name(method, terms), terms, np.concatenate(position), force, make))
     return scores
 
 
-def _simulations(sides: Sides, rows: Rows, given: Given) -> list[Score]:
-    """Return the score of output error, with the terms that it asks for, and of the regressions with its terms."""
+def _simulations(sides: Sides, rows: Rows, given: ComparedData) -> list[PredictionScore]:
+    """Return the score of output error with the load terms that it selects, and those of the regressions with the same terms."""
     known = start_values(given.fits[0], given.bench)
     try:
         found = choose_structure(sides, given.bench, known, given.settings.confidence)
@@ -170,25 +170,25 @@ def _simulations(sides: Sides, rows: Rows, given: Given) -> list[Score]:
     def make() -> Fit:
         return replace(simulated_fit(*given.all(given.bench), found.terms, found.errors), method="output-error")
 
-    return [*regressions, Score(_name("output-error", found.terms), found.terms, found.squares, force, make)]
+    return [*regressions, PredictionScore(_name("output-error", found.terms), found.terms, found.squares, force, make)]
 
 
 def _name(method: str, terms: tuple[str, ...]) -> str:
-    """Return the name of a candidate for people."""
+    """Return the name of a candidate as text."""
     return method if not terms else f"{method} with {' and '.join(NAMES.get(term, term) for term in terms)}"
 
 
 def _axis(side: Sequence[Record], bench: Bench, fit: Fit) -> Simulated:
-    """Return the half as the axis of a fit runs through it."""
+    """Return a simulation of the half with the load terms of a fit."""
     return Simulated(compared(side), bench, terms_of(fit.laws))
 
 
 def _force(rows: Rows, values: Sequence[Mapping[str, float]], laws: Sequence[Laws | None]) -> float:
-    """Return the force error of both halves (rms), each with the values of the other."""
+    """Return the force error (rms of both halves), each half predicted with the values of the other."""
     errors = [force_error(side, one, law) for side, one, law in zip(rows[::-1], values, laws, strict=True)]
     return float(np.sqrt(np.mean([error**2 for error in errors if error is not None] or [0.0])))
 
 
 def _laws(values: Mapping[str, float], bench: Bench) -> Laws | None:
-    """Return the laws of a structure's values."""
+    """Return the load laws that these values describe."""
     return laws_of({name: Interval(value, value, value) for name, value in values.items()}, bench)

@@ -49,8 +49,8 @@ def halves(records: Sequence[Record]) -> Sides | None:
 
 
 @dataclass(frozen=True)
-class Structure:
-    """Terms beyond the sliding parameters; squares (s,) of the strokes that were not seen, rad^2 | m^2; values found on each half.
+class HeldOutPrediction:
+    """Load terms of a structure, its mean square errors (s,) on unseen strokes, rad^2 | m^2, and its values fitted to each half.
 
     errors: held-out error (rms, rad | m) of every structure that was compared, by its name.
     """
@@ -61,15 +61,15 @@ class Structure:
     errors: dict[str, float]
 
 
-def predicted(sides: Sides, bench: Bench, terms: tuple[str, ...], known: Mapping[str, float]) -> Structure:
-    """Return what a structure predicts: each half simulated by a fit to the other."""
+def predict_halves(sides: Sides, bench: Bench, terms: tuple[str, ...], known: Mapping[str, float]) -> HeldOutPrediction:
+    """Return the prediction of each half by a simulation whose values were fitted to the other half."""
     squares, values = [], []
     for seen, unseen in (sides, (sides[1], sides[0])):
         found = estimate(Simulated(compared(seen), bench, terms), known).values
         squares.append(stroke_squares(Simulated(compared(unseen), bench, terms), found))
         values.append(found)
     together = np.concatenate(squares)
-    return Structure(terms, together, tuple(values), {"_".join(terms) or "sliding": float(np.sqrt(np.mean(together)))})
+    return HeldOutPrediction(terms, together, tuple(values), {"_".join(terms) or "sliding": float(np.sqrt(np.mean(together)))})
 
 
 def compared(side: Sequence[Record]) -> list[Segment]:
@@ -104,13 +104,13 @@ def choose_terms(
     return found.terms, found.errors
 
 
-def choose_structure(sides: Sides, bench: Bench, known: Mapping[str, float], confidence: float) -> Structure:
+def choose_structure(sides: Sides, bench: Bench, known: Mapping[str, float], confidence: float) -> HeldOutPrediction:
     """Return the declared structure, or, if the bench declares none, the one that predicts best, term after term."""
-    best = predicted(sides, bench, asked(bench), known)
+    best = predict_halves(sides, bench, asked(bench), known)
     errors = dict(best.errors)
     for term in () if bench.load is not None else possible(bench):
         try:
-            tried = predicted(sides, bench, (*best.terms, term), known)
+            tried = predict_halves(sides, bench, (*best.terms, term), known)
         except NothingUsable:
             continue
         errors |= tried.errors

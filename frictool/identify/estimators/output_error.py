@@ -32,7 +32,7 @@ from frictool.identify.outcome import SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.record import Record, Vector
 from frictool.identify.regression.clusters import clusters
 from frictool.identify.regression.regression import Singular, solve
-from frictool.identify.rows.load_terms import GRAVITY, SPRING, laws_of, load_values, with_structure
+from frictool.identify.rows.load_terms import GRAVITY, SPRING, bench_with_terms, laws_of, load_values
 from frictool.identify.rows.segments import of_each_record, whole
 from frictool.identify.rows.slipping import OWN_INERTIA, known_inertia
 from frictool.identify.rows.strokes import find_strokes
@@ -103,7 +103,7 @@ def simulation_error(records: list[Record], bench: Bench, settings: Settings, te
 
     Raises NothingUsable where nothing moves, where the motion is in one direction only, and where a closed loop has no reference.
     """
-    start = power_balance(records, with_structure(bench, terms), settings)
+    start = power_balance(records, bench_with_terms(bench, terms), settings)
     if "coulomb" in start.refused:
         raise NothingUsable(start.refused["coulomb"])
     untold = next((f"{name}: {reason}" for name, reason in start.refused.items() if name not in SLIDING), None)
@@ -139,7 +139,7 @@ def _half_widths(simulated: Simulated, found: Minimum, regressed: Mapping[str, f
 
 
 def _widened(simulated: Simulated, found: Minimum, half: dict[str, float], fixed: Mapping[str, Interval]) -> dict[str, float]:
-    """Return the half widths with what the intervals of the fixed parameters add."""
+    """Return the half widths of the intervals, widened by those of the fixed parameters."""
     squares = np.array(list(half.values())) ** 2
     for name, interval in fixed.items():
         reach = max(interval.high - interval.value, interval.value - interval.low)
@@ -168,7 +168,7 @@ def _with_inertia(
 
 
 def start_values(start: Fit, bench: Bench) -> dict[str, float]:
-    """Return where the search begins: what the regression gives within reason, else the bench's values."""
+    """Return the start of the search: the plausible values of the regression, else the values of the bench."""
     known = load_values(start.laws)
     for name in SLIDING:
         prior = getattr(bench.mechanics, name)
@@ -198,8 +198,8 @@ def _fit(simulated: Simulated, found: Minimum, intervals: dict[str, Interval]) -
     )
 
 
-def _needless(fit: Fit, terms: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the loads over the position whose intervals all hold 0: a drift of the simulation that a load happens to hold back."""
+def _insignificant_loads(fit: Fit, terms: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the position-dependent load terms whose intervals all contain 0: such a load only compensates a drift of the simulation."""
     load = None if fit.laws is None else fit.laws.load
     gravity = None if load is None or load.gravity is None else (load.gravity.sine, load.gravity.cosine)
     spring = None if load is None or load.stiffness is None else (load.stiffness,)
@@ -219,9 +219,9 @@ def output_error(records: list[Record], bench: Bench, settings: Settings) -> Fit
 
 
 def simulated_fit(records: list[Record], bench: Bench, settings: Settings, terms: tuple[str, ...], errors: Mapping[str, float]) -> Fit:
-    """Return the fit of a structure that was chosen, less the loads over the position that turn out to be needless."""
+    """Return the fit of a structure without its insignificant position-dependent loads."""
     fit = simulation_error(records, bench, settings, terms)
-    while bench.load is None and (needless := _needless(fit, terms)):
+    while bench.load is None and (needless := _insignificant_loads(fit, terms)):
         terms = tuple(term for term in terms if term not in needless)
         fit = simulation_error(records, bench, settings, terms)
     return replace(fit, details={**fit.details, **{f"held_out_{name}": error for name, error in errors.items()}})

@@ -59,7 +59,7 @@ def sines(records: list[Record], bench: Bench, settings: Settings) -> Fit:
     fixed = {name: interval for name, interval in settings.fixed.items() if name in COLUMNS}
     rows = without(rows, fixed)
     if "viscous" in fixed:
-        return _dry(rows, effort, bench, settings.confidence, fixed)
+        return _coulomb_and_offset(rows, effort, bench, settings.confidence, fixed)
     pieces, half = fit_rows(rows, bench, settings.confidence)
     value, count = pieces.solution.value, len(pieces.knees)
     half[: value.size - count] = _of_fixed(rows, design(rows.means, pieces.knees), half[: value.size - count], fixed)
@@ -88,7 +88,7 @@ def _column(name: str, means: Means) -> Vector:
 
 
 def without(rows: Rows, fixed: Mapping[str, Interval]) -> Rows:
-    """Return the rows with the effort that is left for the parameters that are not fixed."""
+    """Return the rows with the effort of the fixed parameters subtracted."""
     if not fixed:
         return rows
     means = rows.means
@@ -99,7 +99,7 @@ def without(rows: Rows, fixed: Mapping[str, Interval]) -> Rows:
 
 
 def _of_fixed(rows: Rows, columns: Matrix, half: Vector, fixed: Mapping[str, Interval]) -> Vector:
-    """Return the half widths (p,) with what the intervals of fixed parameters add; columns (m, p) of the regression."""
+    """Return the half widths (p,), widened by the intervals of the fixed parameters; columns (m, p) of the regression."""
     weight, squares = rows.means.weight, half**2
     for name, interval in fixed.items():
         reach = max(interval.high - interval.value, interval.value - interval.low)
@@ -108,8 +108,8 @@ def _of_fixed(rows: Rows, columns: Matrix, half: Vector, fixed: Mapping[str, Int
     return np.asarray(np.sqrt(squares))
 
 
-def _dry(rows: Rows, effort: Vector, bench: Bench, confidence: float, fixed: Mapping[str, Interval]) -> Fit:
-    """Return Coulomb friction and offset, those of them that are not fixed, beside a known viscous friction."""
+def _coulomb_and_offset(rows: Rows, effort: Vector, bench: Bench, confidence: float, fixed: Mapping[str, Interval]) -> Fit:
+    """Return the fit of Coulomb friction and offset, unless fixed, with a known viscous friction."""
     means, free = rows.means, [name for name in COLUMNS[1:] if name not in fixed]
     if not free:
         raise NothingUsable("every parameter of the friction's line is fixed")

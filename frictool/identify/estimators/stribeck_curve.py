@@ -62,8 +62,8 @@ class Runs:
 def stribeck_curve(records: list[Record], bench: Bench, settings: Settings) -> Fit:
     """Coulomb, viscous, offset, and, where friction falls with speed, breakaway and Stribeck velocity.
 
-    Where the runs do not tell breakaway and Stribeck velocity, both are refused and the straight line is fitted: the fall is not known
-    then. Raises NothingUsable where there are not six runs at constant speeds each way, or their speeds are all alike.
+    If the runs cannot give breakaway and Stribeck velocity, both are refused and a straight line is fitted. Raises NothingUsable if there
+    are fewer than six runs at constant speed in each direction, or if their speeds are all alike.
     """
     runs = find_runs(records)
     velocity, exponent = _choice(runs)
@@ -80,7 +80,7 @@ def stribeck_curve(records: list[Record], bench: Bench, settings: Settings) -> F
 
 
 def _fitted(runs: Runs, velocity: float, exponent: float, confidence: float) -> Fit:
-    """The fit of a curve of this Stribeck velocity and exponent, or of the straight line where the velocity is 0."""
+    """Return the fit of a curve of this Stribeck velocity and exponent, or of the straight line where the velocity is 0."""
     design, names = runs.design(velocity, exponent), [name for name in NAMES if velocity > 0.0 or name != "fall"]
     weight, cluster = np.sqrt(runs.samples), np.arange(runs.speed.size)
     value = np.linalg.lstsq(design * weight[:, None], runs.effort * weight, rcond=None)[0]

@@ -64,7 +64,7 @@ def weak(records: list[Record], bench: Bench, settings: Settings) -> Fit:
     details: dict[str, float | int] = {"window": window, "position_order": structure.order, "knees": len(structure.knees)}
     samples = with_fixed(samples, settings.fixed)
     found = fit(samples, np.ones(samples.velocity.size), OVERLAP, settings.confidence, details)
-    found = _told(found, structure, bench, settings.fixed)
+    found = _identified(found, structure, bench, settings.fixed)
     if "inertia" in settings.fixed:
         return found
     precision, known = QUANTILE * float(deviation[0]) / axis.inertia, facts.known.get("inertia", 1.0)
@@ -114,7 +114,7 @@ def _chosen(samples: Samples, parts: list[Rows], structure: Structure) -> Sample
     return replace(chosen, velocity=pieces[0], loads=loads)
 
 
-def _told(found: Fit, structure: Structure, bench: Bench, fixed: Mapping[str, Interval]) -> Fit:
+def _identified(found: Fit, structure: Structure, bench: Bench, fixed: Mapping[str, Interval]) -> Fit:
     """The fit with the sliding parameters alone, and the viscous friction above each knee as its law."""
     every, regimes = found.parameters, []
     slope = {**fixed, **every}["viscous"].value

@@ -139,7 +139,7 @@ def laws_of(found: Mapping[str, Interval], bench: Bench) -> LawsDocument | None:
 
 
 def load_values(laws: LawsDocument | None) -> dict[str, float]:
-    """Return the values of the terms that a fit has found, by the names of TERMS."""
+    """Return the estimates of the load terms of a fit, by the names of TERMS."""
     if laws is None:
         return {}
     load, backward = laws.load or LoadLaw(), laws.backward
@@ -151,16 +151,16 @@ def load_values(laws: LawsDocument | None) -> dict[str, float]:
 
 
 def terms_of(laws: LawsDocument | None) -> tuple[str, ...]:
-    """Return the terms that a fit has found."""
+    """Return the load terms of a fit."""
     found = load_values(laws)
     return tuple(term for term, names in TERMS.items() if any(name in found for name in names))
 
 
-def with_structure(bench: Bench, terms: tuple[str, ...]) -> Bench:
-    """Return the bench that declares these terms, so that a regression has the structure of a simulation; itself if it declares any.
+def bench_with_terms(bench: Bench, terms: tuple[str, ...]) -> Bench:
+    """Return the bench with these load terms declared, or unchanged if it declares any.
 
-    In another structure offset and viscous friction mean something else: where viscous friction differs by direction, a single one moves
-    the offset.
+    A regression then has the structure of the simulation. In another structure the offset has another meaning: if viscous friction
+    differs by direction, fitting a single one shifts the offset.
     """
     if bench.load is not None:
         return bench

@@ -28,9 +28,9 @@ KNOWN_OFFSET = {"offset": "the motion is in one direction only; the bench's offs
 class Samples:
     """Rows of effort = inertia a + viscous v + coulomb s + offset: (n,) in SI, `stroke` (n,) ascending; `sign`: s, filtered as the rest;
 
-    `counts`: how many encoder counts pass in the row. known_offset: the bench's, N m | N, which tells Coulomb friction where the motion is
-    in one direction only. loads: of what else the bench says there is, the column (n,) of each parameter. terms, most: of `load`
-    of the bench. fixed: parameters that are known, whose effort is no longer in `effort` (`with_fixed`).
+    `counts`: how many encoder counts pass in the row. known_offset: that of the bench, N m | N, which separates Coulomb friction from
+    the offset if the motion is in one direction only. loads: column (n,) of each parameter of further loads of the bench. terms, most: of
+    `load` of the bench. fixed: parameters whose effort is subtracted from `effort` (`with_fixed`).
     """
 
     acceleration: Vector
@@ -57,12 +57,12 @@ class Samples:
 
     @property
     def one_direction(self) -> bool:
-        """Whether the motion is in one direction only."""
+        """Return whether the motion is in one direction only."""
         return bool(np.all(self.sign > 0.0) or np.all(self.sign < 0.0))
 
     @property
     def known_effort(self) -> Vector:
-        """The effort (n,) of the fixed parameters; a known offset belongs to a fixed Coulomb friction in one direction."""
+        """Return the effort (n,) of the fixed parameters; a known offset belongs to a fixed Coulomb friction in one direction."""
         out = np.zeros(self.sign.size)
         for name, column in zip(SLIDING, self.columns, strict=True):
             if name in self.fixed:
@@ -79,7 +79,7 @@ class Samples:
 
 
 def with_fixed(samples: Samples, fixed: Mapping[str, Interval]) -> Samples:
-    """Return the samples with the effort that is left for the parameters that are not fixed."""
+    """Return the samples with the effort of the fixed parameters subtracted."""
     if not fixed:
         return samples
     known = replace(samples, fixed=fixed)
@@ -147,7 +147,7 @@ def fit(
         raise NothingUsable(str(error)) from None
     for name, v, w in zip(kept, solution.value, width, strict=True):
         found[name] = Interval(float(v), float(v - w), float(v + w))
-    if "viscous_backward" in found and "viscous" in samples.fixed:  # what viscous friction backward has more than forward
+    if "viscous_backward" in found and "viscous" in samples.fixed:  # viscous friction backward less forward
         found["viscous_backward"] = shifted(found["viscous_backward"], samples.fixed["viscous"].value)
     if refused.get("offset") == KNOWN_OFFSET["offset"] and samples.known_offset is not None and "coulomb" in found:
         found["coulomb"] = less_offset(found["coulomb"], samples.known_offset, float(samples.sign[0]))
@@ -254,14 +254,14 @@ def parameters_of(samples: Samples) -> tuple[tuple[str, ...], dict[str, str]]:
 
 
 def free_columns(samples: Samples) -> tuple[tuple[str, ...], tuple[Vector, ...]]:
-    """Return names and columns, each (n,), of the sliding parameters that are told apart and not fixed. Raises as `parameters_of`."""
+    """Return names and columns, each (n,), of the sliding parameters that are identifiable and not fixed. Raises as `parameters_of`."""
     names, _ = parameters_of(samples)
     free = [(name, column) for name, column in zip(names, samples.columns, strict=False) if name not in samples.fixed]
     return tuple(name for name, _ in free), tuple(column for _, column in free)
 
 
 def spread_as(plain: Mapping[str, Interval], found: dict[str, Interval], samples: Samples) -> dict[str, Interval]:
-    """Return the intervals, no narrower than those of least squares where parameters are fixed: those hold what fixing adds."""
+    """Return the intervals, at least as wide as those of least squares, which include the uncertainty of the fixed parameters."""
     if not samples.fixed:
         return found
     half = {name: max(one.half_width, plain[name].half_width) for name, one in found.items()}

@@ -1,4 +1,4 @@
-"""What a model does with what was measured, against what the axis did.
+"""Comparison of a simulated model with the measured axis.
 
     open loop     the measured effort drives the model
     closed loop   the bench's controller drives the model along the measured reference; effort error: measured less simulated effort
@@ -107,7 +107,7 @@ def _force(model: Model, record: Record) -> tuple[Vector, Vector]:
     rows = slip_rows(record, model.bench)
     if rows is not None:
         values = {name: given.value for name in FIELDS if (given := getattr(model.parameters, name)) is not None}
-        measured[rows.index], modelled[rows.index] = rows.effort, rows.modelled(values, model.laws)
+        measured[rows.index], modelled[rows.index] = rows.effort, rows.modelled_effort(values, model.laws)
     return measured, modelled
 
 

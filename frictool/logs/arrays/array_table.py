@@ -149,7 +149,7 @@ def check_rows(source: str, size: int, rows: int, columns: int) -> None:
 
 
 def find_array(names: Sequence[str], wanted: str | int) -> str | None:
-    """Return the one of `names` that is asked for by name, by number from 1, or in the other notation of matrices; None where none is."""
+    """Return the one of `names` with this name, number from 1, or name in the other notation of matrices; else None."""
     found = find(names, wanted)
     return other_notation(names, str(wanted)) if found is None else found
 

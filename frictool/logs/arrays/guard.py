@@ -4,8 +4,8 @@
     tables(path)  ── open ──▶ the library's tables ──▶ what they are
     blocks(...)   ── open ──▶ the library's blocks ──▶ block, block, ... loss, ... end
 
-The child is ended where it takes more processor time for an answer than a file of that size can, and whatever it dies of is one line. Its
-processor time does not depend on what else the machine does.
+The child is ended if it takes more processor time for an answer than a file of that size can need. Any crash becomes a message of one
+line. Processor time does not depend on other programs of the machine.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ from frictool.errors import LogError
 from frictool.logs.arrays.array_table import find_array
 from frictool.logs.table import Block, Loss, Table
 
-WAIT_S = 8.0  # of processor time for an answer, beside what reading the whole file takes
-LOOK_S = 0.5  # between two looks at the processor time
-LONGEST_WAIT = 20.0  # times as long an answer may take by the clock: the child may also wait for something that does not come
+WAIT_S = 8.0  # s of processor time for an answer, in addition to the time to read the whole file
+LOOK_S = 0.5  # s between two checks of the processor time
+LONGEST_WAIT = 20.0  # longest elapsed time, relative to the processor time allowed: a child may wait for ever without using the processor
 SLOWEST = 10e6  # bytes/s
 MEMORY = 700_000_000  # bytes that a child may take, beside what it starts with
 TEXT = 300  # characters of a library's message
@@ -149,7 +149,7 @@ def _child(path: Path, work: Callable[..., None], arguments: tuple[Any, ...]) ->
 
 
 def _answers(ours: Connection, pid: int | None, patience: float) -> bool:
-    """Whether an answer comes before the process has used `patience` s of processor time, or LONGEST_WAIT times that by the clock."""
+    """Return whether an answer comes within `patience` s of processor time and LONGEST_WAIT times that of elapsed time."""
     begun, used = time.monotonic(), _processor_time(pid)
     while not ours.poll(LOOK_S):
         waited, now = time.monotonic() - begun, _processor_time(pid)
@@ -159,7 +159,7 @@ def _answers(ours: Connection, pid: int | None, patience: float) -> bool:
 
 
 def _processor_time(pid: int | None) -> float | None:
-    """The processor time of a process in s, None where the system does not tell it as Linux does."""
+    """Return the processor time of a process in s; None on systems other than Linux."""
     try:
         fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace").rpartition(")")[2].split()
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")

@@ -165,7 +165,7 @@ def _inside(batch: Any, path: str) -> Any:
 
 
 def _first(names: Sequence[str], path: str) -> str:
-    """The longest of `names` that a path begins with."""
+    """Return the longest of `names` with which a path begins."""
     return max((name for name in names if path == name or path.startswith(f"{name}.")), key=len)
 
 

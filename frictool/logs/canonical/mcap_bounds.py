@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from frictool.logs.canonical.mcap_layout import RECORD_HEAD
 
-SHORTEST = 14  # bytes of a body: schemas, channels and messages, which are all that a chunk may hold, have as many
-MOST_SHORT = 100_000  # records with a shorter body that are gone through
+SHORTEST = 14  # least bytes of the body of a schema, channel or message; a chunk holds no other records
+MOST_SHORT = 100_000  # most records with a shorter body that are read
 _HEAD = struct.Struct("<BQ")
 _LENGTH = struct.Struct("<Q")
 
@@ -28,7 +28,7 @@ class Bounds(NamedTuple):
 
 
 def record_bounds(data: bytes) -> Bounds:
-    """Where the records of a chunk lie. Raises ValueError where a record is none or does not fit; `whole_records` tells how far they do."""
+    """Return the bounds of each record of a chunk. Raises ValueError at a broken record; `whole_records` returns those before it."""
     bounds, end = whole_records(data)
     if end != len(data):
         if end < len(data) and not data[end]:
@@ -40,7 +40,7 @@ def record_bounds(data: bytes) -> Bounds:
 
 
 def whole_records(data: bytes) -> tuple[Bounds, int]:
-    """The records that are whole, and where the last of them ends: before one of kind 0, or where there are too many to be any."""
+    """Return the complete records and the end of the last one; it stops at a record of kind 0, and at too many short records."""
     uniform = _uniform(data)
     if uniform is not None:
         return uniform, len(data)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from frictool.logs.canonical.mcap_chunk import chunk_data, chunk_prefix, plain_size
 from frictool.logs.canonical.mcap_declarations import UNREADABLE
 from frictool.logs.canonical.mcap_records import Damage, FileRecords, Loose, Record
-from frictool.logs.expansion import Budget
+from frictool.logs.expansion import UnpackedBudget
 
 BATCH_BYTES = 1 << 20  # of plain records: chunks of a slow log are small, and each batch costs a change of threads
 AHEAD_BYTES = 1 << 24  # that wait at most, unless one chunk alone has more
@@ -61,7 +61,7 @@ def contents(records: FileRecords, only: frozenset[int] | None = None) -> Iterat
     waiting: deque[tuple[Future[list[tuple[Record | Part, int]]], int]] = deque()
     held = 0
     try:
-        for batch, size in _batches(_parts(records, only), Budget(records.size)):
+        for batch, size in _batches(_parts(records, only), UnpackedBudget(records.size)):
             while waiting and (waiting[0][0].done() or held + size > AHEAD_BYTES):
                 first, freed = waiting.popleft()
                 held -= freed
@@ -101,8 +101,8 @@ def _parts(records: FileRecords, only: frozenset[int] | None) -> Iterator[tuple[
         yield part, end
 
 
-def _batches(parts: Iterable[tuple[Record | Part, int]], budget: Budget) -> Iterator[tuple[list[tuple[Record | Part, int]], int]]:
-    """Some at a time, each time with the bytes that they hold when they are opened; a large chunk is alone, and one too many stays shut."""
+def _batches(parts: Iterable[tuple[Record | Part, int]], budget: UnpackedBudget) -> Iterator[tuple[list[tuple[Record | Part, int]], int]]:
+    """Yield batches of parts with their unpacked size in bytes; a large chunk is alone, and one beyond the budget stays packed."""
     batch: list[tuple[Record | Part, int]] = []
     held = 0
     for item, end in parts:

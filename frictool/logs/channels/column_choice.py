@@ -1,8 +1,8 @@
-"""Which of a file's columns is which channel, in which unit; a question where the file does not tell.
+"""ColumnChoice of the column and the unit of each channel of a file; open questions where the file does not decide.
 
-    fits        its unit has the channel's dimension, and its name the channel's quantity; by its unit alone where no name tells
-    is chosen   the column with the clearest name; a question where several are as clear
-    unit        as the file gives it, else as the name ends; a question where neither tells
+    fits        unit of the channel's dimension and name of the channel's quantity; the unit alone if no name decides
+    is chosen   the column with the clearest name; a question if several are equally clear
+    unit        as the file gives it, else the end of the name; a question if there is neither
 
 Recordings of ROS give joint states in SI, counts are whole numbers under the name of an encoder, and times of a logger at more than 50 Hz
 can only be seconds. Nothing else is assumed.
@@ -21,15 +21,15 @@ from frictool.documents.quantity import CHANNEL_DIMENSIONS, Axis, factor_to_si, 
 from frictool.logs.arrays.memory_table import MemoryTable
 from frictool.logs.channels.mapping import COUNT, EFFORT, TIME
 from frictool.logs.channels.naming import QUANTITIES, clarity, is_command, quantities, unit_in
-from frictool.logs.channels.question import Question
+from frictool.logs.channels.question import ColumnQuestion
 from frictool.logs.log import Vector
 from frictool.logs.quality.quality import encoder_step
 
 CHANNELS = (TIME, "position", "reference", "velocity", "current", "current_command", "voltage", EFFORT)
 DRIVES = ("current", "voltage")
-MOST_NAMES = 8  # of columns in a question
+MOST_NAMES = 8  # most names of columns in a question
 COUNTS = (COUNT, "counts", "ticks", "inc", "increments")
-SECONDS = 1e-5, 0.02  # between such intervals a number without a unit is in seconds: as ms, no logger would be so fast
+SECONDS = 1e-5, 0.02  # s: a time without a unit is in seconds if its steps lie in this range; in ms, no logger is so fast
 CANDIDATES: dict[str, tuple[str, str]] = {  # dimension -> units to choose from, rotary and linear
     TIME: ("s, ms, us", "s, ms, us"),
     "position": ("rad, deg, turn, count", "m, mm, count"),
@@ -44,15 +44,15 @@ LOAD_SIDE = "the drive's torque or force, or what a sensor measures behind it? o
 
 
 @dataclass(frozen=True)
-class Offered:
-    """A column by its name, and its table."""
+class OfferedColumn:
+    """Column of a table that may be a channel."""
 
     name: str
     table: MemoryTable
 
     @property
     def unit(self) -> str | None:
-        """The unit that the file gives, else the one that ends the name."""
+        """Return the unit that the file gives, else the unit at the end of the name."""
         return self.table.units.get(self.name) or unit_in(self.name)
 
     @property
@@ -61,14 +61,14 @@ class Offered:
 
 
 @dataclass(frozen=True)
-class Choice:
-    """One channel: its column and its unit, OPEN where a question asks for them; columns: all that fit; table: of the first of them."""
+class ColumnChoice:
+    """Column and unit chosen for a channel, OPEN while a question remains; columns: all that fit; table: that of the first one."""
 
     column: str
     unit: str
     table: MemoryTable
     columns: tuple[str, ...]
-    questions: tuple[Question, ...] = field(default=())
+    questions: tuple[ColumnQuestion, ...] = field(default=())
 
 
 def dimension_of(channel: str) -> str:
@@ -77,12 +77,12 @@ def dimension_of(channel: str) -> str:
 
 
 def is_count(unit: str) -> bool:
-    """Whether a unit is an encoder's count."""
+    """Return whether a unit is an encoder's count."""
     return unit.lower() in COUNTS
 
 
 def fits(unit: str, dimension: str, axis: Axis) -> bool:
-    """Whether a unit measures this dimension."""
+    """Return whether a unit measures this dimension."""
     if is_count(unit):
         return dimension == "position"
     try:
@@ -92,16 +92,16 @@ def fits(unit: str, dimension: str, axis: Axis) -> bool:
     return True
 
 
-def choose(offered: Sequence[Offered], axis: Axis) -> dict[str, Choice]:
-    """Return the choice of each channel that a column fits."""
-    fitting: dict[str, list[tuple[int, Offered]]] = {}
+def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoice]:
+    """Choose a column for each channel that at least one column fits; return the choices by channel."""
+    fitting: dict[str, list[tuple[int, OfferedColumn]]] = {}
     for one in offered:
         found, rank = _channels(one, axis)
         for channel in found:
             dated = channel == TIME and one.table.time_ns is not None  # the file dates its rows by itself, and more exactly
             if not dated:
                 fitting.setdefault(channel, []).append((rank, one))
-    chosen: dict[str, Choice] = {}
+    chosen: dict[str, ColumnChoice] = {}
     for channel in sorted(fitting, key=CHANNELS.index):
         ranked = fitting[channel]
         best = min(rank for rank, _ in ranked)
@@ -109,7 +109,7 @@ def choose(offered: Sequence[Offered], axis: Axis) -> dict[str, Choice]:
         label = _label(contenders[0].name)
         choice = _choice(channel, [one for one in contenders if _label(one.name) == label], axis)
         if channel != EFFORT or choice.column != OPEN or not any(name in chosen for name in DRIVES):
-            chosen[channel] = choice  # beside a current or a voltage, an effort that may be a sensor's is not needed
+            chosen[channel] = choice  # an effort that a sensor may have measured is not needed if there is a current or a voltage
     return chosen
 
 
@@ -118,8 +118,8 @@ def _label(name: str) -> str:
     return match[1] if match else ""
 
 
-def _channels(one: Offered, axis: Axis) -> tuple[list[str], int]:
-    """The channels that a column fits, several where its name contradicts itself, and how clearly: 0 for the best."""
+def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
+    """Return the channels that a column fits and the rank of its clarity, 0 for the best; several channels if its name is contradictory."""
     given = [name for name in dict.fromkeys((*CHANNEL_DIMENSIONS, TIME)) if one.unit is None or fits(one.unit, dimension_of(name), axis)]
     named = quantities(one.name)
     if is_command(one.name):
@@ -133,30 +133,32 @@ def _channels(one: Offered, axis: Axis) -> tuple[list[str], int]:
     return by_unit if len(by_unit) == 1 else [], len(QUANTITIES)
 
 
-def _choice(channel: str, contenders: Sequence[Offered], axis: Axis) -> Choice:
-    """The choice among columns that fit a channel equally well."""
+def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> ColumnChoice:
+    """Return the choice among columns that fit a channel equally well."""
     first, names = contenders[0], tuple(one.name for one in contenders)
     several = [name for name in names if len(quantities(name)) > 1 and first.unit is None]
     questions = []
     column = first.name
     if len(contenders) > 1:
         column = OPEN
-        questions.append(Question(channel, "column", _quoted(names), "several columns may be it"))
+        questions.append(ColumnQuestion(channel, "column", _quoted(names), "several columns may be it"))
     elif several:
         column = OPEN
         what = " or ".join(quantities(first.name))
-        questions.append(Question(channel, "column", _quoted(names), f"its name says {what}; move the line to the channel that it is"))
+        questions.append(
+            ColumnQuestion(channel, "column", _quoted(names), f"its name says {what}; move the line to the channel that it is")
+        )
     elif channel == EFFORT and first.name != EFFORT and not _JOINT_STATE.fullmatch(first.name):
         column = OPEN
-        questions.append(Question(channel, "column", _quoted(names), f"is it {LOAD_SIDE}"))
+        questions.append(ColumnQuestion(channel, "column", _quoted(names), f"is it {LOAD_SIDE}"))
     unit, asked = _unit(channel, first, axis)
     if asked is not None:
         questions.append(asked)
-    return Choice(column, unit, first.table, names, tuple(questions))
+    return ColumnChoice(column, unit, first.table, names, tuple(questions))
 
 
-def _unit(channel: str, one: Offered, axis: Axis) -> tuple[str, Question | None]:
-    """The unit of a column, or OPEN and the question for it."""
+def _unit(channel: str, one: OfferedColumn, axis: Axis) -> tuple[str, ColumnQuestion | None]:
+    """Return the unit of a column, or OPEN and the question for it."""
     if one.unit is not None:
         return (COUNT if is_count(one.unit) else one.unit), None
     dimension, values = dimension_of(channel), one.values
@@ -174,7 +176,7 @@ def _unit(channel: str, one: Offered, axis: Axis) -> tuple[str, Question | None]
     step = encoder_step(values) if dimension == "position" else None
     why += "" if step is None else f", where its steps are multiples of {step:.6g}"
     candidates = tuple(CANDIDATES[dimension][axis == "linear"].split(", "))
-    return OPEN, Question(channel, "unit", candidates, why)
+    return OPEN, ColumnQuestion(channel, "unit", candidates, why)
 
 
 def _quoted(names: Sequence[str]) -> tuple[str, ...]:

@@ -1,7 +1,7 @@
-"""What a bench file tells about its rig by itself: which column is which channel, its unit, the period, the encoder's step.
+"""Guess of a rig from a bench file: column and unit of each channel, the sample period, the encoder's step.
 
-A unit is believed before a name. What is found is a guess, to be checked by who knows the rig; what fits nothing is left out. What the file
-does not tell is asked and not guessed: a unit, one of several columns that fit (column_choice.py).
+A unit takes precedence over a name. Somebody who knows the rig has to check the guess. A column that fits no channel is left out. A unit
+that the file does not contain, and one of several columns that fit, are questions and not guessed (column_choice.py).
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from frictool.logs.arrays.memory_table import MemoryTable, in_memory
 from frictool.logs.canonical.mcap_format import read_mcap
 from frictool.logs.canonical.mcap_layout import NS
 from frictool.logs.canonical.mcap_reader import is_canonical
-from frictool.logs.channels.column_choice import LABEL, Offered, choose, dimension_of, fits, is_count
+from frictool.logs.channels.column_choice import LABEL, OfferedColumn, choose, dimension_of, fits, is_count
 from frictool.logs.channels.mapping import COUNT, TIME
 from frictool.logs.channels.naming import words
-from frictool.logs.channels.question import Question
+from frictool.logs.channels.question import ColumnQuestion
 from frictool.logs.formats import opened
 from frictool.logs.log import Log, Vector
 from frictool.logs.quality.quality import encoder_step, time_base
@@ -41,10 +41,10 @@ MOST_ROWS = 1 << 18  # that are looked at
 
 @dataclass(frozen=True)
 class Guess:
-    """What a file tells of its rig.
+    """Channels, sample period and encoder step guessed from a file.
 
-    columns: channel -> (column, unit), each OPEN where `questions` asks for it. left: columns that fit no channel, or one that is taken.
-    period [s], step [SI]: None where the file does not tell.
+    columns: channel -> (column, unit), each OPEN while one of `questions` remains. left: columns that fit no channel, or a channel
+    with a better column. period [s], step [rad | m]: None if the file does not give them.
     """
 
     axis: Axis
@@ -52,10 +52,10 @@ class Guess:
     left: tuple[str, ...] = ()
     period: float | None = None
     step: float | None = None
-    questions: tuple[Question, ...] = ()
+    questions: tuple[ColumnQuestion, ...] = ()
 
     def asks(self, channel: str) -> bool:
-        """Whether a question is open about this channel."""
+        """Return whether a question is open about this channel."""
         return any(one.channel == channel for one in self.questions)
 
     @property
@@ -123,7 +123,7 @@ def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> Guess:
         raise LogError(tables[0].source, f"{wanting}; give --axis rotary (rad, N m) or --axis linear (m, N)")
     offered = [(name, table) for table in tables for name in _liveliest_first(table)]
     count = Counter(name for name, _ in offered)
-    once = [Offered(name, table) for name, table in offered if count[name] == 1]
+    once = [OfferedColumn(name, table) for name, table in offered if count[name] == 1]
     chosen = choose(once, axis)
     used = {name for choice in chosen.values() for name in choice.columns}
     left = tuple(dict.fromkeys(name for name, table in offered if name not in used and name != table.clock))

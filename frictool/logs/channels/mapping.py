@@ -1,4 +1,4 @@
-"""Raw columns to channels: `bench.columns` says which column is what, in which unit; here it becomes SI, block by block.
+"""Conversion of raw columns to channels in SI, block by block; `bench.columns` names the column and the unit of each channel.
 
 A channel is (scale * raw + offset) in the unit of the bench. In `count`, it is times the encoder's resolution and direction, and the
 counter of a position is followed first (encoder.py). Positions and references that wrap are unwrapped (unwrapping.py).

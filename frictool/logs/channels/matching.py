@@ -18,17 +18,17 @@ from frictool.logs.channels.mapping import EFFORT, check_rate
 from frictool.logs.clocks.resampling import RESAMPLED
 from frictool.logs.log import Log, Stream, Vector
 from frictool.logs.quality.quality import time_base
-from frictool.logs.quality.wraps import Wraps
+from frictool.logs.quality.wraps import WrapSearch
 
 ROUNDING = 1e-9  # relative: an effort that follows the drive so closely was computed from it
 SAME_CONSTANT = 1e-6  # relative
 
 
 def matched(log: Log, bench: Bench) -> Log:
-    """The log with its main stream's effort made with the bench's constant, where the log's own was computed from the drive.
+    """Return the log with the effort of its main stream recomputed with the bench's constant, if the log computed it from the drive.
 
     Raises LogError where a unit is one of the other kind of axis, the period differs from the bench's by more than 20 %, or the position
-    wraps. What is merely odd, and a constant that has changed, are warnings of the log.
+    wraps. Oddities and a changed constant become warnings of the log.
     """
     stream = log.main
     _check_units(log, stream, bench)
@@ -61,7 +61,7 @@ def _check_units(log: Log, stream: Stream, bench: Bench) -> None:
 
 def _check_wraps(log: Log, stream: Stream, bench: Bench) -> None:
     if "position" in stream.signals:
-        wraps = Wraps(bench)
+        wraps = WrapSearch(bench)
         wraps.take(stream.time, stream.signals["position"])
         wraps.finish()
         wrap = wraps.found()

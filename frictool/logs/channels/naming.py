@@ -1,4 +1,4 @@
-"""What the name of a column says of it: its quantity, its unit, and whether it is a command."""
+"""Names of columns: the quantity, the unit, and whether it is a command."""
 
 from __future__ import annotations
 
@@ -59,14 +59,14 @@ def quantities(name: str) -> list[str]:
 
 
 def clarity(name: str) -> int:
-    """Return how clear the word is that tells the quantity: 0 for the clearest, len(QUANTITIES) where none does."""
+    """Return the rank of the word that names the quantity: 0 for the clearest, len(QUANTITIES) if there is no such word."""
     found = {*words(name), "".join(words(name))}
     levels = (set("|".join(level.values()).split("|")) for level in QUANTITIES)
     return next((number for number, level in enumerate(levels) if found & level), len(QUANTITIES))
 
 
 def is_command(name: str) -> bool:
-    """Whether a name says that its numbers were commanded and not measured."""
+    """Return whether a name says that its numbers were commanded and not measured."""
     return any(map(_COMMAND.fullmatch, words(name)))
 
 

@@ -1,4 +1,4 @@
-"""What a log leaves open when its columns are guessed: somebody who knows the rig has to answer."""
+"""Questions that remain when the columns of a log are guessed, for somebody who knows the rig."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Question:
-    """What the log does not tell of the column of a channel.
+class ColumnQuestion:
+    """Open question on the column or the unit of a channel.
 
-    key: `column` or `unit`; candidates: what fits; why: the reason why the log does not tell, for people.
+    key: `column` or `unit`; candidates: the columns or units that fit; why: the reason for the question, as text.
     """
 
     channel: str
@@ -20,7 +20,7 @@ class Question:
 
     @property
     def note(self) -> str:
-        """The comment beside the key."""
+        """Return the comment beside the key in the bench."""
         return f"fill in {self.key} {alternatives(self.candidates)}: {self.why}"
 
 

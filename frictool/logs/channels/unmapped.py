@@ -1,4 +1,4 @@
-"""A raw file without a bench as a log in the units of the file: the columns that its names and units tell, not converted."""
+"""Log made of a raw file without a bench: columns recognised by name and unit, in the units of the file, not converted."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ GIVE = "give --bench bench.yaml (`frictool ingest --guess` proposes one)"
 
 
 @dataclass(frozen=True)
-class Unmapped:
-    """The log, and what was guessed to make it."""
+class GuessedLog:
+    """Log of a raw file, with the guess of its columns."""
 
     log: Log
     guess: Guess
 
 
-def unmapped(path: Path) -> Unmapped:
+def unmapped(path: Path) -> GuessedLog:
     """Return the first rows of the table with the position as a log in the units of the file.
 
-    Raises LogError where the file cannot be read, or does not tell the time of its rows or any channel.
+    Raises LogError if the file cannot be read, has no time of its rows, or no recognisable channel.
     """
     (parts,) = sources([path])
     tables = read_start(opened(parts))
-    axis: Axis = kind_of_axis(tables) or "rotary"  # without a unit or a name that tells, no unit here depends on it
+    axis: Axis = kind_of_axis(tables) or "rotary"  # without a unit or a telling name: no unit here depends on the kind of axis
     found = guess(tables, axis)
     named = {channel: column for channel, (column, _) in found.columns.items() if column != OPEN}
     home = named.get("position", next((column for channel, column in named.items() if channel != TIME), None))
@@ -52,11 +52,11 @@ def unmapped(path: Path) -> Unmapped:
     units = {channel: found.columns[channel][1] for channel in chosen}
     stream = Stream(MAIN_TOPIC, time, {channel: table.columns[column][rows] for channel, column in chosen.items()}, units)
     columns = {message_path(MAIN_TOPIC, channel): f"{column} [{units[channel]}]" for channel, column in chosen.items()}
-    return Unmapped(Log((stream,), {COLUMNS: columns}, str(path)), found)
+    return GuessedLog(Log((stream,), {COLUMNS: columns}, str(path)), found)
 
 
 def _time(table: MemoryTable, found: Guess, column: str | None, axis: Axis) -> Vector:
-    """The times of the rows in s."""
+    """Return the times of the rows in s."""
     if table.time_ns is not None and table.time_ns.size:
         return np.asarray((table.time_ns - table.time_ns[0]) / NS)
     unit = found.columns[TIME][1] if column is not None else OPEN

@@ -1,4 +1,4 @@
-"""Unwrapping of positions and references that a sensor shows modulo a period, block after block: each step is the shorter way round.
+"""Unwrapping of positions and references that a sensor shows modulo a period, block by block: each step is the shorter of the two.
 
     x[k] = y[k] - P n[k],   n[k] = n[k-1] + round((y[k] - y[k-1]) / P)
 
@@ -16,14 +16,14 @@ import numpy as np
 from frictool.documents.bench import Bench
 from frictool.errors import LogError
 from frictool.logs.log import Vector
-from frictool.logs.quality.wraps import Wraps
+from frictool.logs.quality.wraps import WrapSearch
 
 POSITION, REFERENCE = "position", "reference"
-SLACK = 0.01  # of the period: by so much the range of the numbers may be longer
+SLACK = 0.01  # of the period: tolerance of the range of the numbers
 
 
-class Periodic:
-    """A signal of one period, in the unit of its numbers, as far as it has been followed."""
+class PeriodicSignal:
+    """Unwrapped signal of one period, in the unit of its numbers, up to the last sample followed."""
 
     def __init__(self, period: float) -> None:
         self._period = period
@@ -37,7 +37,7 @@ class Periodic:
         Raises
         ------
         ValueError
-            if a step is longer than half a period although the numbers cover more than one period, so that they do not wrap there.
+            If a step is longer than half a period although the numbers cover more than one period: they do not wrap at this period.
         """
         if not shown.size:
             return shown
@@ -62,7 +62,7 @@ class Unwrapping:
     columns
         Channel -> name of its column, of all channels of the stream.
     count
-        What one number of the position's column is in rad or m where it is in counts, else None.
+        Size of one count of the position in rad or m; None if the position is not in counts.
     """
 
     def __init__(self, source: str, bench: Bench, columns: Mapping[str, str], count: float | None) -> None:
@@ -75,8 +75,8 @@ class Unwrapping:
                 periods[POSITION] = encoder.wrap.value / abs(count)
             elif count is not None:  # the counter of wrap_bits is followed in encoder.py
                 periods.pop(POSITION, None)
-        self._periodic = {name: Periodic(period) for name, period in periods.items()}
-        self._wraps = Wraps(bench, count is not None and math.isclose(abs(count), encoder.resolution))
+        self._periodic = {name: PeriodicSignal(period) for name, period in periods.items()}
+        self._wraps = WrapSearch(bench, count is not None and math.isclose(abs(count), encoder.resolution))
 
     def follow(self, channel: str, shown: Vector) -> Vector:
         """Return the next samples (n,) of a channel without the jumps of its period: raw numbers of a position in counts, else rad or m.
@@ -98,7 +98,7 @@ class Unwrapping:
         self._refuse()
 
     def finish(self) -> None:
-        """Raise LogError where a wrap is left at the end of the position: no samples follow."""
+        """Raise LogError where a wrap is left in the last samples of the position; call it after the last block."""
         self._wraps.finish()
         self._refuse()
 

@@ -21,7 +21,7 @@ WRAP_BITS = range(8, 33)  # as encoder.wrap_bits allows
 ALONE = 10.0  # times the steps beside it
 RARE = 3.0  # times the step that ORDINARY of all steps do not exceed
 ORDINARY = 0.99
-JUMPS = "the position jumps"  # begins what is said of them
+JUMPS = "the position jumps"  # first words of the warning of jumps
 FEWEST_RESETS = 3  # jumps to one value before it is called an index's
 
 

@@ -1,4 +1,4 @@
-"""Which test a log is of, from its signals: it decides what can be identified from it.
+"""Kind of test that a log records, recognised from its signals; it decides which parameters can be identified.
 
 rest    the position does not move
 steps   the reference is constant but for a few jumps; without a reference: the axis rests at one place after the other

@@ -1,7 +1,7 @@
 """Recognise breakaway ramps: the drive rises along a line while the axis rests, the axis starts, the drive falls back, several times.
 
-An axis that creeps rests between two counts of its encoder too, and the drive of its servo rises there along a line, by the servo's
-gain times a count. The rise tells the two apart. In a ramp the drive starts low, rises by most of the friction, and starts the axis in
+A creeping axis also rests between two counts of its encoder, and the drive of its servo rises there along a line, by the servo's
+gain times a count. The two differ in that rise. In a ramp the drive starts low, rises by most of the friction, and starts the axis in
 its own direction. In a creeping motion, and in one that follows a load such as gravity, the drive changes by a small share of its level,
 or it brakes the load.
 """
@@ -18,7 +18,7 @@ from frictool.logs.log import Vector
 
 REST = 30  # samples without motion: enough to fit a line to the drive
 STRAIGHT = 0.8  # least squared correlation of drive and time in the second half of a rest
-RISE = 0.25  # least rise in the second half of a rest, relative to the drive at the start of the motion: a ramp from 0 rises by half of it
+RISE = 0.25  # least rise in the second half of a rest, relative to the drive at the start of the motion; a ramp from 0 has 0.5
 FEWEST_RAMPS = 5
 RAMP_SHARE = 0.75  # least share of ramps in the time of the rests that end in a motion
 REST_SHARE = 0.5  # least share of rests in the time of the log
@@ -41,7 +41,7 @@ def are_ramps(rests: Sequence[tuple[int, int]], position: Vector, drive: Vector)
 
 
 def ramps_among(rests: Sequence[tuple[int, int]], position: Vector, drive: Vector) -> NDArray[np.bool_]:
-    """Tell which rests (m,) are breakaway ramps.
+    """Return which rests (m,) are breakaway ramps.
 
     Parameters
     ----------
@@ -59,12 +59,12 @@ def ramps_among(rests: Sequence[tuple[int, int]], position: Vector, drive: Vecto
 
 
 def _direction(position: Vector, end: int) -> float:
-    """Sign of the motion that follows a rest, 0 where the position comes back or the log ends."""
+    """Return the sign of the motion that follows a rest, 0 where the position comes back or the log ends."""
     return float(np.sign(position[min(end + REST, position.size) - 1] - position[end - 1]))
 
 
 def _line(drive: Vector) -> tuple[float, float, float]:
-    """Level at the end of a rest, and rise and squared correlation with time in its second half, where the drive follows a line."""
+    """Return the level of the drive at the end of a rest, and its rise and squared correlation with time over the second half."""
     half = drive[drive.size // 2 :]
     if np.ptp(half) == 0.0:
         return float(half[-1]), 0.0, 0.0
@@ -74,6 +74,6 @@ def _line(drive: Vector) -> tuple[float, float, float]:
 
 
 def _zero(level: Vector, direction: Vector) -> float:
-    """Drive midway between the starts of both directions, 0 where there is one direction."""
+    """Return the drive midway between the starts of both directions, 0 where there is one direction."""
     forward, backward = level[direction > 0.0], level[direction < 0.0]
     return 0.5 * float(np.median(forward) - np.median(backward)) if forward.size and backward.size else 0.0

@@ -70,7 +70,7 @@ def _culprit(effort: str, signals: dict[str, Vector]) -> str:
 
 
 def _window(position: Vector) -> int:
-    """Number of samples over which differences of a position (n,) are taken."""
+    """Return the number of samples over which differences of a position (n,) are taken."""
     return max(1, min(64, position.size // WINDOWS))
 
 

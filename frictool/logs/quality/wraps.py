@@ -1,15 +1,16 @@
-"""Positions that wrap: a sensor that shows the position modulo a period (one turn, or the range of a counter).
+"""Detection of positions that wrap: the sensor shows the position modulo a period (one turn, or the range of a counter).
 
-At a wrap the position goes from one end of the period to the other while the axis moves on at one speed. A step s is taken for a wrap of
-period P where all of this holds:
+At a wrap the position goes from one end of the period to the other while the axis moves on at one speed. A step s is a wrap of
+period P if all of this holds:
 
     P / 2 < |s| < P        and the rest u = s - P sign(s) has the other sign, as the axis moves on across the end
     u is like the steps    two before it and two after it (these without the period, too), which are short
     the position's range   is not larger than P
 
-and where most steps longer than P / 2 are such steps. One such step of a turn is enough; of another period one, if the steps beside it are
-shorter than P / 100, else three. A glitch goes there and back, a lost count has another length, and a fast axis leaves
-the range. Only natural periods are tried: 2^b counts of the encoder and, on a rotary axis, half a turn, one turn and 2^b turns.
+and if most steps longer than P / 2 are such steps. For a period of one turn, one such step is enough. For another period, one is enough if
+the neighbouring steps are shorter than P / 100; else three are needed. A glitch goes there and back, a lost count has another length, and
+a fast axis leaves the range. Only natural periods are tried: 2^b counts of the encoder and, on a rotary axis,
+half a turn, one turn and 2^b turns.
 """
 
 from __future__ import annotations
@@ -25,21 +26,21 @@ from frictool.logs.log import Vector
 TURN = 2.0 * math.pi  # rad
 BITS = range(8, 33)  # of a counter, as encoder.wrap_bits allows
 TURNS = (0.5, *(2.0**power for power in range(17)))
-BESIDE = 2  # steps before and after a step that it is compared with
-ALIKE = 0.5  # of the longest of them: by so much the step may lie outside their range
-FASTEST = 0.2  # of the period: steps beside a wrap are shorter
-SLOW = 0.01  # of the period: with such steps beside it, one wrap is sure
-SEVERAL = 3  # wraps are sure, whatever the period
-RANGE_SLACK = 0.01  # of the period: by so much the position's range may be longer
-STEP_SLACK = 1e-3  # of the period: a difference so small is motion or noise
-MOSTLY = 0.9  # of the steps longer than half a period
+NEIGHBOURS = 2  # number of steps before and after a step with which it is compared
+ALIKE = 0.5  # tolerance of their range, relative to the longest of them
+FASTEST = 0.2  # of the period: bound of the steps next to a wrap
+SLOW = 0.01  # of the period: one wrap between steps below this bound is sure
+SEVERAL = 3  # this number of wraps is sure, whatever the period
+RANGE_SLACK = 0.01  # of the period: tolerance of the position's range
+STEP_SLACK = 1e-3  # of the period: a smaller difference is motion or noise
+MOSTLY = 0.9  # least share of wraps among the steps longer than half a period
 
 
 @dataclass(frozen=True)
 class Wrap:
-    """A wrap that was found: its period [rad | m], how often, and the first: when [s], from and to which position.
+    """Wrap of a position: its period [rad | m], its number of occurrences, and time [s] and positions before and after the first.
 
-    line: what to write under `encoder` of the bench.
+    line: the line to write under `encoder` of the bench.
     """
 
     period: float
@@ -52,13 +53,13 @@ class Wrap:
 
     @property
     def text(self) -> str:
-        """The finding, and the line that mends it."""
+        """Return the text of the wrap, with the line to write into the bench."""
         when = "once, at" if self.count == 1 else f"{self.count} times, first at"
         jump = f"from {self.before:.6g} to {self.after:.6g} {self.unit} while the axis moves on"
         return f"the position wraps {when} {self.time:.6g} s: it jumps {jump}; write under encoder in the bench: {self.line}"
 
 
-class Wraps:
+class WrapSearch:
     """Search for wraps in a position [rad | m] of one axis, block after block.
 
     counted: the position was read as whole counts of the encoder, so that `wrap_bits` mends a wrap of 2^b counts.
@@ -80,10 +81,10 @@ class Wraps:
         if position.size:
             self._low, self._high = min(self._low, float(position.min())), max(self._high, float(position.max()))
             self._time, self._position = np.append(self._time, time), np.append(self._position, position)
-            self._judge(self._position.size - 1 - BESIDE)
+            self._judge(self._position.size - 1 - NEIGHBOURS)
 
     def finish(self) -> None:
-        """Judge the last steps too: no samples follow."""
+        """Judge the last steps too; call it after the last samples."""
         self._judge(self._position.size - 1)
 
     def found(self) -> Wrap | None:
@@ -107,7 +108,7 @@ class Wraps:
         for period, one in self._candidates.items():
             if longest > 0.5 * period and self._fits(period):
                 one.judge(self._time, self._position, steps, slice(self._judged, end))
-        dropped = max(0, end - BESIDE)
+        dropped = max(0, end - NEIGHBOURS)
         self._time, self._position, self._judged = self._time[dropped:], self._position[dropped:], end - dropped
 
     def _line(self, period: float) -> str:
@@ -122,7 +123,7 @@ class Wraps:
 
 
 class _Candidate:
-    """Steps of one period: how many are longer than half of it, how many of them are wraps, and are sure; the first wrap."""
+    """Counts for one period: steps longer than half of it, wraps and sure wraps among them; the first wrap."""
 
     def __init__(self, period: float, noise: float) -> None:
         self.long = self.wraps = self.sure = 0
@@ -130,10 +131,10 @@ class _Candidate:
         self._period, self._noise = period, noise
 
     def judge(self, time: Vector, position: Vector, steps: Vector, judged: slice) -> None:
-        """Count the wraps among the steps (n,) in `judged`; the first and the last BESIDE steps of a log are none."""
+        """Count the wraps among the steps (n,) in `judged`; the first and the last NEIGHBOURS steps of a log never count."""
         size, rest = np.abs(steps), steps - self._period * np.rint(steps / self._period)
-        padded = np.pad(rest, BESIDE, constant_values=np.nan)
-        beside = np.array([padded[at : at + rest.size] for at in range(2 * BESIDE + 1) if at != BESIDE])
+        padded = np.pad(rest, NEIGHBOURS, constant_values=np.nan)
+        beside = np.array([padded[at : at + rest.size] for at in range(2 * NEIGHBOURS + 1) if at != NEIGHBOURS])
         low, high, fastest = beside.min(axis=0), beside.max(axis=0), np.abs(beside).max(axis=0)
         allowed = ALIKE * fastest + self._noise + STEP_SLACK * self._period
         long = size > 0.5 * self._period

@@ -15,7 +15,7 @@ MOST_VALUES = 100_000  # of one mapping of a message
 
 
 def numbers(found: object, path: str = "", labels: Sequence[str] = ()) -> Iterator[tuple[str, float]]:
-    """Paths and numbers of objects made of mappings, sequences, numbers and texts; an element has its label and its index.
+    """Return paths and numbers of objects made of mappings, sequences, numbers and texts; an element has its label and its index.
 
     Raises ValueError where a mapping has more than MOST_VALUES keys.
     """

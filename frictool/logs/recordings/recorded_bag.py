@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from frictool.errors import LogError
-from frictool.logs.expansion import Budget
+from frictool.logs.expansion import UnpackedBudget
 from frictool.logs.recordings.decoders import topic_of
 from frictool.logs.recordings.messages import Messages, packed
 from frictool.logs.recordings.recording import SAMPLED, Gap, Topic
@@ -92,7 +92,7 @@ class BagRecording:
     def _pieces(self, stream: BinaryIO) -> Iterator[tuple[Grouped | Lost, int]]:
         """The messages, chunk by chunk. Raises OSError."""
         stream.seek(len(MAGIC))
-        budget = Budget(self.size)
+        budget = UnpackedBudget(self.size)
         over = False  # behind the chunks stand the connections again, and where the chunks are
         while (start := stream.tell()) < self.size:
             where = f"is damaged or cut off at byte {start} of {self.size}"
@@ -202,7 +202,7 @@ def _fields(data: bytes) -> Fields:
 
 
 def _kind(fields: Fields) -> int:
-    """The kind of a record; 0 where its header does not say it."""
+    """Return the kind of a record; 0 where its header does not say it."""
     return int.from_bytes(fields.get(b"op", b"")[:1], "little")
 
 
@@ -213,7 +213,7 @@ def _number(fields: Fields, name: bytes) -> int:
     return int(_U32.unpack(value)[0])
 
 
-def _plain(fields: Fields, data: bytes, budget: Budget) -> bytes:
+def _plain(fields: Fields, data: bytes, budget: UnpackedBudget) -> bytes:
     """The records of a chunk, as far as they can be had. Raises ValueError."""
     size, compression = _number(fields, b"size"), fields.get(b"compression", b"none")
     if size > LARGEST_CHUNK:

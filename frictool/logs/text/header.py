@@ -1,4 +1,4 @@
-"""What stands above the numbers of a text file: metadata, the names of the columns, their units.
+"""Header of a text file: metadata, the names of the columns, their units.
 
 metadata lines       a sample interval among them is found; TwinCAT's repeat their key: `Name,a,Name,b` has the names, `Unit` the units
 header               the nearest line above the numbers that is a line of labels

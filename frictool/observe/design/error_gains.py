@@ -1,4 +1,4 @@
-"""How far the velocity of a tracking observer is off under white noise, by the steady covariance of its linear error.
+"""Velocity error of a tracking observer under white noise, by the steady covariance of its linear error.
 
     error     e = (x, v, d/J), measured before the correction:   e+ = F ((1 - L C) e - L n) + B a
     in slip   F is the model x'' = a + d/J over one period; n: error of the measured position, a: error of the acceleration
