@@ -7,6 +7,8 @@ seen because everything is computed again.
 from __future__ import annotations
 
 import functools
+import pickle
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +16,12 @@ import msgspec
 import numpy as np
 import pytest
 
-from frictool.documents.controller import Controller
+from frictool.documents.certificate import Certificate
+from frictool.documents.controller import Controller, DelayCheck
 from frictool.documents.digests import GIVEN, SOLVED, changed_blocks, with_digests
 from frictool.documents.writing import to_yaml
 from frictool.errors import NoSolutionError
+from frictool.verify import controller as controller_checks
 from frictool.verify import recheck
 from frictool.verify.certificate import Proved
 from frictool.verify.figures import LinearLoops
@@ -50,22 +54,32 @@ def _silent(document: Controller) -> bool:
         return False
 
 
-@pytest.fixture(name="figures_once")
-def _figures_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Figures and proofs that an edit does not reach are computed once."""
-    for name in ("vertex", "count_drive", "margins", "rounded", "seen_inside"):
-        monkeypatch.setattr(LinearLoops, name, functools.cache(getattr(LinearLoops, name)))
+@pytest.fixture(scope="module", autouse=True)
+def _figures_once() -> Iterator[None]:
+    """Figures and proofs that an edit does not reach are computed once for all tests: each is kept by everything that it is computed of."""
     proofs: list[tuple[Controller, tuple[Proved, ...]]] = []
-    prove = recheck.prove_document
+    checks: dict[bytes, tuple[DelayCheck, ...]] = {}
+    prove, check = recheck.prove_document, controller_checks.loop_checks
 
-    def proved_once(controller: Controller, certificate: Any) -> tuple[Proved, ...]:
+    def proved_once(controller: Controller, certificate: Certificate) -> tuple[Proved, ...]:
         for known, proved in proofs:
             if msgspec.structs.replace(controller, verified=known.verified) == known:
                 return proved
         proofs.append((controller, prove(controller, certificate)))
         return proofs[-1][1]
 
-    monkeypatch.setattr(recheck, "prove_document", proved_once)
+    def checked_once(*given: Any) -> tuple[DelayCheck, ...]:
+        key = pickle.dumps(given)
+        if key not in checks:
+            checks[key] = check(*given)
+        return checks[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("vertex", "count_drive", "margins", "rounded", "seen_inside"):
+            patch.setattr(LinearLoops, name, functools.cache(getattr(LinearLoops, name)))
+        patch.setattr(recheck, "prove_document", proved_once)
+        patch.setattr(controller_checks, "loop_checks", checked_once)
+        yield
 
 
 @pytest.mark.parametrize("name", BOTH)
@@ -85,7 +99,6 @@ def test_every_edit_of_a_block_is_seen(name: Named) -> None:
     assert named == ["header" if edit.block in header else edit.block for edit in read]
 
 
-@pytest.mark.usefixtures("figures_once")
 @pytest.mark.parametrize("name", BOTH)
 def test_every_edit_of_a_figure_is_seen(name: Named) -> None:
     counted = [edit for edit in _edits(name) if edit.block == "verified"]
@@ -102,7 +115,6 @@ def _true_anew(label: str) -> bool:
     return last in GIVEN or (last in SOLVED and change == "x1.5") or (last == "below" and change == "x1.5")
 
 
-@pytest.mark.usefixtures("figures_once")
 @pytest.mark.parametrize("name", BOTH)
 def test_edits_with_new_digests_are_seen_by_what_is_computed(name: Named) -> None:
     """The box, the bounds and their weights, the vertices, the bench's intervals and the figures do not rest on digests."""
@@ -157,7 +169,6 @@ def test_a_controller_with_its_vertices_deleted_is_not_exported(tmp_path: Path) 
     refused(run("export", path, "-o", tmp_path / "c"), 4, "the bench has inertia 1.11e-05 to 1.53e-05, the vertices 1.11e-05 to 1.11e-05")
 
 
-@pytest.mark.usefixtures("figures_once")
 def test_the_command_names_the_edit(tmp_path: Path) -> None:
     """One edit of each kind, as a shell sees it."""
     by_label = {edit.label: edit for edit in _edits("fast")}
