@@ -118,14 +118,13 @@ def _load(logs: tuple[Path, ...], spec: Path, controller: Path | None, bench: Pa
     from frictool.documents.bench import Bench
     from frictool.documents.controller import Controller
     from frictool.documents.registry import load, same_axis
-    from frictool.documents.spec import Spec
+    from frictool.documents.spec import REQUIREMENTS, Spec
     from frictool.errors import DocumentError
     from frictool.logs.reading import read_log
 
     spec_document = load(spec, Spec)
-    requirements = [name for name in Spec.__struct_fields__ if name not in ("format", "name", "axis", "drive", "examples")]
-    if all(getattr(spec_document, name) is None for name in requirements):
-        raise DocumentError(spec, f"asks for nothing; write at least one of {', '.join(requirements)}", line=None, key="")
+    if all(getattr(spec_document, name) is None for name in REQUIREMENTS):
+        raise DocumentError(spec, f"asks for nothing; write at least one of {', '.join(REQUIREMENTS)}", line=None, key="")
     documents: dict[Path, Any] = {spec: spec_document}
     if controller is not None:
         documents[controller] = load(controller, Controller)

@@ -49,3 +49,6 @@ class Spec(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     rest: Rest | None = None
     energy: Energy | None = None
     examples: tuple[str, ...] = ()
+
+
+REQUIREMENTS = tuple(key for key in Spec.__struct_fields__ if key not in ("format", "name", "axis", "drive", "examples"))

@@ -1,4 +1,4 @@
-"""A model as what a scenario is played to: one axis, its variants the controller's vertices or plants drawn from the bench's ranges."""
+"""A model as what a scenario is played to: one axis, its variants the vertices of the model's ranges or plants drawn from them."""
 
 from __future__ import annotations
 

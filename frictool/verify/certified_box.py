@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from frictool.documents.controller import Controller
-from frictool.verify.stated_box import NAMES, box_of
+from frictool.plant.polytope import PARAMETERS
+from frictool.verify.stated_box import box_of
 from frictool.verify.words import plant_units
 
 ROUNDING = 1e-9  # relative: the ends of intervals are sums and products of a document's numbers
@@ -14,7 +15,7 @@ MARGIN_PARAMETERS = ("inertia", "viscous", "constant")  # a margin depends on th
 Interval = tuple[float, float]
 
 
-def parameters_outside(controller: Controller, intervals: Mapping[str, Interval], names: Iterable[str] = NAMES) -> tuple[str, ...]:
+def parameters_outside(controller: Controller, intervals: Mapping[str, Interval], names: Iterable[str] = PARAMETERS) -> tuple[str, ...]:
     """Return a phrase for each of `names` whose interval [SI] reaches beyond the controller's.
 
     An example is `inertia 4.9e-06 to 1.53e-05 kg m^2, certified 1.11e-05 to 1.53e-05`.

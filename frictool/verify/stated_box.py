@@ -5,18 +5,16 @@ from __future__ import annotations
 from frictool.documents.controller import Controller
 from frictool.errors import NoSolutionError
 from frictool.plant.box import enclosing
-from frictool.plant.polytope import PlantPoint, bench_intervals, corner_points
+from frictool.plant.polytope import PARAMETERS, PlantPoint, bench_intervals, corner_points
 from frictool.verify.figures import vertex_points
 from frictool.verify.words import plant_words
-
-NAMES = ("inertia", "viscous", "coulomb", "constant")
 
 
 def box_of(controller: Controller) -> dict[str, tuple[float, float]]:
     """Return the interval (low, high) of each parameter. A document without certificate needs a vertex."""
     if controller.certificate is None:
         return enclosing(vertex_points(controller))
-    low_and_high = {name: getattr(controller.certificate.box, name) for name in NAMES}
+    low_and_high = {name: getattr(controller.certificate.box, name) for name in PARAMETERS}
     return {name: (low, high) for name, (low, high) in low_and_high.items()}
 
 
@@ -66,4 +64,4 @@ def check_corners(controller: Controller) -> None:
 
 
 def _parameters(point: PlantPoint) -> tuple[float, ...]:
-    return tuple(getattr(point, name) for name in NAMES)
+    return tuple(getattr(point, name) for name in PARAMETERS)

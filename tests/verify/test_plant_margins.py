@@ -11,13 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.documents.controller import Controller, Velocity
-from frictool.plant.polytope import PlantPoint
+from frictool.plant.polytope import PARAMETERS, PlantPoint
 from frictool.verify.certified_box import outside
 from frictool.verify.controller import check_feedback
 from frictool.verify.effective import feedbacks_of
 from frictool.verify.plant_margins import PlantMargins
 from frictool.verify.played_plant import PlayedPlant
-from frictool.verify.stated_box import NAMES, box_of
+from frictool.verify.stated_box import box_of
 from tests.simulate.example import controller
 from tests.verify.observed import by_speed, tracking
 
@@ -61,11 +61,11 @@ def test_a_text_that_is_no_plant_is_none(text: str) -> None:
 def test_the_box_of_a_controller_without_a_certificate_is_that_of_its_vertices() -> None:
     box = box_of(controller())
     assert box["inertia"] == (1.11e-5, 1.53e-5)
-    assert set(box) == set(NAMES)
-    assert outside(controller(), box, NAMES) == ()
+    assert set(box) == set(PARAMETERS)
+    assert outside(controller(), box, PARAMETERS) == ()
     beyond = {"inertia": (4.9e-6, 1.2e-5), "coulomb": (0.0, 1.0), "constant": (0.0134, 0.0134)}
     assert outside(controller(), beyond) == ("inertia 4.9e-06 to 1.2e-05 kg m^2, verified 1.11e-05 to 1.53e-05",)
-    assert len(outside(controller(), beyond, NAMES)) == 2
+    assert len(outside(controller(), beyond, PARAMETERS)) == 2
 
 
 def test_rounding_of_the_ends_is_not_outside() -> None:

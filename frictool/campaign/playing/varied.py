@@ -8,14 +8,12 @@ from frictool.campaign.drawing.drawn import nominal_of
 from frictool.campaign.drawing.space import Space, plant_factors, space_of
 from frictool.campaign.drawing.spreading import spread_factors
 from frictool.campaign.playing.playing import Setting, plant_of
-from frictool.documents.spec import Spec
+from frictool.documents.spec import REQUIREMENTS, Spec
 from frictool.documents.spread import Spread
 from frictool.errors import DocumentError
 from frictool.simulate.agreement import refuse
 from frictool.simulate.spread_checks import check_spread
 from frictool.simulate.step_test import StepTest
-
-NO_REQUIREMENTS = ("format", "name", "axis", "drive", "examples")
 
 
 def space_of_setting(setting: Setting) -> Space:
@@ -36,6 +34,7 @@ def space_of_setting(setting: Setting) -> Space:
 
 def check_asks(spec: Spec, name: str) -> None:
     """Raises DocumentError where the specification, called `name`, asks for nothing that a run can tell."""
-    keys = [key for key in Spec.__struct_fields__ if key not in NO_REQUIREMENTS]
-    if all(getattr(spec, key) is None for key in keys):
-        raise DocumentError(name, f"asks for nothing that a run can tell; write at least one of {', '.join(keys)}", line=None, key="")
+    if all(getattr(spec, key) is None for key in REQUIREMENTS):
+        raise DocumentError(
+            name, f"asks for nothing that a run can tell; write at least one of {', '.join(REQUIREMENTS)}", line=None, key=""
+        )
