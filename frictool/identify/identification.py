@@ -237,7 +237,7 @@ def _break_away(ramps: list[Record], bench: Bench, found: Mapping[str, Interval]
         if ramp.velocity is not None:
             raise NothingUsable(f"{ramp.name} has a velocity and no position, whose counts tell when the axis breaks away")
     axis = {name: found.get(name) or prior(bench, name) for name in SLIDING}
-    onsets = breakaway(ramps, bench, axis, confidence)
+    onsets = breakaway(ramps, bench, axis, confidence, found.get("stribeck_velocity"))
     if not (onsets.forward > 0.0 and onsets.backward > 0.0) and "offset" not in found and bench.mechanics.offset is None:
         raise NothingUsable("breakaways in one direction only, which an offset shifts, and neither a log nor the bench gives the offset")
     return onsets

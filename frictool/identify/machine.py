@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ from msgspec import to_builtins
 
 from frictool.documents.bench import Bench
 from frictool.documents.model import Model
+from frictool.identify.breakaway.breakaway import Breakaway
 from frictool.identify.identification import Identification
 from frictool.identify.model import unit_of
 
@@ -37,7 +39,22 @@ def as_view(result: Identification, bench: Bench, model: Model | None = None) ->
         "laws": None if result.laws is None else to_builtins(result.laws),
         "measurement": None if model is None or model.measurement is None else to_builtins(model.measurement),
         "presliding": None if model is None or model.presliding is None else to_builtins(model.presliding),
-        "ramp": {"forward": ramp.forward, "backward": ramp.backward, "onsets": ramp.onsets, "delay_corrected": ramp.delay}
-        if ramp
-        else None,
+        "ramp": _ramp_view(ramp) if ramp else None,
+    }
+
+
+def _ramp_view(ramp: Breakaway) -> dict[str, Any]:
+    """The onsets of breakaway ramps; `fall` is the range of Stribeck velocities that the breakaway's interval holds, null for no bound."""
+    fall = ramp.fall
+    return {
+        "forward": ramp.forward,
+        "backward": ramp.backward,
+        "onsets": ramp.onsets,
+        "delay_corrected": ramp.delay,
+        "fall": {
+            "value": fall.velocity if isfinite(fall.velocity) else None,
+            "low": fall.low,
+            "high": fall.high if isfinite(fall.high) else None,
+            "from": "fit" if fall.known else "onsets",
+        },
     }

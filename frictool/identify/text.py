@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from pathlib import Path
 
 from frictool.documents.laws import Load
 from frictool.documents.model import Model
-from frictool.documents.quantity import Estimate
+from frictool.documents.quantity import Estimate, si_unit
+from frictool.identify.breakaway.fall import Fall
 from frictool.identify.identification import Identification
 from frictool.identify.methods import METHODS
 from frictool.identify.outcome import CURVE, PARAMETERS
@@ -96,6 +98,18 @@ def force_line(error: float | None) -> str:
     return "force error unknown: no sample is certain to slip" if error is None else f"force error {100 * error:.3g} %"
 
 
+def fall_line(fall: Fall, unit: str) -> str:
+    """Return over which speeds friction may fall after the onset, and what would narrow the breakaway's interval."""
+    if fall.known:
+        return f"its interval holds the fit's Stribeck velocity, [{fall.low:.3g}, {fall.high:.3g}] {unit}"
+    upper = f"up to {fall.high:.2g} {unit}" if isfinite(fall.high) else "of any size"
+    lower = f" from {fall.low:.2g}" if fall.low > 0.0 else ""
+    return (
+        f"its interval holds Stribeck velocities{lower} {upper}, which the encoder does not tell apart; a finer encoder, a slower ramp, or "
+        "constant speeds with --method stribeck-curve narrow it"
+    )
+
+
 def table(result: Identification, model: Model) -> str:
     """The same for people."""
     lines = [f"{Path(name).name}: {kind}" for name, kind in result.kinds.items()]
@@ -115,6 +129,7 @@ def table(result: Identification, model: Model) -> str:
     if result.ramp is not None:
         unit = model.parameters.breakaway.unit
         lines.append(f"breakaway from {result.ramp.onsets} onsets, each seen {result.ramp.delay:.3g} {unit} late (corrected)")
+        lines.append(fall_line(result.ramp.fall, si_unit("velocity", model.axis)))
     if result.fit is not None and result.fit.dropped:
         lines.append(f"taken to be 0, unseen strokes are predicted no worse without: {', '.join(result.fit.dropped)}")
     lines += law_lines(model) + presliding_lines(model) + measurement_lines(model)

@@ -9,8 +9,8 @@ Breakaway is a function of position and direction, which `position_law` finds; a
 how fast the axis is seen to move, is taken to follow it (4.42).
 
     breakaway = mean over the range and both directions, so that an offset of the effort cancels
-    low       = further down, to the breakaway of an axis whose friction has not fallen yet when its motion is seen, unless the changes
-                of the encoder are explained best by friction that falls at once (`Evidence.kept`)
+    fall      = the Stribeck velocity that another log gives, or those that the changes of the encoder allow (`fall`): the value is that
+                of a fall at once where that is allowed, and the interval holds the breakaways of all that are allowed
     interval  = the spread from one onset to the next (each left out in turn), and the ranges of the axis's parameters (`unknowns`); half
                 a step of a held ramp besides: the breakaway lies anywhere within the step, at the same place each time; and as motion then
                 begins with a sample, its changes are late by as much each time: anything within half a sample
@@ -24,8 +24,10 @@ Onsets inside the backlash after a reversal are left out: there only the motor m
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy.special import ndtri
@@ -34,7 +36,8 @@ from frictool.bell import effort_weights
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
 from frictool.identify.breakaway.dwell import Rising, rising_friction
-from frictool.identify.breakaway.onset import OK, misfit, onset_time, search_span
+from frictool.identify.breakaway.fall import Fall, allowed_fall
+from frictool.identify.breakaway.onset import OK, onset_time, search_span
 from frictool.identify.breakaway.position_law import FOLLOWING, Places, Structure, choose_structure, fitted, sides_of
 from frictool.identify.outcome import Interval, NothingUsable
 from frictool.identify.record import Record, Vector
@@ -48,7 +51,7 @@ CHANGES_USED = 4  # of the encoder after the onset: later ones tell more of the 
 FEWEST_ONSETS = 5
 RELATIVE_NOISE = 1e-3  # of the effort: the least that its noise is taken for
 UNIFORM = float(np.sqrt(3.0))  # half a range over its standard deviation
-KEPT = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0)  # shares of the friction above Coulomb friction that may last after the breakaway
+ONSETS_COMPARED = 100  # at most, evenly spaced, when Stribeck velocities are compared: they count as one anyway
 ROUNDS = 3  # of the friction's shape over position and the onsets that it tells
 PLACES = 200  # over the range of the breakaways, at which their law has to be positive
 LEFT_THE_RAMP = 5.0  # standard deviations of the effort: the ramp was taken back
@@ -94,6 +97,8 @@ class Breakaway:
 
     position, direction, friction (n,): each breakaway's place in rad | m, +-1, and |effort| less the offset.
 
+    fall: Stribeck velocities that the interval holds.
+
     by_position: None where the breakaway is one constant. rising: None where it does not grow with the time at rest; else `interval` is
     that after a long rest.
     """
@@ -106,6 +111,7 @@ class Breakaway:
     position: Vector
     direction: Vector
     friction: Vector
+    fall: Fall
     by_position: ByPosition | None = None
     rising: Rising | None = None
 
@@ -178,25 +184,25 @@ def _above(record: Record) -> float:
 
 
 def efforts(
-    onsets: list[Onset], axis: Mapping[str, float], resolution: float, start: float, shape: Vector | None = None, kept: float = 0.0
-) -> tuple[Vector, Vector, float]:
-    """|effort| (n,) at each onset, place of rest within its count (n,), 0 to 1, and sum of the squares that the changes leave, by `timing`.
+    onsets: list[Onset], axis: Mapping[str, float], resolution: float, start: float, shape: Vector | None = None, velocity: float = 0.0
+) -> tuple[Vector, Vector, Vector]:
+    """|effort| (n,) at each onset, place of rest within its count (n,), 0 to 1, and misfit (n,) of the encoder's changes over `timing`.
 
     axis: `inertia`, `viscous`, `coulomb` and `offset` in SI. start: the place that is expected. shape (n,): factors of `coulomb` where
-    the onsets are. kept: share of the breakaway's excess over Coulomb friction that friction keeps while the changes are seen.
+    the onsets are. velocity: Stribeck velocity; 0: friction falls at once; inf: it does not.
     """
-    out, places, squares = np.empty(len(onsets)), np.empty(len(onsets)), 0.0
+    out, places, squares = np.empty(len(onsets)), np.empty(len(onsets)), np.empty(len(onsets))
     for k, onset in enumerate(onsets):
         # in the axis's own frame the offset takes its share of the effort before friction does
         ramp = np.array([onset.level - onset.direction * axis["offset"], onset.rate])
         coulomb = axis["coulomb"] * (1.0 if shape is None else shape[k])
-        coulomb += kept * max(ramp[0] - coulomb, 0.0)
         coefficients = np.array([axis["inertia"], axis["viscous"], coulomb])
         span = search_span(resolution, onset.rate, axis["inertia"], CHANGES_USED)
-        t0, place, status = onset_time(onset.time, onset.seen, ramp, coefficients, resolution, start * resolution, onset.timing, span)
+        t0, place, left, status = onset_time(
+            onset.time, onset.seen, ramp, coefficients, resolution, start * resolution, onset.timing, span, velocity
+        )
         out[k], places[k] = (onset.level + onset.rate * t0, place / resolution) if status == OK else (np.nan, np.nan)
-        left = misfit(t0, onset.time, onset.seen, ramp, coefficients, resolution, start * resolution, onset.timing)[0]
-        squares += left / onset.timing
+        squares[k] = 12.0 * left / (onset.timing * resolution**2)
     return out, places, squares
 
 
@@ -208,36 +214,46 @@ class Evidence:
     places: Places
     resolution: float
     offset: float | None  # N m | N, the bench's; None where one direction only makes it a parameter of the axis
+    velocity: float = 0.0  # rad/s | m/s: the Stribeck velocity that is assumed
 
-    def kept(self, axis: Mapping[str, float], shape: Vector | None) -> float:
-        """Return the largest share that friction may keep after the breakaway (`efforts`).
+    def misfit(self, axis: Mapping[str, float], shape: Vector | None, velocity: float) -> float:
+        """Return the mean misfit of an onset (`efforts`) with friction that falls over a Stribeck velocity."""
+        every = slice(None, None, math.ceil(len(self.onsets) / ONSETS_COMPARED))
+        factors = None if shape is None else shape[every]
+        return float(np.mean(efforts(self.onsets[every], axis, self.resolution, 0.5, factors, velocity)[2]))
 
-        Friction falls with speed from the breakaway to Coulomb friction (2.34), and the axis is slower as long as it has not fallen. One
-        share for the whole motion is coarse: unless it fits the changes best that friction falls at once, it may not fall at all.
-        """
-        squares = [efforts(self.onsets, axis, self.resolution, 0.5, shape, share)[2] for share in KEPT]
-        several = any(onset.time.size > 2 for onset in self.onsets)
-        return 0.0 if several and squares[0] == min(squares) else 1.0
+    def fall(self, axis: Mapping[str, Interval], shape: Vector | None, confidence: float) -> Fall:
+        """Return the Stribeck velocities that the onsets allow with parameters in the intervals of `axis`."""
+        nominal = {name: known.value for name, known in axis.items()}
+        ends = [{**nominal, name: end} for name, known in axis.items() for end in (known.low, known.high) if end != known.value]
+        ends = [end for end in ends if end["inertia"] > 0.0]
+        rate = float(np.mean([onset.rate for onset in self.onsets]))
+        scale = float(np.cbrt(self.resolution**2 * rate / nominal["inertia"]))
+        misfits = [partial(self.misfit, parameters, shape) for parameters in (nominal, *ends)]
+        return allowed_fall(misfits[0], misfits[1:], scale, confidence)
 
-    def rest(self, axis: Mapping[str, float], shape: Vector | None, kept: float = 0.0) -> tuple[float, float]:
+    def rest(self, axis: Mapping[str, float], shape: Vector | None) -> tuple[float, float]:
         """The mean place of rest within a count, 0 to 1, and its standard deviation.
 
         What is found leans towards what is expected: found = told + lean expected. Where found is expected, told/(1 - lean), the timing
         decides alone; as far as it decides nothing, anywhere within the count is as likely.
         """
-        low, high = (efforts(self.onsets, axis, self.resolution, expected, shape, kept)[1] for expected in (0.0, 1.0))
+        low, high = (efforts(self.onsets, axis, self.resolution, expected, shape, self.velocity)[1] for expected in (0.0, 1.0))
         told, tells = float(np.mean(low)), max(1.0 - float(np.mean(high - low)), 1e-6)
         independent = max(1.0, low.size / FOLLOWING)
-        precision = tells**2 * independent / max(float(np.var(0.5 * (low + high))), 1e-9)
+        spread = float(np.var(0.5 * (low + high))) / (tells**2 * independent)
+        repeated = max(1.0 - tells, 0.0) / (12.0 * tells)  # variance of the timing of one onset, which repeats itself with the test
+        precision = 1.0 / max(spread + repeated, 1e-9)
         prior = 12.0
         mean = (precision * min(max(told / tells, 0.0), 1.0) + 0.5 * prior) / (precision + prior)
         return mean, float(1.0 / np.sqrt(precision + prior))
 
-    def friction(self, axis: Mapping[str, float], shape: Vector | None, beside: float = 0.0, kept: float = 0.0) -> Vector:
+    def friction(self, axis: Mapping[str, float], shape: Vector | None, beside: float = 0.0) -> Vector:
         """|effort| less the offset, (n,); with the place of rest so many standard deviations `beside` its mean."""
         offset = axis["offset"] if self.offset is None else self.offset
-        mean, deviation = self.rest(axis, shape, kept)
-        return efforts(self.onsets, axis, self.resolution, mean + beside * deviation, shape, kept)[0] - offset * self.places.direction
+        mean, deviation = self.rest(axis, shape)
+        start = mean + beside * deviation
+        return efforts(self.onsets, axis, self.resolution, start, shape, self.velocity)[0] - offset * self.places.direction
 
     def shape(self, structure: Structure, value: Vector) -> Vector:
         """The factors (n,) of the friction at the onsets over their mean: friction in slip follows the breakaway (4.42)."""
@@ -247,8 +263,12 @@ class Evidence:
         return np.asarray(curve / np.mean(curve))
 
 
-def breakaway(records: list[Record], bench: Bench, axis: Mapping[str, Interval], confidence: float) -> Breakaway:
+def breakaway(
+    records: list[Record], bench: Bench, axis: Mapping[str, Interval], confidence: float, stribeck: Interval | None = None
+) -> Breakaway:
     """The breakaway of ramp logs; `axis` gives `inertia`, `viscous`, `coulomb`, `offset` as far as they are known.
+
+    stribeck: the Stribeck velocity in rad/s | m/s where another log gives it; else the onsets bound it.
 
     Raises NothingUsable where fewer than five onsets are found in every direction, or where a load starts the axis. With one
     direction only, the offset is taken off.
@@ -257,7 +277,11 @@ def breakaway(records: list[Record], bench: Bench, axis: Mapping[str, Interval],
     nominal = {name: known.value for name, known in axis.items()}
     try:
         structure, shape, solution, friction = _settled(evidence, nominal)
-        moved, fallen = _moved(evidence, structure, shape, axis)
+        fall = evidence.fall(axis, shape, confidence) if stribeck is None else Fall(stribeck.value, stribeck.low, stribeck.high, known=True)
+        if fall.velocity > 0.0:
+            evidence = replace(evidence, velocity=fall.velocity)
+            structure, shape, solution, friction = _settled(evidence, nominal)
+        moved, fallen = _moved(evidence, structure, shape, axis, fall)
     except Singular as error:
         raise NothingUsable(f"the breakaways do not tell friction over position: {error}") from None
     half_step = (
@@ -268,10 +292,10 @@ def breakaway(records: list[Record], bench: Bench, axis: Mapping[str, Interval],
         value, statistical = float(weights @ solution.value), float(np.linalg.norm(weights * solution.half_width(confidence)))
         deviation = statistical / float(ndtri(0.5 + 0.5 * confidence))
         ends = [(float(weights @ low), float(weights @ high)) for low, high in moved]
-        fall = float(weights @ fallen)
+        other = [float(weights @ shift) for shift in fallen]
         down, up = (
             half_step
-            + max(0.0, sign * fall)
+            + max(0.0, *(sign * shift for shift in other))
             + half_width(confidence, deviation, [half_step, *(max(0.0, sign * low, sign * high) for low, high in ends)])
             for sign in (-1.0, 1.0)
         )
@@ -282,17 +306,17 @@ def breakaway(records: list[Record], bench: Bench, axis: Mapping[str, Interval],
     levels = _levels(structure)
     mean = interval(np.mean(levels, axis=0))
     if rising is not None:
-        mean = _wider(rising.full, mean.half_width)
+        mean = _wider(rising.full, mean)
     law = None if structure.constant or len(levels) < 2 else _by_position(evidence.places, structure, solution, interval)
     if law is not None:
         _refuse_loaded(law, bench)
-    seen = efforts(evidence.onsets, nominal, evidence.resolution, evidence.rest(nominal, shape)[0], shape)[0]
+    seen = efforts(evidence.onsets, nominal, evidence.resolution, evidence.rest(nominal, shape)[0], shape, fall.velocity)[0]
     means = [
         float(np.mean(seen[side])) if side.any() else np.nan for side in (evidence.places.direction > 0.0, evidence.places.direction < 0.0)
     ]
     late = float(np.mean([onset.level for onset in evidence.onsets]) - np.mean(seen))
     places = evidence.places
-    return Breakaway(mean, means[0], means[1], len(evidence.onsets), late, places.position, places.direction, friction, law, rising)
+    return Breakaway(mean, means[0], means[1], len(evidence.onsets), late, places.position, places.direction, friction, fall, law, rising)
 
 
 def _refuse_loaded(law: ByPosition, bench: Bench) -> None:
@@ -310,10 +334,10 @@ def _refuse_loaded(law: ByPosition, bench: Bench) -> None:
             )
 
 
-def _wider(found: Interval, half: float) -> Interval:
-    """With what is not known of the axis besides."""
-    width = float(np.hypot(found.half_width, half))
-    return Interval(found.value, found.value - width, found.value + width)
+def _wider(found: Interval, mean: Interval) -> Interval:
+    """Return `found` with the distances of `mean` from its ends, which hold what is not known of the axis, added as squares."""
+    down, up = np.hypot(found.half_width, mean.value - mean.low), np.hypot(found.half_width, mean.high - mean.value)
+    return Interval(found.value, found.value - float(down), found.value + float(up))
 
 
 def _evidence(records: list[Record], bench: Bench) -> Evidence:
@@ -356,9 +380,9 @@ def _levels(structure: Structure) -> list[Vector]:
 
 
 def _moved(
-    evidence: Evidence, structure: Structure, shape: Vector | None, axis: Mapping[str, Interval]
-) -> tuple[list[tuple[Vector, Vector]], Vector]:
-    """How far the coefficients (p,) move: to each end of the axis's parameters and of the place of rest; and if friction falls slowly."""
+    evidence: Evidence, structure: Structure, shape: Vector | None, axis: Mapping[str, Interval], fall: Fall
+) -> tuple[list[tuple[Vector, Vector]], list[Vector]]:
+    """How far the coefficients (p,) move: to each end of the axis's parameters and of the place of rest; and to each end of the fall."""
     nominal, design = {name: known.value for name, known in axis.items()}, evidence.places.design(structure)
     friction = evidence.friction(nominal, shape)
 
@@ -371,7 +395,7 @@ def _moved(
 
     ranges = [between(name, known) for name, known in axis.items()]
     low, high = (moved(evidence.friction(nominal, shape, beside)) for beside in (-UNIFORM, UNIFORM))
-    return [*ranges, (low, high)], moved(evidence.friction(nominal, shape, kept=evidence.kept(nominal, shape)))
+    return [*ranges, (low, high)], [moved(replace(evidence, velocity=end).friction(nominal, shape)) for end in (fall.low, fall.high)]
 
 
 def _by_position(places: Places, structure: Structure, solution: Solution, interval: Callable[[Vector], Interval]) -> ByPosition:

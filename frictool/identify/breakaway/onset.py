@@ -1,6 +1,7 @@
 """When motion began, from what the encoder saw of it afterwards.
 
-Under an effort that grows at a rate r, an axis that breaks away at t0 moves by (viscous/J = l, excess = |effort(t0)| - coulomb)
+Under an effort that grows at a rate r, an axis that breaks away at t0 and whose friction falls at once to Coulomb friction moves by
+(viscous/J = l, excess = |effort(t0)| - coulomb)
 
     s(t) = excess/J t^2 phi2(-l t) + r/J t^3 phi3(-l t)        phi2(x) = (e^x - 1 - x)/x^2, phi3(x) = (phi2(x) - 1/2)/x
 
@@ -9,6 +10,9 @@ What a coarse encoder tells well is when it changes: half a sample before the ch
 in s, `start` eliminated; the excess follows t0 along the ramp. A preference for the `expected` start, worth `timing` squares, decides what
 the changes leave open: `timing` is the variance of s at a change (half a sample of motion) over that of a uniform start, 1/12 count^2. A
 single change cannot tell t0 from `start`, and there the preference decides alone.
+
+If friction falls over a Stribeck velocity v_s, by excess (1 - exp(-(v/v_s)^2)), the travel is integrated into a table; the excess of a
+table is that of the onset found before, ROUNDS times.
 """
 
 from __future__ import annotations
@@ -16,13 +20,17 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from frictool.engine.exponentials import phi2
 from frictool.identify.record import Vector
 from frictool.kernels import kernel
 
+Table = NDArray[np.float64]
 OK, NO_MOTION, NOT_POSITIVE = 0, 1, 2
 STATUS = {OK: "onset found", NO_MOTION: "no change after the onset", NOT_POSITIVE: "rate, inertia or search span is not positive"}
+STEPS = 256  # of the table of the travel
+ROUNDS = 4  # of the onset and the excess that it has
 COARSE, HALVINGS = 64, 40  # points of the first search; steps of the golden section around the best
 
 
@@ -48,19 +56,65 @@ def travel(t: float, excess: float, rate: float, inertia: float, viscous: float)
 
 
 @kernel
+def travel_table(step: float, excess: float, rate: float, axis: Vector, velocity: float) -> Table:
+    """Return position and velocity (STEPS + 1, 2) at multiples of `step` s after the onset, by the Runge-Kutta method of order 4.
+
+    Friction falls from the breakaway by `excess` to Coulomb friction over the Stribeck velocity `velocity`; inf: it does not fall.
+    """
+    table = np.zeros((STEPS + 1, 2))
+    slopes = np.zeros(4)
+    v = 0.0
+    for k in range(STEPS):
+        at = v
+        for stage in range(4):
+            if stage > 0:
+                at = v + (step if stage == 3 else 0.5 * step) * slopes[stage - 1]
+            t = step * (k + (0.0 if stage == 0 else 1.0 if stage == 3 else 0.5))
+            fallen = -math.expm1(-((at / velocity) ** 2))
+            slopes[stage] = (rate * t + max(excess, 0.0) * fallen - axis[1] * at) / axis[0]
+        table[k + 1, 0] = table[k, 0] + step * (v + step / 6.0 * (slopes[0] + slopes[1] + slopes[2]))
+        v += step / 6.0 * (slopes[0] + 2.0 * slopes[1] + 2.0 * slopes[2] + slopes[3])
+        table[k + 1, 1] = v
+    return table
+
+
+@kernel
+def looked_up(t: float, step: float, table: Table) -> float:
+    """Return the position of `travel_table` at t, by cubic Hermite interpolation; 0 for t <= 0."""
+    if t <= 0.0:
+        return 0.0
+    k = min(int(t / step), table.shape[0] - 2)
+    x = t / step - k
+    rise, left, right = table[k + 1, 0] - table[k, 0], step * table[k, 1], step * table[k + 1, 1]
+    value: float = table[k, 0] + x * (left + x * (3.0 * rise - 2.0 * left - right + x * (left + right - 2.0 * rise)))
+    return value
+
+
+@kernel
 def misfit(
-    t0: float, time: Vector, seen: Vector, ramp: Vector, axis: Vector, resolution: float, expected: float, timing: float
+    t0: float,
+    time: Vector,
+    seen: Vector,
+    ramp: Vector,
+    axis: Vector,
+    resolution: float,
+    expected: float,
+    timing: float,
+    table_step: float,
+    table: Table,
 ) -> tuple[float, float]:
     """(sum of squares of the model's travel against start + `seen` (n,) at `time` (n,), the start that makes it least, within one count).
 
     ramp: (|effort| at time 0, its rate per s); axis: (inertia, viscous, coulomb); expected: the start preferred, rad | m.
-    timing: see above.
+    timing: see above. table: of `travel_table` with its step, s; one row: friction falls at once.
     """
     excess = ramp[0] + ramp[1] * t0 - axis[2]
     n = time.shape[0]
     total, square = 0.0, 0.0
     for k in range(n):
-        error = travel(time[k] - t0, excess, ramp[1], axis[0], axis[1]) - seen[k]
+        late = time[k] - t0
+        moved = looked_up(late, table_step, table) if table.shape[0] > 1 else travel(late, excess, ramp[1], axis[0], axis[1])
+        error = moved - seen[k]
         total += error
         square += error * error
     start = min(max((total + timing * expected) / (n + timing), 0.0), resolution)
@@ -69,34 +123,68 @@ def misfit(
 
 
 @kernel
-def onset_time(
-    time: Vector, seen: Vector, ramp: Vector, axis: Vector, resolution: float, expected: float, timing: float, span: float
-) -> tuple[float, float, int]:
-    """(t0 [s], start [rad | m], status): the onset within `span` s before time[0]; arguments as in `misfit`. Status: see STATUS."""
-    if time.shape[0] == 0:
-        return math.nan, math.nan, NO_MOTION
-    if not (span > 0.0 and ramp[1] > 0.0 and axis[0] > 0.0):
-        return math.nan, math.nan, NOT_POSITIVE
+def searched(
+    time: Vector,
+    seen: Vector,
+    ramp: Vector,
+    axis: Vector,
+    resolution: float,
+    expected: float,
+    timing: float,
+    span: float,
+    table_step: float,
+    table: Table,
+) -> float:
+    """Return the onset [s] with the least `misfit`, whose arguments are given; within `span` s before time[0]."""
     step = span / COARSE
     best, least = time[0], math.inf
     for k in range(COARSE + 1):
         t0 = time[0] - k * step
-        value = misfit(t0, time, seen, ramp, axis, resolution, expected, timing)[0]
+        value = misfit(t0, time, seen, ramp, axis, resolution, expected, timing, table_step, table)[0]
         if value < least:
             best, least = t0, value
     low, high = best - step, min(best + step, time[0])
     ratio = 0.5 * (math.sqrt(5.0) - 1.0)
     for _ in range(HALVINGS):
         left, right = high - ratio * (high - low), low + ratio * (high - low)
-        if (
-            misfit(left, time, seen, ramp, axis, resolution, expected, timing)[0]
-            <= misfit(right, time, seen, ramp, axis, resolution, expected, timing)[0]
-        ):
+        before = misfit(left, time, seen, ramp, axis, resolution, expected, timing, table_step, table)[0]
+        after = misfit(right, time, seen, ramp, axis, resolution, expected, timing, table_step, table)[0]
+        if before <= after:
             high = right
         else:
             low = left
-    t0 = 0.5 * (low + high)
-    return t0, misfit(t0, time, seen, ramp, axis, resolution, expected, timing)[1], OK
+    return 0.5 * (low + high)
+
+
+@kernel
+def onset_time(
+    time: Vector,
+    seen: Vector,
+    ramp: Vector,
+    axis: Vector,
+    resolution: float,
+    expected: float,
+    timing: float,
+    span: float,
+    velocity: float,
+) -> tuple[float, float, float, int]:
+    """(t0 [s], start [rad | m], misfit, status): the onset within `span` s before time[0]; arguments as in `misfit`. Status: see STATUS.
+
+    velocity: Stribeck velocity, rad/s | m/s; 0: friction falls at once; inf: it does not.
+    """
+    if time.shape[0] == 0:
+        return math.nan, math.nan, math.nan, NO_MOTION
+    if not (span > 0.0 and ramp[1] > 0.0 and axis[0] > 0.0):
+        return math.nan, math.nan, math.nan, NOT_POSITIVE
+    table = np.zeros((1, 2))
+    duration = (time[-1] - time[0] + span * (1.0 + 1.0 / COARSE)) / STEPS
+    t0 = searched(time, seen, ramp, axis, resolution, expected, timing, span, duration, table)
+    if velocity > 0.0:
+        for _ in range(ROUNDS):
+            table = travel_table(duration, ramp[0] + ramp[1] * t0 - axis[2], ramp[1], axis, velocity)
+            t0 = searched(time, seen, ramp, axis, resolution, expected, timing, span, duration, table)
+    left, start = misfit(t0, time, seen, ramp, axis, resolution, expected, timing, duration, table)
+    return t0, start, left, OK
 
 
 def search_span(resolution: float, rate: float, inertia: float, counts: float) -> float:
