@@ -97,9 +97,9 @@ def test_the_table_is_the_closed_form_where_friction_falls_at_once_or_never(velo
     axis, rate, excess, step = np.array([5e-3, 0.02, 0.45]), 0.5, 0.1, 2e-4
     table = travel_table(step, excess, rate, axis, velocity)
     for time in (0.3 * step, 17.7 * step, (STEPS - 0.1) * step):
-        exact, before = (travel(t, excess if velocity < 1.0 else 0.0, rate, axis[0], axis[1]) for t in (time, time - step))
+        exact, later = (travel(t, excess if velocity < 1.0 else 0.0, rate, axis[0], axis[1]) for t in (time, time + step))
         # a fall within the first step is late by a part of it
-        assert looked_up(time, step, table) == pytest.approx(exact, rel=1e-7, abs=exact - before if velocity < 1.0 else 1e-12)
+        assert looked_up(time, step, table) == pytest.approx(exact, rel=1e-7, abs=later - exact if velocity < 1.0 else 1e-12)
     assert looked_up(-1.0, step, table) == 0.0
 
 

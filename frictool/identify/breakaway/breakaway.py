@@ -50,6 +50,7 @@ MOVED_COUNTS = 0.5  # a motion ends further than this from where it began: one c
 CHANGES_USED = 4  # of the encoder after the onset: later ones tell more of the inertia than of the onset
 FEWEST_ONSETS = 5
 RELATIVE_NOISE = 1e-3  # of the effort: the least that its noise is taken for
+PRIOR = 12.0  # precision of a place that is anywhere within its count
 UNIFORM = float(np.sqrt(3.0))  # half a range over its standard deviation
 ONSETS_COMPARED = 100  # at most, evenly spaced, when Stribeck velocities are compared: they count as one anyway
 ROUNDS = 3  # of the friction's shape over position and the onsets that it tells
@@ -241,12 +242,10 @@ class Evidence:
         low, high = (efforts(self.onsets, axis, self.resolution, expected, shape, self.velocity)[1] for expected in (0.0, 1.0))
         told, tells = float(np.mean(low)), max(1.0 - float(np.mean(high - low)), 1e-6)
         independent = max(1.0, low.size / FOLLOWING)
-        spread = float(np.var(0.5 * (low + high))) / (tells**2 * independent)
-        repeated = max(1.0 - tells, 0.0) / (12.0 * tells)  # variance of the timing of one onset, which repeats itself with the test
-        precision = 1.0 / max(spread + repeated, 1e-9)
-        prior = 12.0
-        mean = (precision * min(max(told / tells, 0.0), 1.0) + 0.5 * prior) / (precision + prior)
-        return mean, float(1.0 / np.sqrt(precision + prior))
+        spread = max(float(np.var(0.5 * (low + high))), 1e-9) / (tells**2 * independent)
+        repeated = max(1.0 - tells, 0.0) / (12.0 * tells)  # variance that the timing leaves to one onset; all repeat the same errors
+        mean = (min(max(told / tells, 0.0), 1.0) / spread + 0.5 * PRIOR) / (1.0 / spread + PRIOR)
+        return mean, float(1.0 / np.sqrt(1.0 / (spread + repeated) + PRIOR))
 
     def friction(self, axis: Mapping[str, float], shape: Vector | None, beside: float = 0.0) -> Vector:
         """|effort| less the offset, (n,); with the place of rest so many standard deviations `beside` its mean."""
