@@ -123,7 +123,7 @@ def misfit(
 
 
 @kernel
-def searched(
+def least_misfit(
     time: Vector,
     seen: Vector,
     ramp: Vector,
@@ -153,7 +153,8 @@ def searched(
             high = right
         else:
             low = left
-    return 0.5 * (low + high)
+    middle: float = 0.5 * (low + high)
+    return middle
 
 
 @kernel
@@ -178,11 +179,11 @@ def onset_time(
         return math.nan, math.nan, math.nan, NOT_POSITIVE
     table = np.zeros((1, 2))
     duration = (time[-1] - time[0] + span * (1.0 + 1.0 / COARSE)) / STEPS
-    t0 = searched(time, seen, ramp, axis, resolution, expected, timing, span, duration, table)
+    t0 = least_misfit(time, seen, ramp, axis, resolution, expected, timing, span, duration, table)
     if velocity > 0.0:
         for _ in range(ROUNDS):
             table = travel_table(duration, ramp[0] + ramp[1] * t0 - axis[2], ramp[1], axis, velocity)
-            t0 = searched(time, seen, ramp, axis, resolution, expected, timing, span, duration, table)
+            t0 = least_misfit(time, seen, ramp, axis, resolution, expected, timing, span, duration, table)
     left, start = misfit(t0, time, seen, ramp, axis, resolution, expected, timing, duration, table)
     return t0, start, left, OK
 
