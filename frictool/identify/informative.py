@@ -27,7 +27,7 @@ def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> 
     """Return why an interval is of no use: impossible, too wide, or no narrower than that of the bench (4.2.1); None if it is of use."""
     shown = f"[{interval.low:.4g}, {interval.high:.4g}]"
     if not interval.half_width < float("inf"):
-        return "the motion does not repeat often enough to tell how uncertain it is"
+        return "the motion does not repeat often enough to compute its uncertainty"
     if name in NEVER_NEGATIVE and interval.value < 0.0:
         hint = "; do position and drive have one sign (encoder.direction)?" if interval.high < 0.0 else ""
         return f"the log gives {interval.value:.4g} in {shown}, which is negative{hint}"

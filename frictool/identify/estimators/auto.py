@@ -106,7 +106,7 @@ def _differentiated(records: list[Record], bench: Bench, settings: Settings, dro
         why = "equal weights and weights by speed agree within their intervals: friction is viscous and Coulomb at all speeds used"
         fits = [replace(efficient, method="least-squares", why=why)]
     else:
-        why = f"{apart} with equal weights is outside what weights by speed give: the slow samples tell another friction, and count less"
+        why = f"{apart} with equal weights is outside what weights by speed give: friction differs at low speed, where samples count less"
         fits = [replace(robust, method="power-balance", why=why), replace(efficient, method="least-squares", why=why)]
     refuse_self_explained(fits[0], records)  # after a choice by simulation, `refusals` could not recognise a computed effort
     from frictool.identify.estimators.comparison import ComparedData, best_by_prediction

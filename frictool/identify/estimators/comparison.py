@@ -113,7 +113,7 @@ def _winner(allowed: Sequence[PredictionScore]) -> tuple[PredictionScore, Fit, s
     if twin is None or apart is None:
         return winner, fit, ""
     second, other, _ = _winner(others)
-    return second, other, f"; {winner.name} is not taken: its {apart} contradicts {twin.name}, so that something acts that neither knows"
+    return second, other, f"; {winner.name} is not taken: its {apart} contradicts {twin.name}, so that an effect is missing in both"
 
 
 def contradicted(regression: Fit, simulated: Fit) -> str | None:

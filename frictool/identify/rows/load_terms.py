@@ -42,7 +42,7 @@ TERMS: dict[str, tuple[str, ...]] = {
 DECLARED: dict[str, Term] = {DIRECTION: "viscous_by_direction", SPRING: "spring", GRAVITY: "gravity", RIPPLE: "ripple"}  # in `load.terms`
 POSITIVE = ("inertia", "viscous", "coulomb", "viscous_backward", "coulomb_backward")
 HALVES = ("coulomb_backward",)  # of no term of their own
-UNTOLD = "the motion does not repeat often enough to tell how uncertain it is"
+UNTOLD = "the motion does not repeat often enough to compute its uncertainty"
 SMALLEST = 1e-6  # of its start: no inertia below it is tried
 
 

@@ -141,7 +141,7 @@ def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> Co
     column = first.name
     if len(contenders) > 1:
         column = OPEN
-        questions.append(ColumnQuestion(channel, "column", _quoted(names), "several columns may be it"))
+        questions.append(ColumnQuestion(channel, "column", _quoted(names), "several columns fit equally well"))
     elif several:
         column = OPEN
         what = " or ".join(quantities(first.name))
