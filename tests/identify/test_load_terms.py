@@ -205,7 +205,7 @@ def test_the_command_writes_them_into_the_model(tmp_path: Path) -> None:
     text = command("identify", log, "--bench", bench, "-o", target)
     assert text.code == 0, text.stderr
     assert "load beside friction: gravity sine" in text.stdout
-    assert "viscous friction backward" in text.stdout
+    assert "backward: viscous " in text.stdout
     model = load_document(target, Model)
     assert model.laws is not None
     assert model.laws.load is not None

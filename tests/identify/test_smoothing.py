@@ -10,7 +10,9 @@ from scipy.integrate import quad
 
 from frictool.bell import effort_weights
 from frictool.identify.record import make_record
+from frictool.identify.rows.slipping import SMALLEST_SHARE, shortest_window, slipping_window
 from frictool.identify.rows.smoothing import acceleration_filter, bump, choose_window, position_noise, smoothed
+from tests.identify.linear_axis import linear_axis
 
 PERIOD = 1e-3
 WINDOWS = st.integers(3, 60).map(lambda n: 2 * n + 1)
@@ -79,3 +81,13 @@ def test_the_window_grows_with_the_encoder_step_up_to_a_share_of_the_stroke() ->
         windows.append(choose_window(record, 500.0, 0.0075))
     assert windows[0] == 11
     assert 11 < windows[1] < windows[2] == 83
+
+
+def test_records_of_two_encoders_share_the_window_of_the_coarser_one() -> None:
+    _, fine = linear_axis(3)
+    step = 20.0 * fine.resolution
+    coarse = make_record("coarse", fine.time, np.floor(fine.position / step) * step, fine.effort, step, fine.lag)
+    alone = [shortest_window([record], SMALLEST_SHARE) for record in (fine, coarse)]
+    assert alone[0] < alone[1]
+    for records in ([fine, coarse], [coarse, fine]):
+        assert shortest_window(records, SMALLEST_SHARE) == slipping_window(records, None) == alone[1]
