@@ -18,7 +18,7 @@ from frictool.identify.constant_effort import without_constant_effort
 from frictool.identify.estimators.auto import inertia_over_position
 from frictool.identify.force_error import SlipRows, force_error, motion_rows
 from frictool.identify.informative import NEVER_NEGATIVE, below_coulomb, why_uninformative
-from frictool.identify.orientation import negative_work, opposite_signs, reversed_sign
+from frictool.identify.orientation import negative_effort, opposite_signs, reversed_sign
 from frictool.identify.outcome import CURVE, PARAMETERS, SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.plausible import implausible
 from frictool.identify.pooling import pooling_warnings
@@ -133,7 +133,7 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
     warnings = (*odd, *_surprises(ordered, bench), *_doubts(fit, method), *pooled)
     result = Identification((fit and fit.method) or method, settings.confidence, kinds, ordered, refused, fit, onsets, warnings, laws)
     if not PHYSICAL & found.keys():
-        reason = negative_work([*sliding, *ramps], bench)
+        reason = negative_effort([*sliding, *ramps], bench, settings.confidence)
         if reason is not None:
             raise _reversed(reason, method, settings, kinds, odd)
         if "offset" in found:

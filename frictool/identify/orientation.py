@@ -8,11 +8,14 @@ negative. The check fits, to the samples certain to slip of one log,
 and looks at the larger of the two efforts, inertia rms(a) or friction: the log is reversed where that one is negative beyond its
 uncertainty. The smaller one decides nothing, since a delay between position and drive is enough to change its sign.
 
-A log that gives no such fit, as one of breakaway ramps, is judged by the net work of its effort, which friction makes positive.
+A log that gives no such fit, as one of breakaway ramps or of slow motion on a coarse encoder, is judged stroke by stroke: the mean effort
+from the first to the last count of a stroke is friction and offset. It is not judged by the work of the samples: a controller's derivative
+brakes at each count, in the sample in which the count shows, so that the sum of effort times count is negative while the mean is not.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -21,12 +24,13 @@ import numpy as np
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
 from frictool.identify.methods import Settings
-from frictool.identify.outcome import NothingUsable
-from frictool.identify.record import Record
+from frictool.identify.outcome import Interval, NothingUsable
+from frictool.identify.record import Record, Vector
 from frictool.identify.regression.clusters import clusters
 from frictool.identify.regression.regression import Singular, solve
-from frictool.identify.rows.samples import parameters_of
+from frictool.identify.rows.samples import FEWEST_STROKES, parameters_of
 from frictool.identify.rows.slipping import SMALLEST_SHARE, slipping
+from frictool.identify.rows.strokes import find_strokes
 from frictool.logs.quality.sign import CLEAR, net_work
 
 
@@ -39,13 +43,46 @@ def reversed_sign(records: Sequence[Record], bench: Bench, settings: Settings) -
     return None
 
 
-def negative_work(records: Sequence[Record], bench: Bench) -> str | None:
-    """Return what is wrong and how to mend it if the effort of a record takes energy out of an axis that moves, else None."""
+def negative_effort(records: Sequence[Record], bench: Bench, confidence: float) -> str | None:
+    """Return what is wrong and how to mend it if the effort brakes the strokes of a record, else None.
+
+    With strokes in both directions the mean effort along them has to be negative beyond its uncertainty, without the offset. With fewer,
+    every stroke's mean effort and the net work have to be negative.
+    """
     for record in records:
+        direction, effort = stroke_efforts(record)
+        friction = stroke_friction(direction, effort, confidence)
         work = net_work(record.position, record.effort)
-        if work is not None and work <= -CLEAR:
+        if friction is not None and friction.high < 0.0:
+            shown = f"{friction.value:.4g} {si_unit('effort', bench.axis)} in [{friction.low:.4g}, {friction.high:.4g}]"
+            return opposite_signs([record], f"the mean effort along its strokes is {shown}", bench)
+        if friction is None and direction.size and np.all(direction * effort < 0.0) and work is not None and work <= -CLEAR:
             return opposite_signs([record], f"the net work of the effort is {100.0 * work:.0f} % of its absolute work", bench)
     return None
+
+
+def stroke_efforts(record: Record) -> tuple[Vector, Vector]:
+    """Return direction (s,) and mean effort (s,) of each stroke, from its first to its last count."""
+    strokes = find_strokes(record)
+    direction, effort = list[float](), list[float]()
+    starts = np.flatnonzero(np.diff(strokes.number, prepend=-1))
+    for first, end in itertools.pairwise([*starts.tolist(), record.position.size]):
+        advance = strokes.advance[first:end]
+        begin, last = int(np.argmax(advance > 0.0)), int(np.argmax(advance))
+        if strokes.sign[first] != 0.0 and last > begin:
+            direction.append(float(strokes.sign[first]))
+            effort.append(float(np.mean(record.effort[first + begin : first + last])))
+    return np.array(direction), np.array(effort)
+
+
+def stroke_friction(direction: Vector, effort: Vector, confidence: float) -> Interval | None:
+    """Return the mean effort along the strokes without the offset; None if there are too few strokes in one direction."""
+    if min(np.count_nonzero(direction > 0.0), np.count_nonzero(direction < 0.0)) < FEWEST_STROKES:
+        return None
+    columns = np.column_stack((direction, np.ones(direction.size)))
+    solution = solve(columns, effort, np.ones(direction.size), np.arange(direction.size))
+    value, half = float(solution.value[0]), float(solution.half_width(confidence)[0])
+    return Interval(value, value - half, value + half)
 
 
 def opposite_signs(records: Sequence[Record], shown: str, bench: Bench) -> str:
