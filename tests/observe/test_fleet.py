@@ -114,6 +114,7 @@ def test_a_commissioning_that_is_given_is_that_of_all(rig: SimpleNamespace, tmp_
 def test_what_the_log_says_of_unit_and_date_comes_first(rig: SimpleNamespace, tmp_path: Path) -> None:
     raw = rig.folder / "U23" / "2026-01-03.mcap"
     named = tmp_path / "logs" / "U99_2026-05-05.mcap"
+    named.parent.mkdir()
     assert run("ingest", raw, "--unit", "S 4711", "--date", "2026-04-01T08:15:00", "-o", named).code == 0
     by_name = tmp_path / "logs" / "U99_20260505.mcap"
     by_name.write_bytes(raw.read_bytes())
