@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from frictool.documents.bench import Column, Encoder
@@ -156,11 +156,12 @@ def found(position: np.ndarray, cuts: list[int] | None = None) -> Wrap | None:
 
 
 @given(cuts=st.lists(st.integers(0, TIME.size), max_size=6), low=st.floats(-10.0, 10.0))
+@example(cuts=[], low=1.03125)  # the first wrap is the third sample's, before which there is one step only
 def test_it_does_not_matter_where_blocks_end(cuts: list[int], low: float):
     seen = shown(TRUE, TURN, low)
     wrap = found(seen, cuts)
     assert wrap is not None
-    assert (wrap.period, wrap.count) == (TURN, int(np.sum(np.abs(np.diff(seen)) > 1.0)))
+    assert (wrap.period, wrap.count) == (TURN, int(np.sum(np.abs(np.diff(seen))[2:-2] > 1.0)))
     one, whole = PeriodicSignal(TURN), PeriodicSignal(TURN).follow(seen)
     assert np.array_equal(np.concatenate([one.follow(block) for block in np.split(seen, sorted(cuts))]), whole)
     assert np.abs(whole - whole[0] - TRUE + TRUE[0]).max() < 1e-9

@@ -137,7 +137,7 @@ class _Candidate:
         beside = np.array([padded[at : at + rest.size] for at in range(2 * NEIGHBOURS + 1) if at != NEIGHBOURS])
         low, high, fastest = beside.min(axis=0), beside.max(axis=0), np.abs(beside).max(axis=0)
         allowed = ALIKE * fastest + self._noise + STEP_SLACK * self._period
-        long = size > 0.5 * self._period
+        long = (size > 0.5 * self._period) & np.isfinite(fastest)
         wraps = long & (size < self._period) & (fastest < FASTEST * self._period) & (rest >= low - allowed) & (rest <= high + allowed)
         if wraps[judged].any() and not self.wraps:
             place = (judged.start or 0) + int(np.argmax(wraps[judged]))
