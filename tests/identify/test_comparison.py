@@ -15,7 +15,7 @@ import pytest
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
-from frictool.identify.estimators.comparison import Given, best_by_prediction
+from frictool.identify.estimators.comparison import ComparedData, best_by_prediction
 from frictool.identify.force_error import force_error, motion_rows
 from frictool.identify.identification import identify
 from frictool.identify.methods import Settings, run
@@ -140,13 +140,13 @@ def test_the_power_balance_is_not_taken_where_its_model_simulates_worse() -> Non
     bench = load(EMPS, Bench)
     record = record_of(read_log(data("emps", "DATA_EMPS.mat"), bench), bench)
     fits = [replace(run(method, [record], bench, Settings()), method=method, why="asked") for method in ("power-balance", "least-squares")]
-    assert best_by_prediction(Given([record], bench, Settings(), fits)).method != "power-balance"
+    assert best_by_prediction(ComparedData([record], bench, Settings(), fits)).method != "power-balance"
 
 
 def test_logs_too_short_for_halves_compare_the_regressions_on_themselves() -> None:
     record, bench = day("monday").part(slice(0, 6_200)), load(EMPS, Bench)
     fits = [replace(run(method, [record], bench, Settings()), method=method, why="asked") for method in ("power-balance", "least-squares")]
-    chosen = best_by_prediction(Given([record], bench, Settings(), fits))
+    chosen = best_by_prediction(ComparedData([record], bench, Settings(), fits))
     assert "too short for halves" in str(chosen.why)
     score = {fit.method: float(re.findall(rf"{fit.method} ([0-9.e-]+) m", str(chosen.why))[0]) for fit in fits}
     assert 0.9 * score[chosen.method] <= min(score.values())
