@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -11,13 +13,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.bell import bell
-from frictool.identify.assess.bench_facts import facts_of
+from frictool.identify.assess.assessment import WANTED
+from frictool.identify.assess.bench_facts import Facts, facts_of
 from frictool.identify.assess.entropy import metric_entropy, sensor_entropy
 from frictool.identify.assess.noise_filter import filter_for, noise_ratio
 from frictool.identify.assess.quantisation import inertia_error, viscous_error
 from frictool.identify.assess.ramps import SPREAD, ramp_precision
 from frictool.identify.assess.sines import sines_half_width
 from frictool.identify.assess.weak import weak_deviation
+from frictool.identify.estimators import auto
 from frictool.identify.excite.information import Friction, Sensing, Stroke, cramer_rao, regressors
 from tests.identify.benches import clutch
 
@@ -163,3 +167,18 @@ def test_ramps_err_as_predicted() -> None:
     assert np.std(draw.uniform(0.0, 1.0, 100_000) ** (1.0 / 3.0)) == pytest.approx(SPREAD, rel=0.01)
     spread = ramp_precision(rate, step, period, (0.8 * inertia, inertia, 1.2 * inertia), 1e9)
     assert spread.deviation > 0.0  # the inertia's range is not averaged away
+
+
+@pytest.mark.parametrize(("known", "precision"), [(0.9, WANTED), (0.01, 0.01)])
+def test_auto_asks_for_the_wanted_precision_or_for_a_better_one_that_the_bench_has(
+    known: float, precision: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    requested: list[float] = []
+
+    def verdict(parameter: str, facts: Facts, precision: float) -> SimpleNamespace:
+        requested.append(precision)
+        return SimpleNamespace(identifiable=True)
+
+    monkeypatch.setattr(auto, "verdict", verdict)
+    auto.decided("inertia", cast("Facts", SimpleNamespace(known={"inertia": known})))
+    assert requested == [precision]
