@@ -81,7 +81,7 @@ class _Composition:
         self._observe()
 
     def _inputs(self) -> dict[str, Node]:
-        """What the caller gives at every sample, by name."""
+        """Inputs that the caller passes at every sample, by name."""
         inputs = {name: self.program.input(name, self.low, self.high) for name in ("reference", "position")}
         if self.document.velocity.source == "measured":
             top = self.document.bench.mechanics.top_speed

@@ -17,7 +17,7 @@ from frictool.documents.scalars import Loader
 try:
     from yaml._yaml import CParser
 except ImportError:  # PyYAML built without libyaml
-    CParser = None  # type: ignore[assignment, misc]
+    CParser = None  # type: ignore[assignment, misc]  # the parser in Python replaces it
 
 MAX_DEPTH = 100
 MAX_NODES = 200_000  # the largest document takes some seconds; an alias counts each time it is used
@@ -42,7 +42,7 @@ class _BoundedComposer(Composer):
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
         """Return the next node. Raises RefusedYaml where the document exceeds a bound or carries a tag."""
-        event: Any = self.peek_event()  # type: ignore[attr-defined]  # of the parser
+        event: Any = self.peek_event()  # type: ignore[attr-defined]  # a method of the parser, with which this class is combined
         before = self._nodes
         if isinstance(event, yaml.AliasEvent):
             self._count(self._sizes.get(str(event.anchor), 0), event)

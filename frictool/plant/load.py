@@ -96,7 +96,7 @@ def under_load(axis: Vector, load: Vector) -> Vector:
 
 @inner_kernel
 def is_loaded(p: Vector) -> bool:
-    """Whether a load stands behind the parameters."""
+    """Return whether a load stands behind the parameters."""
     return bool(p.shape[0] > EXTENDED_SIZE)
 
 

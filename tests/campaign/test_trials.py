@@ -70,7 +70,7 @@ def test_what_does_not_vary_is_no_factor() -> None:
 
 
 def test_a_trial_is_undecided_by_what_another_trial_decides() -> None:
-    """Of three requirements nobody decides the last; the second trial leaves the second one open."""
+    """No trial decides the last of three requirements; the second trial leaves the second one undecided."""
     met = np.array([[MET, MET, UNDECIDED], [MET, UNDECIDED, UNDECIDED], [UNDECIDED, BROKEN, UNDECIDED], [UNDECIDED] * 3], dtype=np.int8)
     np.testing.assert_array_equal(trial_outcomes(met), [MET, UNDECIDED, BROKEN, UNDECIDED])
     np.testing.assert_array_equal(trial_outcomes(met, (0,)), [BROKEN, UNDECIDED, BROKEN, UNDECIDED])

@@ -36,7 +36,7 @@ def with_inertia(low: float, high: float) -> Model:
 
 
 def margin_at(inertia: float, viscous: float, constant: float) -> float:
-    """Of the rebuilt loop."""
+    """Return the modulus margin of the rebuilt loop."""
     rates = PlantPoint("", inertia, viscous, 0.1, constant).rates
     return min(
         check_feedback(loop, rates, CONTROLLER.bench.actuator.loop_time_constant_s, 1).modulus_margin for loop in feedbacks_of(CONTROLLER)

@@ -124,7 +124,7 @@ def _allowed(number: str, solved: bool) -> Decimal:
 
 
 def _on_the_same_side(printed: tuple[str, str, str], page: tuple[str, str, str]) -> bool:
-    """Whether two inequalities (number, sign, number) are both true or both false, and their first numbers agree within JUDGED."""
+    """Return whether two inequalities (number, sign, number) are both true or both false, and their first numbers agree within JUDGED."""
     held = [HOLDS[sign](Decimal(left), Decimal(right)) for left, sign, right in (printed, page)]
     room = max(UNITS * _unit(page[0]), abs(Decimal(page[0])) * JUDGED)
     return held[0] == held[1] and abs(Decimal(printed[0]) - Decimal(page[0])) <= room

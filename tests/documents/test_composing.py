@@ -84,7 +84,7 @@ def test_a_huge_document_is_refused_in_seconds(text: str, tmp_path: Path) -> Non
 
 
 def _tree(node: yaml.Node | None) -> object:
-    """What a reader uses of a node: tag, line and content."""
+    """Return the parts of a node that a reader uses: tag, line and content."""
     if isinstance(node, yaml.MappingNode):
         return node.tag, node.start_mark.line, [(_tree(key), _tree(value)) for key, value in node.value]
     if isinstance(node, yaml.SequenceNode):

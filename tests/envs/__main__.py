@@ -22,7 +22,7 @@ NAMES = (*dependencies.ENVIRONMENTS, *processors.ENVIRONMENTS)
 
 
 def made(name: str, paths: tuple[str, ...]) -> dict[str, Any]:
-    """What one environment gave."""
+    """Result of the tests in one environment."""
     if name in dependencies.ENVIRONMENTS:
         return dependencies.ENVIRONMENTS[name]()
     return processors.ENVIRONMENTS[name](paths)

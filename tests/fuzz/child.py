@@ -38,7 +38,7 @@ def input_of(name: str, data: bytes, seed: int, index: int) -> bytes:
 
 
 def command(name: str, index: int, path: Path, bench: Path, target: Path) -> list[str | Path]:
-    """What an input is given to: in turn ingest, info, and ingest with salvage; of a logger `info` and `--guess`; a document as a bench."""
+    """Return the command for an input: ingest, info or ingest --salvage in turn; info or --guess for a logger; info for a document."""
     if name == samples.DOCUMENT:
         return ["info", bench, "--bench", path, "--json"]
     if name.startswith(samples.LOGGER):

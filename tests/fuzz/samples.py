@@ -249,5 +249,5 @@ def _whole(table: Table, name: str) -> Block | None:
 
 
 def write_other(name: str, path: Path, target: Path) -> None:
-    """What an input is read with: the bench of the sample at `path`, of a document the log that it is a bench of."""
+    """Write the second file of the command: the bench of the sample at `path`, or the log that a document is the bench of."""
     target.write_text("time,encoder,current\n" + _rows(",") if name == DOCUMENT else to_yaml(bench_of(path)))

@@ -40,7 +40,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def identified(folder: Path, *days: str, method: str = "auto") -> tuple[dict[str, Any], str, Path]:
-    """What `identify --json` prints, stderr, and the model."""
+    """Return the JSON of `identify`, its stderr, and the model."""
     target = folder / f"{method}_{'_'.join(days)}.yaml"
     result = command("identify", *(folder / f"{name}.csv" for name in days), "--bench", EMPS, "--method", method, "--json", "-o", target)
     assert result.code == 0, result.stderr

@@ -79,7 +79,7 @@ def test_what_a_constant_effort_does_say_is_kept(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_current_of_few_steps_against_dry_friction_is_kept(tmp_path: Path, seed: int) -> None:
-    """Where friction takes nearly all effort, it is constant within a step of a coarse converter, and that is the truth."""
+    """A coarse converter shows a constant effort if friction takes nearly all of it; such a log is no error."""
     draw = np.random.default_rng(seed)
     friction = draw.uniform(2.0, 6.0)
     arm = Arm(inertia=0.02, viscous=0.01, coulomb=friction, breakaway=1.05 * friction, counts=65536)

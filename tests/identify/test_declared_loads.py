@@ -53,7 +53,7 @@ def axis_with_small_loads(seed: int) -> Loaded:
 
 @pytest.mark.parametrize("method", ["least-squares", "weighted"])
 def test_small_declared_loads_leave_the_other_intervals_honest(method: str) -> None:
-    """Of 20 intervals at 95 %, fewer than 16 hold the truth once in 400."""
+    """Fewer than 16 of 20 intervals of 95 % hold the truth by chance once in 400 draws."""
     held: Counter[str] = Counter()
     given: Counter[str] = Counter()
     for seed in range(SEEDS):

@@ -34,7 +34,7 @@ def runs(folder: Path, stribeck_velocity: float, seed: int) -> Path:
 
 
 def identify(folder: Path, log: Path) -> dict[str, dict[str, dict[str, float]]]:
-    """What `identify --method stribeck-curve` says in JSON, once the model has been read and simulated from."""
+    """Return the JSON of `identify --method stribeck-curve` after its model was read and simulated."""
     model = folder / "model.yaml"
     result = run("identify", log, "--bench", write_bench(folder, ARM), "--method", "stribeck-curve", "-o", model, "--json")
     assert result.code == 0, result.stderr

@@ -28,7 +28,7 @@ COUNTS = 4096
 
 
 def shown(true: np.ndarray, period: float, low: float) -> np.ndarray:
-    """What a sensor shows in [low, low + period)."""
+    """Return the reading of a sensor that wraps into [low, low + period)."""
     return np.mod(true - low, period) + low
 
 

@@ -25,7 +25,7 @@ NO_TESTS = 5  # pytest's exit code
 
 @dataclass(frozen=True)
 class Outcome:
-    """What happened to a mutant: `killed`, `survived` or `out of time`; the test that failed; the wall time [s]."""
+    """Outcome of a mutant: `killed`, `survived` or `out of time`; the test that failed; the wall time [s]."""
 
     status: str
     test: str

@@ -262,7 +262,7 @@ def test_a_model_without_dry_friction_is_refused(rig: SimpleNamespace, tmp_path:
 
 @pytest.mark.parametrize("noise", [0.05, 0.5])
 def test_the_stated_rate_of_the_velocity_holds_with_a_fine_encoder(noise: float, tmp_path: Path) -> None:
-    """Of 95 % stated, intervals that leave out the drive's noise held 77 % at 0.05 A and 60 % at 0.5 A."""
+    """Intervals of 95 % that leave out the drive's noise held 77 % at 0.05 A and 60 % at 0.5 A."""
     log = log_of(Unit(counts=4096.0), 1, SECONDS, noise)
     path, model = save(log, tmp_path / "fine.mcap"), model_file(tmp_path, with_encoder(clutch(), 4096.0))
     assert observe(model, path, "-o", tmp_path / "found.mcap").code == 0

@@ -1,4 +1,4 @@
-"""What no controller can reach is refused before the design, by figures that a simulated bang-bang step confirms."""
+"""Requirements that no controller can reach are refused before the design; a simulated bang-bang step confirms the bounds."""
 
 from __future__ import annotations
 

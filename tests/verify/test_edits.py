@@ -109,7 +109,7 @@ def test_every_edit_of_a_figure_is_seen(name: Named) -> None:
 
 
 def _true_anew(label: str) -> bool:
-    """Whether the document with new digests claims nothing false: a requirement, a solver's bound, or a weaker bound."""
+    """Return whether the document with new digests claims nothing false: a requirement, a solver's bound, or a weaker bound."""
     key, _, change = label.partition(" ")
     last = key.rpartition(".")[2]
     return last in GIVEN or (last in SOLVED and change == "x1.5") or (last == "below" and change == "x1.5")

@@ -66,7 +66,7 @@ def gather_rest(k: Places, p: Vector, modes: Places, found: Places, count: int, 
 
 @inset_kernel
 def force_at_rest(k: Places, p: Vector, i: int, w: Vector) -> tuple[float, float, float]:
-    """What a member at rest needs from its joint, lowest and highest, and the slack there."""
+    """Return the lowest and the highest force that a member at rest needs from its joint, and the slack there."""
     ratio = p[joint_row(k, k[k[PARENT_JOINT] + i]) + RATIO]
     low, high, slack = w[NEED, i], w[NEED_HIGH, i], slack_at(k, p, w, i)
     if k[k[OUTWARD] + i] == 0:
@@ -110,6 +110,6 @@ def unload(k: Places, p: Vector, modes: Places, found: Places, count: int, w: Ve
 
 @inset_kernel
 def stays_loaded(k: Places, p: Vector, modes: Places, found: Places, count: int, towards: float, w: Vector) -> bool:
-    """Whether a tree can rest with its self-locking joints loaded as their branches say (`gather_rest`)."""
+    """Return whether a tree can rest with its self-locking joints loaded as their branches say (`gather_rest`)."""
     exists = gather_rest(k, p, modes, found, count, True, towards, w)
     return exists and breakaway_at_rest(k, p, k[k[ORDER] + found[0]], w) == 0.0

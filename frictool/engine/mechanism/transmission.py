@@ -35,7 +35,7 @@ def is_lossy(p: Vector, row: int) -> bool:
 
 @inset_kernel
 def is_self_locking(p: Vector, row: int) -> bool:
-    """Whether b cannot drive a: g falls on one side of its kink."""
+    """Return whether b cannot drive a: g falls on one side of its kink."""
     return bool(max(p[row + BACK_LOSS], p[row + THREAD]) > abs(p[row + RATIO]))
 
 

@@ -69,7 +69,7 @@ def _spread_ratios(k: Places, p: Vector, found: Places, count: int, w: Vector) -
 def _leaves_unloaded(
     k: Places, p: Vector, modes: Places, found: Places, count: int, gross: float, y: Vector, w: Vector
 ) -> tuple[bool, float, float]:
-    """Whether a tree that could rest moves because its self-locking joints come to rest unloaded: direction and acceleration.
+    """Return whether a tree leaves its rest because its self-locking joints are unloaded there; its direction and acceleration.
 
     Such a joint holds its driver by its load alone. Where the load at rest is on another side than before (or a run begins, unloaded), the
     force passes 0, and the driver slips by whatever acts on it. It rests where the load holds it on the side on which the joint then

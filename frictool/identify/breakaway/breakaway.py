@@ -381,7 +381,7 @@ def _levels(structure: Structure) -> list[Vector]:
 def _moved(
     evidence: Evidence, structure: Structure, shape: Vector | None, axis: Mapping[str, Interval], fall: Fall
 ) -> tuple[list[tuple[Vector, Vector]], list[Vector]]:
-    """How far the coefficients (p,) move: to each end of the axis's parameters and of the place of rest; and to each end of the fall."""
+    """Return the shifts of the coefficients (p,) at each end of the axis's parameters and rest position, and at each end of the fall."""
     nominal, design = {name: known.value for name, known in axis.items()}, evidence.places.design(structure)
     friction = evidence.friction(nominal, shape)
 

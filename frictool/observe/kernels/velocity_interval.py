@@ -35,7 +35,7 @@ LOW_PASS, LEFT, SINCE, SHOWN, MEAN_SQUARE, PEAK, STATE_SIZE = 0, 1, 2, 3, 4, 5, 
 
 
 class IntervalSizes(NamedTuple):
-    """What the interval depends on beside the samples.
+    """Settings that the interval depends on, apart from the samples.
 
     unsure: part of the inertia that may be wrong. friction [rad/s2 | m/s2]: dry friction that may be wrong, over the inertia. step, cell:
     of the encoder, and the observer's dead zone [rad | m]. bandwidth [rad/s], period [s]. rounding, misfit [1/s]: `ErrorGains`.

@@ -21,7 +21,7 @@ KINDS = ("one", "one", "two", "series", "tail")
 
 
 class Stiff(NamedTuple):
-    """How compliant links ring: rad/s, and the damping of the first and of any other, of the critical."""
+    """Natural frequency [rad/s] of compliant links, and the damping ratios of the first and of the other links."""
 
     rate: float
     first: float
