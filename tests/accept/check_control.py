@@ -24,11 +24,11 @@ from frictool.kernels import kernel
 from tests.export.cases import CASES
 from tests.export.compiled import COMPILERS, NUMBERS, OPTIMISATIONS, Values, fits, in_format, library, simulated, write
 from tests.export.controllers import controllers
-from tests.export.inputs import rows_for
+from tests.export.inputs import rows_for, with_losses
 
 CONTROLLERS, SAMPLES = 20, 50_000
 DRAWN = 400  # controllers that are drawn, of which the first that the format can hold are played
-NEEDED = ("run", "brake", "rest", "released", "braking", "held", "limited", "voltage")
+NEEDED = ("run", "brake", "rest", "released", "braking", "held", "limited", "voltage", "invalid", "fault")
 SEEN = 100  # samples, at least, of each of them in all of the runs
 
 
@@ -58,7 +58,7 @@ def exported_c_equals_the_simulation(number: Number) -> dict[str, Any]:
         program = controller_program(controller)
         if not fits(program, number):
             continue
-        rows = in_format(program, number, rows_for(controller, program, SAMPLES, index))
+        rows = in_format(program, number, _rows(controller, program, index))
         expected = simulated(program, number, rows)
         with tempfile.TemporaryDirectory() as name:
             write(controller, Path(name), number)
@@ -80,13 +80,17 @@ def exported_c_equals_the_simulation(number: Number) -> dict[str, Any]:
     }
 
 
+def _rows(controller: Controller, program: Program, index: int) -> Values:
+    return with_losses(rows_for(controller, program, SAMPLES, index), program, index)
+
+
 def _bits(drives: Values) -> NDArray[np.uint32] | NDArray[np.uint64]:
     return drives.view(np.uint64 if drives.itemsize == 8 else np.uint32)
 
 
 def visited(controller: Controller, program: Program, index: int) -> dict[str, int]:
     """Samples in each mode and at each limit on the inputs, by the program in double."""
-    running, rows = machine(program), rows_for(controller, program, SAMPLES, index)
+    running, rows = machine(program), _rows(controller, program, index)
     visits = visits_of(program)
     start_at(running, rows[0, list(program.inputs).index("position")])
     watched = np.array([[visit.place, -1 if visit.where is None else visit.where] for visit in visits.values()])

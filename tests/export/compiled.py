@@ -116,7 +116,7 @@ def library(controller: Controller, number: Number, folder: Path, compiler: str,
 
 
 def in_format(program: Program, number: Number, rows: Values) -> Values:
-    """Rows (n, m) in SI as the format's own values; fixed point rounds and saturates."""
+    """Return rows (n, m) in SI as the format's own values; fixed point rounds and saturates, and has a word for a lost input."""
     if number not in BITS:
         return rows.astype(KINDS[number])
     scaled = fixed_program(program, BITS[number])
@@ -124,7 +124,9 @@ def in_format(program: Program, number: Number, rows: Values) -> Values:
     words = np.empty(rows.shape, dtype=np.int32)
     for k, node in enumerate(columns):
         low, high = scaled.words[node.index]
-        words[:, k] = np.clip(np.rint(np.ldexp(rows[:, k], scaled.fractions[node.index])), low, high)
+        valid = np.isfinite(rows[:, k])
+        values = np.where(valid, rows[:, k], 0.0)
+        words[:, k] = np.where(valid, np.clip(np.rint(np.ldexp(values, scaled.fractions[node.index])), low, high), INVALID)
     return words
 
 
