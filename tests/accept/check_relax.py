@@ -15,15 +15,12 @@ from frictool.documents.design import Design
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
-from frictool.documents.scenario import Scenario, Step
 from frictool.documents.spec import Spec
 from frictool.documents.weights import Weights as Document
 from frictool.lmi.hinf import minimise, scheduled
 from frictool.plant.generalised import GeneralisedPlant, Weights, generalised_plant
 from frictool.plant.lti import Lti
 from frictool.plant.polytope import polytope
-from frictool.report.verdict import judge
-from frictool.simulate.step_test import step_test
 from frictool.synth.design import design_controller
 from frictool.synth.lpv import lpv
 from frictool.synth.minimax import minimax
@@ -33,7 +30,7 @@ from frictool.synth.weights import choose_weights
 from frictool.verify.count_current import count_current
 from frictool.verify.norms import norm
 from frictool.verify.speed_loop import check_loop, performance
-from tests.accept.check_synth import _random_plants
+from tests.accept.check_synth import specification_met
 from tests.synth.example import ROOT, clutch_model
 
 RIG = ROOT / "configs/clutch"
@@ -90,14 +87,7 @@ def relaxes_the_speed_loop() -> dict[str, Any]:
     controller = design_controller(model, SPEC, msgspec.structs.replace(SPEED, weights=found), here)
     asks = count_current(Lti.of(controller.linear.discrete, PERIOD), model.bench.encoder.resolution)
     margin = min(check.modulus_margin for vertex in controller.verified.vertices for check in vertex.checks if check.delay_samples == 1)
-    steps = load(RIG / "scenarios/steps.yaml", Scenario)
-    held = msgspec.structs.replace(steps, steps=(steps.steps[0], Step(reference=steps.steps[-1].reference, duration_s=16.0)))
-    many = _random_plants(controller, model, PLANTS)
-    log, alone = step_test(model, many, held, here), msgspec.structs.replace(SPEC, modulus_margin=None)
-    inside = sum(
-        all(item.met for item in judge(alone, [type(log)((stream,), log.metadata, stream.topic)], many).requirements)
-        for stream in log.streams[1:]
-    )
+    inside = specification_met(controller, model, SPEC, here, PLANTS)
     return {
         "passed": bool(trade.chosen.level <= 1.0 and margin >= 0.6 and asks <= 50.0 and inside >= 0.99 * PLANTS and np.isfinite(asks)),
         "W1": trade.chosen.disturbance,
