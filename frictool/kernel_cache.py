@@ -1,11 +1,11 @@
-"""The folders that compiled kernels are kept in: their names, who uses one, which are left over, and how one is written.
+"""The folders that compiled kernels are kept in: their names, the processes that use them, their removal, and the lock for writing.
 
-A folder belongs to one state of the kernels' sources and of what compiled them (numba, llvmlite, Python, processor), so that an upgrade
-finds a new one, and two versions side by side never read each other's. The folders of former states are left over; they are removed
-when a new one is made, unless a process holds them.
+A folder belongs to one toolchain (numba, llvmlite, numpy, Python, processor), so that an upgrade finds a new one. In it, each state of a
+module's sources has a folder of its own (kernel_store.py): two versions of frictool never read each other's code. Folders of former
+toolchains and states are removed when a new one is made, unless a process holds them or used them within the hour.
 
-numba itself locks nothing: of two processes that keep different signatures of one function at the same time, the index may name the other's
-code. Whoever writes holds a lock here. What cannot be read (a disk that was full, a machine that lost power) is compiled again.
+numba itself locks nothing: if two processes keep different signatures of one function at the same time, the index may name the wrong code.
+A process that writes holds a lock here. An entry that cannot be read (a disk that was full, a machine that lost power) is compiled again.
 """
 
 from __future__ import annotations
@@ -15,11 +15,10 @@ import os
 import shutil
 import stat
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 try:
     import fcntl
@@ -27,10 +26,11 @@ except ImportError:  # Windows: what is in use is then told by its age alone
     fcntl = None  # type: ignore[assignment]  # Windows has none
 
 PREFIX = "kernels-"
+LAYOUT = 2  # of the folder of a toolchain
 REMOVED = ".removed-"
 USED = "in_use"  # shared by all who use a folder, for as long as they live; its date is the last start
 WRITTEN = "written"  # held while something is kept
-KEPT = 8  # folders left over that are kept for whoever goes back to an older state
+KEPT = 8  # former folders of a place, and former states of a module, that are kept for a return to them
 AGE_S = 14 * 86400.0  # unused for longer, they are removed all the same
 REST_S = 3600.0  # used within it, they are left alone: what used them may be too old to hold a lock
 PATIENCE_S = 20.0  # to wait for another writer, who takes milliseconds; then nothing is kept
@@ -47,13 +47,9 @@ class Folder:
     busy: bool
 
 
-def folder_name(package: Path, rooms: tuple[str, ...], toolchain: str) -> str:
-    """The name of the folder for the sources of `rooms` in `package`, compiled by `toolchain`."""
-    seen = hashlib.sha256(toolchain.encode() + b"\0")
-    for room in rooms:
-        for source in sorted((package / room).glob("*.py")):
-            seen.update(source.name.encode() + b"\0" + source.read_bytes() + b"\0")
-    return PREFIX + seen.hexdigest()[:16]
+def folder_name(toolchain: str) -> str:
+    """Return the name of the folder for what `toolchain` compiles."""
+    return PREFIX + hashlib.sha256(f"{LAYOUT}\0{toolchain}".encode()).hexdigest()[:16]
 
 
 def distrust(folder: Path, sources: Path) -> str:
@@ -199,6 +195,49 @@ def prune(place: Path, current: Path) -> list[Path]:
     return [path for path in old if remove(path, now)]
 
 
+def prune_states(current: Path) -> list[Path]:
+    """Remove former states of the module that `current` is the folder of: all but the last `KEPT`, and those unused for a fortnight."""
+    now = time.time()
+    others = [one for one in states(current.parent) if one.path != current and module_of(one.path) == module_of(current)]
+    old = [one for index, one in enumerate(others) if index >= KEPT or now - one.used > AGE_S]
+    return [one.path for one in old if remove_state(one.path, now)]
+
+
+def states(folder: Path) -> list[Folder]:
+    """Return the folders of the states of modules in the folder of a toolchain, the one used last first."""
+    found = []
+    with suppress(OSError):
+        for entry in os.scandir(folder):
+            with suppress(OSError):
+                if entry.is_dir() and not entry.name.startswith("."):
+                    found.append(Folder(Path(entry.path), 0, entry.stat().st_mtime, False))
+    return sorted(found, key=lambda one: (-one.used, one.path))
+
+
+def module_of(state: Path) -> str:
+    """Return the name of the module that a state's folder belongs to, as far as the folder has it."""
+    return state.name.rpartition("-")[0]
+
+
+def sized(state: Folder) -> Folder:
+    """Return the same folder with its size."""
+    return replace(state, size=_size(state.path))
+
+
+def remove_state(state: Path, now: float | None = None) -> bool:
+    """Remove the folder of a state that was not used within the last hour; False where it is left."""
+    away = state.parent / f"{REMOVED}{state.name}-{os.getpid()}"
+    with writing(state.parent) as mine:
+        try:
+            if not mine or (time.time() if now is None else now) - state.stat().st_mtime <= REST_S:
+                return False
+            state.rename(away)
+        except OSError:
+            return False
+    shutil.rmtree(away, ignore_errors=True)
+    return True
+
+
 @contextmanager
 def writing(folder: Path) -> Iterator[bool]:
     """Keeps others from writing in `folder` for the block; gives False where that cannot be had, and nothing should be written."""
@@ -230,32 +269,3 @@ def _locked(handle: int) -> bool:
             time.sleep(0.01)
         except OSError:  # no locks on this file system: as numba does it
             return True
-
-
-def guard(cache: Any, folder: Path) -> None:
-    """Makes a numba cache write under the lock of `folder`, and live with a disk that is full or an entry that is damaged."""
-    load: Callable[..., Any] = cache.load_overload
-    save: Callable[..., None] = cache.save_overload
-
-    def load_overload(signature: Any, context: Any) -> Any:
-        try:
-            return load(signature, context)
-        except Exception:  # a damaged pickle raises nearly anything
-            _forget(cache, folder)
-            return None
-
-    def save_overload(signature: Any, compiled: Any) -> None:
-        with private(), writing(folder) as mine, suppress(OSError):  # what cannot be kept is compiled again next time
-            if mine:
-                save(signature, compiled)
-
-    cache.load_overload, cache.save_overload = load_overload, save_overload
-
-
-def _forget(cache: Any, folder: Path) -> None:
-    """Removes all that is kept of one function: code left without its index would be taken for another signature's."""
-    index = Path(cache._cache_file._index_path)
-    with writing(folder), suppress(OSError):
-        index.unlink(missing_ok=True)
-        for path in index.parent.glob(f"{index.stem}.*.nbc"):
-            path.unlink(missing_ok=True)

@@ -1,9 +1,8 @@
 """How kernels are compiled: numba, once per installation, kept on disk.
 
-numba's own cache looks at the file of the outer function only, so that a kernel goes on calling the old form of one that was
-changed in another file. The cache here is a folder named after the digest of every kernel source and of what compiles them: another
-source, another folder (kernel_cache.py). It lies where NUMBA_CACHE_DIR says, else beside the package. Where that cannot be written, or
-others can write there, it is the user's cache folder; with none of them, nothing is kept.
+The folder that they are kept in belongs to what compiles them (kernel_cache.py); in it, code is found by the sources that it depends on
+(kernel_store.py). It lies where NUMBA_CACHE_DIR says, else beside the package. If that place cannot be written, or others can write there,
+the user's cache folder is used; without one, nothing is kept.
 """
 
 from __future__ import annotations
@@ -12,31 +11,19 @@ import functools
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import llvmlite.binding
 import numba
+import numpy as np
 from numba.core import event, sigutils
 from numba.core.ccallback import CFunc
 
 from frictool import kernel_cache, waiting
+from frictool.kernel_store import KernelStore
 
-IDENTIFY = tuple(f"identify/{room}" for room in ("breakaway", "estimators", "presliding", "regression", "rows"))
-ROOMS = (
-    "friction",
-    "control",
-    "plant",
-    "plant/mechanism",
-    "engine",
-    "engine/mechanism",
-    *IDENTIFY,
-    "logs/kernels",
-    "observe/kernels",
-    "observe/wear",
-)
 F = TypeVar("F", bound=Callable[..., Any])
 settings: Any = numba.config
 compiler: Any = numba.njit  # its own signature does not list every option
@@ -45,7 +32,8 @@ compiler: Any = numba.njit  # its own signature does not list every option
 def toolchain() -> str:
     """What compiles the kernels, and for which processor."""
     processor = settings.CPU_NAME or llvmlite.binding.get_host_cpu_name()
-    return f"python {sys.implementation.cache_tag}, numba {numba.__version__}, llvmlite {llvmlite.__version__}, {processor}"
+    libraries = f"numba {numba.__version__}, llvmlite {llvmlite.__version__}, numpy {np.__version__}"
+    return f"python {sys.implementation.cache_tag}, {libraries}, {processor}"
 
 
 def _usable(folder: Path) -> bool:
@@ -71,7 +59,7 @@ def _cache_folder() -> Path | None:
     Whoever makes it anew removes what former states left over. A folder in which others can write is not loaded (`UNTRUSTED`).
     """
     UNTRUSTED.clear()
-    name = kernel_cache.folder_name(Path(__file__).parent, ROOMS, toolchain())
+    name = kernel_cache.folder_name(toolchain())
     for place in places():
         folder = place / name
         is_new = not folder.exists()
@@ -91,33 +79,25 @@ UNTRUSTED: dict[Path, str] = {}  # folders that are not loaded -> why
 FOLDER = _cache_folder()
 
 
-@contextmanager
-def _kept_here() -> Iterator[None]:
-    """numba asks where to keep a function when it is declared; what others compile is kept where they want it."""
-    before, settings.CACHE_DIR = settings.CACHE_DIR, str(FOLDER or "")
-    try:
-        yield
-    finally:
-        settings.CACHE_DIR = before
-
-
 def _declared(function: Callable[..., Any], options: dict[str, Any]) -> Any:
     """A function for numba to compile at its first call, and to keep."""
-    with _kept_here():
-        compiled = compiler(**options, cache=FOLDER is not None)(function)
+    compiled = compiler(**options)(function)
     if FOLDER is not None and not settings.DISABLE_JIT:
-        kernel_cache.guard(compiled._cache, FOLDER)
+        compiled._cache = KernelStore(function, FOLDER)
     return compiled
 
 
 class _Wait(event.Listener):
-    """Hears what is compiled anew, and nothing of what comes from the disk."""
+    """Listener to what is compiled anew; it hears nothing of what comes from the disk."""
 
     def on_start(self, event: Any) -> None:
         waiting.compiling()
 
     def on_end(self, event: Any) -> None:
-        """Whoever waited sees that it goes on."""
+        """Let other processes compile what failed here; what succeeded is kept first."""
+        store = event.data["dispatcher"]._cache
+        if event._exc_details is not None and isinstance(store, KernelStore):  # numba 0.68 has is_failed the wrong way round
+            store.release()
 
 
 event.register("numba:compile", _Wait())  # type: ignore[no-untyped-call]  # numba has no types
@@ -175,13 +155,16 @@ def pointer(compiled: Callable[..., Any], kind: Any) -> Any:
     signature: Any = cast(Any, sigutils).normalize_signature(kind.signature)
     made: Any = CFunc(cast(Any, compiled).py_func, signature, locals={}, options={})  # numba.cfunc, whose cache could not be guarded
     if FOLDER is not None:
-        with _kept_here():
-            made.enable_caching()
-        kernel_cache.guard(made._cache, FOLDER)
-    made.compile()
+        made._cache = KernelStore(cast(Any, compiled).py_func, FOLDER)
+    try:
+        made.compile()
+    finally:
+        if isinstance(made._cache, KernelStore):
+            made._cache.release()
     return made
 
 
-def is_compiled(module: str, name: str) -> bool:
-    """Whether the kernel `name` of a module (the last word of its path) lies compiled on disk."""
-    return FOLDER is not None and any(FOLDER.rglob(f"{module}.{name}-*.nbi"))
+def is_compiled(function: Callable[..., Any]) -> bool:
+    """Return whether a kernel lies compiled on disk, for any types of arguments."""
+    store = getattr(function, "_cache", None)
+    return isinstance(store, KernelStore) and store.is_kept()

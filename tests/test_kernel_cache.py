@@ -12,9 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from numba.core.caching import IndexDataCacheFile
 
 from frictool import kernel_cache, kernels
-from frictool.kernel_cache import KEPT, USED, folders, guard, hold, prune, remove, writing
+from frictool.kernel_cache import KEPT, USED, folders, hold, prune, remove, writing
 
 DAY = 86400.0
 HOLDER = (
@@ -98,22 +99,15 @@ def test_half_removed_folders_go_with_the_next(tmp_path: Path) -> None:
 
 
 def test_one_writes_at_a_time(tmp_path: Path) -> None:
-    """Else of two processes that read one index, each adds its own entry, and one is lost or names the other's code."""
+    """Else, of two processes that read one index, each adds its own entry, and one is lost or names the other's code."""
     index: list[int] = []
 
-    class Slow:
-        def load_overload(self, signature: int, context: None) -> None:
-            """Nothing is kept."""
-
-        def save_overload(self, signature: int, compiled: None) -> None:
-            read = [*index, signature]
+    def keep(number: int) -> None:
+        with writing(tmp_path) as mine:
+            assert mine
+            read = [*index, number]
             time.sleep(0.02)
             index[:] = read
-
-    def keep(number: int) -> None:
-        cache: Any = Slow()
-        guard(cache, tmp_path)
-        cache.save_overload(number, None)
 
     threads = [threading.Thread(target=keep, args=(number,)) for number in range(4)]
     for thread in threads:
@@ -181,13 +175,12 @@ def test_what_is_damaged_is_compiled_again(source: Path, suffix: str, left: int)
 
 
 def test_a_full_disk_keeps_nothing_and_stops_nothing(source: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    function = declared(source)
-
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(function._cache._cache_file, "_save_index", full)
-    assert function(2.0) == 4.0
+    monkeypatch.setattr(IndexDataCacheFile, "_save_index", full)
+    assert declared(source)(2.0) == 4.0
+    assert not list(source.parent.rglob("*.nb?"))
 
 
 POSIX = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="owners and modes of POSIX")

@@ -1,51 +1,27 @@
-"""Where compiled kernels are kept: a folder for each state of the sources, and none where nothing can be written."""
+"""Declaration of kernels, and the place in which compiled ones are kept."""
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
+from typing import Any
 
 import numba
+import numpy as np
 import pytest
 
 from frictool import kernel_cache, kernels, waiting
+from frictool.kernel_store import KernelStore
 
 PACKAGE = Path(kernels.__file__).parent
 
 
-@pytest.fixture
-def package(tmp_path: Path) -> Path:
-    """A copy of the sources of all kernels."""
-    for room in kernels.ROOMS:
-        shutil.copytree(PACKAGE / room, tmp_path / room, ignore=shutil.ignore_patterns("__pycache__"), dirs_exist_ok=True)
-    return tmp_path
-
-
-def folder(package: Path, toolchain: str = "numba 1") -> str:
-    return kernel_cache.folder_name(package, kernels.ROOMS, toolchain)
-
-
-@pytest.mark.parametrize("room", kernels.ROOMS)
-def test_a_change_in_any_room_is_another_folder(package: Path, room: str) -> None:
-    before = folder(package)
-    assert folder(package) == before
-    source = sorted((package / room).glob("*.py"))[-1]
-    source.write_text(source.read_text() + "\n# changed\n")
-    assert folder(package) != before
-
-
-def test_another_compiler_or_processor_is_another_folder(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert folder(package, "numba 1") != folder(package, "numba 2")
+def test_another_compiler_or_processor_is_another_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert kernel_cache.folder_name("numba 1") != kernel_cache.folder_name("numba 2")
     here = kernels.toolchain()
     assert numba.__version__ in here
+    assert np.__version__ in here
     monkeypatch.setattr(kernels.settings, "CPU_NAME", "generic")
     assert kernels.toolchain() != here
-
-
-def test_every_kernel_lies_in_a_room_that_the_digest_covers() -> None:
-    users = [path for path in PACKAGE.rglob("*.py") if "kernel\ndef " in path.read_text()]
-    assert users
-    assert {path.parent.relative_to(PACKAGE).as_posix() for path in users} <= set(kernels.ROOMS)
 
 
 def test_a_folder_that_cannot_be_made_is_not_usable(tmp_path: Path) -> None:
@@ -78,12 +54,31 @@ def test_what_others_compile_is_kept_where_they_want_it() -> None:
     assert kernels.FOLDER is None or str(kernels.FOLDER) != kernels.settings.CACHE_DIR
 
 
-def test_compiled_kernels_are_found_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_kernel_is_compiled_once_it_was_called(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(kernels, "FOLDER", tmp_path)
-    (tmp_path / "engine").mkdir()
-    (tmp_path / "engine" / "closed_loop.run-47.py311.nbi").write_bytes(b"")
-    assert kernels.is_compiled("closed_loop", "run")
-    assert not kernels.is_compiled("closed_loop", "measure")
+
+    @kernels.kernel
+    def twice(x: float) -> float:
+        return x + x
+
+    assert not kernels.is_compiled(twice)
+    assert twice(2.0) == 4.0
+    assert kernels.is_compiled(twice)
+    assert not kernels.is_compiled(len)
+
+
+def test_a_kernel_that_fails_to_compile_leaves_no_lock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kernels, "FOLDER", tmp_path)
+
+    @kernels.kernel
+    def wrong(x: Any) -> Any:
+        return x.nothing
+
+    store = wrong._cache  # type: ignore[attr-defined]
+    assert isinstance(store, KernelStore)
+    with pytest.raises(Exception, match="nothing"):
+        wrong(1.0)
+    assert store._claims == {}
 
 
 def test_who_waits_for_the_compiler_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -154,9 +154,10 @@ def _check(setting: Setting, laws: tuple[str, ...], path: Path | None, allow: bo
 def _progress(done: int, total: int) -> None:
     """Says that the first run compiles, which its processes cannot; then `compared 3 of 16`, the latter on a terminal."""
     from frictool.cli.progress import tell_of_compiling
+    from frictool.engine.stick_slip import run
     from frictool.kernels import is_compiled
 
-    if done == 0 and not is_compiled("stick_slip", "run"):
+    if done == 0 and not is_compiled(run):
         tell_of_compiling(everywhere=True)
     if total > 1 and sys.stderr.isatty():
         click.echo(f"\rcompared {done} of {total}" + ("\n" if done == total else ""), err=True, nl=False)

@@ -10,11 +10,12 @@ from typing import Any
 from frictool import kernel_cache, kernels
 from frictool.doctor.check import Check
 from frictool.kernel_cache import Folder
+from frictool.kernel_sources import PACKAGE, Sources, UnknownSourcesError
 
 
 @dataclass(frozen=True)
 class Left:
-    """A folder of a former state and why it is there still: "" where nothing keeps it."""
+    """A folder of a former toolchain, or of a former state of a module, and why it is still there: "" if nothing keeps it."""
 
     folder: Folder
     kept_by: str
@@ -66,18 +67,27 @@ def _distrusted(folder: Path | None) -> Check:
 
 
 def left_over() -> list[Left]:
-    """What former states of this installation, and others that keep kernels in the same place, have left."""
-    now, found = time.time(), []
-    for place in kernels.places():
-        for folder in kernel_cache.folders(place):
-            if folder.path != kernels.FOLDER:
-                young = "used within the last hour" if now - folder.used <= kernel_cache.REST_S else ""
-                found.append(Left(folder, "in use" if folder.busy else young))
-    return found
+    """Return what former versions, and other installations that keep kernels in the same place, have left."""
+    found = [folder for place in kernels.places() for folder in kernel_cache.folders(place) if folder.path != kernels.FOLDER]
+    if kernels.FOLDER is not None:
+        sources = Sources(PACKAGE.parent, kernels.FOLDER, only=PACKAGE.name)
+        found += [kernel_cache.sized(state) for state in kernel_cache.states(kernels.FOLDER) if not _is_current(state.path, sources)]
+    now = time.time()
+    young = {folder.path: "used within the last hour" for folder in found if now - folder.used <= kernel_cache.REST_S}
+    return [Left(folder, "in use" if folder.busy else young.get(folder.path, "")) for folder in found]
+
+
+def _is_current(state: Path, sources: Sources) -> bool:
+    """Return whether a folder belongs to the sources of a module as they are now."""
+    module = f"{PACKAGE.name}.{kernel_cache.module_of(state)}"
+    try:
+        return sources.holds(module) and state.name.endswith(f"-{sources.state([module]).digest}")
+    except UnknownSourcesError:
+        return True
 
 
 def check_left_over(left: list[Left]) -> Check:
-    """How many there are; they do no harm but take room."""
+    """Return how many there are; they do no harm but take space."""
     size = sum(one.folder.size for one in left)
     facts: dict[str, Any] = {
         "folders": [{"folder": str(one.folder.path), "bytes": one.folder.size, "kept_by": one.kept_by or None} for one in left],
@@ -92,10 +102,12 @@ def check_left_over(left: list[Left]) -> Check:
 
 
 def clean() -> tuple[list[Path], list[Left]]:
-    """Removes what nobody uses; what went, and what was left."""
+    """Remove the folders that no process uses; return (removed, left)."""
     gone, kept = [], []
     for one in left_over():
-        if not one.kept_by and kernel_cache.remove(one.folder.path):
+        is_state = one.folder.path.parent == kernels.FOLDER
+        remove = kernel_cache.remove_state if is_state else kernel_cache.remove
+        if not one.kept_by and remove(one.folder.path):
             gone.append(one.folder.path)
         else:
             kept.append(one)

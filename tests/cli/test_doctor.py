@@ -17,6 +17,7 @@ from frictool import kernels
 from frictool.doctor import compiled, examination, solver, versions
 from frictool.doctor.c_compiler import NAMES, check_c_compiler
 from frictool.doctor.check import Check
+from frictool.kernel_sources import PACKAGE, Sources
 from frictool.simulate.target import COMPILERS
 from tests.cli.run import run
 
@@ -141,3 +142,20 @@ def test_a_c_compiler_is_tried(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         found = check_c_compiler(("cc",))
         assert found.state == "note"
         assert told in found.found
+
+
+def test_clean_removes_former_states_of_a_module_and_leaves_the_present_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(examination, "examine", lambda: [Check("python", "ok", "3")])
+    monkeypatch.setattr(kernels, "places", list)
+    monkeypatch.setattr(kernels, "FOLDER", tmp_path)
+    present = tmp_path / f"friction.lugre-{Sources(PACKAGE.parent).state(['frictool.friction.lugre']).digest}"
+    former, young, removed_module = (tmp_path / name for name in ("friction.lugre-0a", "friction.lugre-0b", "friction.gone-0a"))
+    for folder, age in ((present, 7200.0), (former, 7200.0), (young, 60.0), (removed_module, 7200.0)):
+        folder.mkdir()
+        os.utime(folder, (time.time() - age,) * 2)
+    result = run("doctor", "--clean", "--json")
+    assert result.code == 0
+    facts = json.loads(result.stdout)["clean"]
+    assert sorted(path for path in facts["removed"] if str(tmp_path) in path) == sorted(map(str, (former, removed_module)))
+    assert facts["left"] == [str(young)]
+    assert present.exists()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import re
 import shutil
@@ -14,10 +13,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from frictool import kernel_cache
-from frictool.kernels import ROOMS, toolchain
+from frictool import kernel_cache, kernels
 from tests.mutation.mutants import Mutant
-from tests.mutation.selection import dependents, files_that_reach, import_graph
+from tests.mutation.selection import files_that_reach, import_graph
 
 FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+)", re.MULTILINE)
 NO_TESTS = 5  # pytest's exit code
@@ -33,24 +31,27 @@ class Outcome:
 
 
 class Tree:
-    """A clone of the checkout `root` in `folder`, with the kernels that `root` has compiled."""
+    """A clone of the checkout `root` in `folder`, and beside it a copy of the kernels that are compiled."""
 
     def __init__(self, root: Path, folder: Path) -> None:
         shutil.rmtree(folder, ignore_errors=True)
         subprocess.run(["git", "clone", "--quiet", "--shared", str(root), str(folder)], check=True)
         self.root, self.folder = root, folder
         self.excluded: list[str] = []  # tests that fail on the unedited program
-        self.compiled: set[Path] = set()  # folders of kernels of mutants
         self.graph = import_graph(folder)
-        self._seed(self._kernels(root), self._kernels(folder), root, set())
+        self.places = folder.with_name(f"{folder.name}-kernels")
+        shutil.rmtree(self.places, ignore_errors=True)
+        if kernels.FOLDER is not None:
+            shutil.copytree(kernels.FOLDER, self.places / kernels.FOLDER.name)
 
     def judge(self, mutant: Mutant, budget: float) -> Outcome:
         """Return whether a test notices `mutant` within `budget` seconds. A test that fails without the edit is left out."""
+        before = self._states()
         try:
             return self._judge(mutant, budget)
         finally:
-            for folder in self.compiled:
-                shutil.rmtree(folder, ignore_errors=True)
+            for state in self._states() - before:
+                shutil.rmtree(state, ignore_errors=True)
 
     def _judge(self, mutant: Mutant, budget: float) -> Outcome:
         module = mutant.path.removesuffix(".py").replace("/", ".").removesuffix(".__init__")
@@ -61,7 +62,7 @@ class Tree:
                 left = budget - (time.monotonic() - start)
                 if left <= 0.0:
                     return Outcome("out of time", "", budget)
-                with self._edited(mutant, module):
+                with self._edited(mutant):
                     status, test = self._run(files, left)
                 if status == "failed" and self._run([test] if test else files, budget)[0] == "passed":
                     return Outcome("killed", test, time.monotonic() - start)
@@ -75,7 +76,7 @@ class Tree:
         """Return (passed | failed | out of time, first test that failed)."""
         command = [sys.executable, "-m", "pytest", "-x", "-q", "-rfE", "-n", "2" if len(files) > 1 else "0", *files]
         command += [f"--deselect={test}" for test in self.excluded]
-        environment = {**os.environ, "PYTHONPATH": str(self.folder), "FRICTOOL_DATA": _data(self.root)}
+        environment = {**os.environ, "PYTHONPATH": str(self.folder), "FRICTOOL_DATA": _data(self.root), "NUMBA_CACHE_DIR": str(self.places)}
         try:
             done = subprocess.run(command, cwd=self.folder, env=environment, capture_output=True, text=True, timeout=limit, check=False)
         except subprocess.TimeoutExpired:
@@ -86,39 +87,18 @@ class Tree:
         return "failed", found.group(1) if found else ""
 
     @contextmanager
-    def _edited(self, mutant: Mutant, module: str) -> Iterator[None]:
+    def _edited(self, mutant: Mutant) -> Iterator[None]:
         path = self.folder / mutant.path
         source = path.read_text()
         path.write_text(mutant.apply(source))
-        if (edited := self._kernels(self.folder)) not in self.compiled and not edited.exists():
-            self.compiled.add(edited)
-            path.write_text(source)
-            unedited = self._kernels(self.folder)
-            path.write_text(mutant.apply(source))
-            self._seed(unedited, edited, self.folder, set(dependents(self.graph, module)))
         try:
             yield
         finally:
             path.write_text(source)
 
-    def _seed(self, source: Path, target: Path, origin: Path, skipped: set[str]) -> None:
-        """Copy the kernels that the checkout `origin` has compiled, for all modules but `skipped`."""
-        for compiled in source.rglob("*.nb[ic]"):
-            package = next((room for room in ROOMS if compiled.parent.name == _cache_name(origin / "frictool" / room)), None)
-            if package is None or f"frictool/{package}/{compiled.name.split('.')[0]}".replace("/", ".") in skipped:
-                continue
-            copy = target / _cache_name(self.folder / "frictool" / package) / compiled.name
-            copy.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy2(compiled, copy)
-
-    def _kernels(self, checkout: Path) -> Path:
-        package = checkout / "frictool"
-        return package / "__pycache__" / kernel_cache.folder_name(package, ROOMS, toolchain())
-
-
-def _cache_name(folder: Path) -> str:
-    """Return the name that numba gives to the cache of a source folder."""
-    return f"{folder.name}_{hashlib.sha1(str(folder).encode()).hexdigest()}"
+    def _states(self) -> set[Path]:
+        """Return the folders of compiled kernels: those of a mutant are the ones that it adds."""
+        return {state.path for folder in self.places.glob("*/") for state in kernel_cache.states(folder)}
 
 
 def _data(root: Path) -> str:

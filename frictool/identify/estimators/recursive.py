@@ -18,48 +18,12 @@ from frictool.documents.bench import Bench
 from frictool.identify.methods import Settings
 from frictool.identify.outcome import Fit
 from frictool.identify.record import Record
+from frictool.identify.regression.givens import givens_path
 from frictool.identify.rows.samples import Samples, fit
 from frictool.identify.rows.slipping import slipping_fit
-from frictool.kernels import kernel
 
 Matrix = NDArray[np.float64]
 STROKE_FORGETTING = 0.99  # a hundred strokes of memory
-
-
-@kernel
-def givens_path(rows: Matrix, root: float, path: Matrix) -> None:
-    """Fills path (n, p) with the least-squares value after each of the rows (n, p + 1), [regressors, target]; nan until it is determined.
-
-    root: square root of the forgetting of one row.
-    """
-    n, q = rows.shape
-    p = q - 1
-    triangle, row = np.zeros((p, q)), np.empty(q)
-    for k in range(n):
-        for i in range(q):
-            row[i] = rows[k, i]
-        for i in range(p):
-            for j in range(i, q):
-                triangle[i, j] *= root
-            if row[i] == 0.0:
-                continue
-            norm = math.hypot(triangle[i, i], row[i])
-            cosine, sine = triangle[i, i] / norm, row[i] / norm
-            for j in range(i, q):
-                kept = triangle[i, j]
-                triangle[i, j] = cosine * kept + sine * row[j]
-                row[j] = cosine * row[j] - sine * kept
-        largest = 0.0
-        for i in range(p):
-            largest = max(largest, abs(triangle[i, i]))
-        determined = largest > 0.0
-        for i in range(p):
-            determined = determined and abs(triangle[i, i]) > 1e-12 * largest
-        for i in range(p - 1, -1, -1):
-            value = triangle[i, p] if determined else math.nan
-            for j in range(i + 1, p):
-                value -= triangle[i, j] * path[k, j]
-            path[k, i] = value / triangle[i, i] if determined else math.nan
 
 
 def recursive(records: list[Record], bench: Bench, settings: Settings) -> Fit:

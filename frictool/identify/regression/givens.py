@@ -1,0 +1,48 @@
+"""Recursive least squares by Givens rotations of a triangle."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.kernels import kernel
+
+Matrix = NDArray[np.float64]
+
+
+@kernel
+def givens_path(rows: Matrix, root: float, path: Matrix) -> None:
+    """Fill path (n, p) with the least-squares solution after each of the rows (n, p + 1), [regressors, target]; NaN until it is determined.
+
+    root: square root of the forgetting factor of one row.
+    """
+    n, q = rows.shape
+    p = q - 1
+    triangle, row = np.zeros((p, q)), np.empty(q)
+    for k in range(n):
+        for i in range(q):
+            row[i] = rows[k, i]
+        for i in range(p):
+            for j in range(i, q):
+                triangle[i, j] *= root
+            if row[i] == 0.0:
+                continue
+            norm = math.hypot(triangle[i, i], row[i])
+            cosine, sine = triangle[i, i] / norm, row[i] / norm
+            for j in range(i, q):
+                kept = triangle[i, j]
+                triangle[i, j] = cosine * kept + sine * row[j]
+                row[j] = cosine * row[j] - sine * kept
+        largest = 0.0
+        for i in range(p):
+            largest = max(largest, abs(triangle[i, i]))
+        determined = largest > 0.0
+        for i in range(p):
+            determined = determined and abs(triangle[i, i]) > 1e-12 * largest
+        for i in range(p - 1, -1, -1):
+            value = triangle[i, p] if determined else math.nan
+            for j in range(i + 1, p):
+                value -= triangle[i, j] * path[k, j]
+            path[k, i] = value / triangle[i, i] if determined else math.nan
