@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 import pytest
@@ -156,6 +157,33 @@ def test_a_counter_that_wraps_is_refused_until_the_bench_says_so(tmp_path: Path)
     result = run("identify", log, "--bench", aware, "--json")
     assert result.stderr == ""
     assert json.loads(result.stdout)["parameters"] == json.loads(run("identify", SINES, "--bench", CLUTCH, "--json").stdout)["parameters"]
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor", "period", "line"),
+    [
+        ("rad", 2.0 * math.pi / 56, 25.0, "wrap: {value: 25, unit: rad}"),
+        ("rad", 2.0 * math.pi / 56, 8.0, "wrap: {value: 8, unit: rad}"),
+        ("deg", 360.0 / 56, 360.0, "wrap: {value: 360, unit: deg}"),
+    ],
+)
+def test_the_advice_for_a_position_that_wraps_repairs_the_log(unit: str, factor: float, period: float, line: str, tmp_path: Path) -> None:
+    """The parameters of the wrapped log are those of the same numbers without the wraps."""
+    header, *rows = SINES.read_text().splitlines()
+    cells = [row.split(",") for row in rows]
+    bench = changed(tmp_path, "column: encoder, unit: count", f"column: encoder, unit: {unit}")
+    log, found = tmp_path / "log.csv", {}
+    for name, position in (("whole", lambda value: value), ("wrapped", lambda value: (value + period / 2) % period - period / 2)):
+        rows = [f"{time},{position(int(count) * factor)!r},{current}" for time, count, current in cells]
+        log.write_text("\n".join([header.replace("count", unit), *rows]) + "\n")
+        if name == "wrapped":
+            refused(run("identify", log, "--bench", bench), 3, "the position wraps", f"under encoder in the bench: {line}\n")
+            bench.write_text(bench.read_text().replace("counts_per_revolution: 56 ", f"counts_per_revolution: 56\n  {line} "))
+        result = run("identify", log, "--bench", bench, "--json")
+        assert result.code == 0, result.stderr
+        found[name] = json.loads(result.stdout)["parameters"]
+    for name, one in found["whole"].items():
+        assert found["wrapped"][name]["value"] == pytest.approx(one["value"], rel=1e-6)
 
 
 def test_a_jump_is_told_once(tmp_path: Path) -> None:

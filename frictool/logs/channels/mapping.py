@@ -25,6 +25,7 @@ from frictool.logs.clocks.intervals import Intervals
 from frictool.logs.flow import Samples
 from frictool.logs.log import Vector
 from frictool.logs.losses import Losses
+from frictool.logs.quality.jumps import JUMPS
 from frictool.logs.quality.opening import Opening
 from frictool.logs.quality.quality import TimeBase
 from frictool.logs.quality.sign import sign_of
@@ -131,7 +132,9 @@ class Mapper:
         rate = check_rate(self.source, self._intervals.base(), self._period)
         drift = self._clocks.finding(self.clock, 1.0 / self._intervals.base().rate_hz)
         rounded = (ROUNDED.format(self._rounding),) if self._rounding > 1.0 / NS else ()
-        self.warnings = (*rate, *rounded, *self._counter.findings(), *(text for text in (drift, sign) if text))
+        question = self._unwrapping.question
+        counter = [text for text in self._counter.findings() if question is None or not text.startswith(JUMPS)]
+        self.warnings = (*rate, *rounded, *counter, *(text for text in (question, drift, sign) if text))
 
     @property
     def _last(self) -> int | None:

@@ -17,6 +17,7 @@ from frictool.logs.canonical.mcap_layout import COLUMNS, message_path
 from frictool.logs.channels.mapping import EFFORT, check_rate
 from frictool.logs.clocks.resampling import RESAMPLED
 from frictool.logs.log import Log, Stream, Vector
+from frictool.logs.quality.jumps import JUMPS
 from frictool.logs.quality.quality import time_base
 from frictool.logs.quality.wraps import WrapSearch
 
@@ -32,8 +33,7 @@ def matched(log: Log, bench: Bench) -> Log:
     """
     stream = log.main
     _check_units(log, stream, bench)
-    _check_wraps(log, stream, bench)
-    noted = [*log.warnings, *check_rate(log.source, time_base(stream.time), bench.sample_period_s)]
+    noted = [*log.warnings, *_check_wraps(log, stream, bench), *check_rate(log.source, time_base(stream.time), bench.sample_period_s)]
     if _is_measured(log, stream, bench):
         return replace(log, warnings=tuple(dict.fromkeys(noted)))
     signals = {name: values for name, values in stream.signals.items() if name != EFFORT}
@@ -59,14 +59,17 @@ def _check_units(log: Log, stream: Stream, bench: Bench) -> None:
             raise LogError(log.source, f"{found}; is this the bench of this log?")
 
 
-def _check_wraps(log: Log, stream: Stream, bench: Bench) -> None:
-    if "position" in stream.signals:
-        wraps = WrapSearch(bench)
-        wraps.take(stream.time, stream.signals["position"])
-        wraps.finish()
-        wrap = wraps.found()
-        if wrap is not None:
-            raise LogError(log.source, f"{wrap.text}, and ingest the raw log again")
+def _check_wraps(log: Log, stream: Stream, bench: Bench) -> tuple[str, ...]:
+    """Return a warning of a jump that may be a wrap. Raises LogError where the position wraps."""
+    if "position" not in stream.signals:
+        return ()
+    wraps = WrapSearch(bench)
+    wraps.take(stream.time, stream.signals["position"])
+    wraps.finish()
+    wrap, question = wraps.found(), wraps.possible()
+    if wrap is not None:
+        raise LogError(log.source, f"{wrap.text}, and ingest the raw log again")
+    return () if question is None or any(JUMPS in text for text in log.warnings) else (question.question,)
 
 
 def _is_measured(log: Log, stream: Stream, bench: Bench) -> bool:

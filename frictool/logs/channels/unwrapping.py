@@ -102,6 +102,12 @@ class Unwrapping:
         self._wraps.finish()
         self._refuse()
 
+    @property
+    def question(self) -> str | None:
+        """Return a warning of a jump that may be a wrap, or None."""
+        wrap = self._wraps.possible()
+        return None if wrap is None else wrap.question
+
     def _refuse(self) -> None:
         wrap = self._wraps.found()
         if wrap is not None:

@@ -22,6 +22,7 @@ ALONE = 10.0  # times the steps beside it
 RARE = 3.0  # times the step that ORDINARY of all steps do not exceed
 ORDINARY = 0.99
 JUMPS = "the position jumps"  # first words of the warning of jumps
+FEWEST_WRAPS = 2  # jumps of one length before they are called wraps; one may be lost counts
 FEWEST_RESETS = 3  # jumps to one value before it is called an index's
 
 
@@ -69,8 +70,8 @@ class Jumps:
 
     @property
     def wrap_bits(self) -> int | None:
-        """The counter's bits where every jump is as long as its range, within the slack."""
-        if not self.count:
+        """Return the bits of a counter that wraps: several jumps are as long as its range and land within it, up to the slack."""
+        if self.count < FEWEST_WRAPS or self.highest_landing - self.lowest_landing > self.longest + self.slack:
             return None
         bits = round(math.log2(max(self.longest, 1.0)))
         near = max(abs(self.shortest - 2.0**bits), abs(self.longest - 2.0**bits))
@@ -97,4 +98,4 @@ class Jumps:
             return f"does its counter wrap? then set encoder.wrap_bits, here to {bits}"
         if index is not None:
             return f"each returns to about {index:.0f}: does an index pulse reset the counter? then set encoder.index_reset: true"
-        return "are counts lost? " + ("is mechanics.top_speed right?" if self.unwrapped else "does its counter wrap (encoder.wrap_bits)?")
+        return "are counts lost? " + ("is mechanics.top_speed right?" if self.unwrapped else "does the sensor wrap (encoder.wrap)?")
