@@ -52,14 +52,17 @@ SPEED_SLACK = 2.0  # times the top speed of the bench
 
 @dataclass(frozen=True)
 class RepeatedJump:
-    """Steps that fit one period: its bounds [rad | m], their number, and time [s] and positions before and after the first.
+    """Steps that fit one period.
 
-    forward: number of steps across which the axis moves on. slow: it moves less than P / 100 in the steps beside. centred: all steps lead
-    from one end of plus and minus half a period to the other. movable: the drive can move the axis that far in one sample.
+    low, high: bounds of the period. reach: range of the position, in rad or m as they are. count: number of steps; first: time in s and
+    positions before and after the first. forward: number of steps across which the axis moves on. slow: it moves less than P / 100 in the
+    steps beside. centred: all steps lead from one end of plus and minus half a period to the other. movable: the drive can move the axis
+    that far in one sample.
     """
 
     low: float
     high: float
+    reach: float
     count: int
     first: tuple[float, float, float]
     forward: int
@@ -127,7 +130,8 @@ class RepeatedJumps:
         ends = self._ends[crossing][wraps]
         centred = bool((np.abs(ends[:, 2] + ends[:, 3]) <= 2.0 * fastest + self._noise).all())
         first = float(ends[0, 1]), float(ends[0, 2]), float(ends[0, 3])
-        return RepeatedJump(low, high, len(ends), first, forward, fastest < SLOW * period, centred, self._can_move(ends))
+        reach = self._high - self._low
+        return RepeatedJump(low, high, reach, len(ends), first, forward, fastest < SLOW * period, centred, self._can_move(ends))
 
     def _crossings(self) -> NDArray[np.intp]:
         """Return the first of each odd number of long steps to and fro; an even number leads back, as a glitch does."""

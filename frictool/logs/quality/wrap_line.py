@@ -10,6 +10,7 @@ from frictool.documents.quantity import factor_to_si, si_unit
 BITS = range(8, 33)  # of a counter, as encoder.wrap_bits allows
 TURN = 2.0 * math.pi  # rad
 DIGITS = 12  # of a period that no shorter number fits
+ROUND = 2  # digits of a round number
 COUNT, ANGLE, WHOLE = "count", "deg", "turn"
 
 
@@ -20,7 +21,7 @@ class WrapLine:
     """
 
     def __init__(self, bench: Bench, counted: bool) -> None:
-        self._rotary, self._resolution, self._counted = bench.axis == "rotary", bench.encoder.resolution, counted
+        self._rotary, self._resolution, self.counted = bench.axis == "rotary", bench.encoder.resolution, counted
         self._unit = si_unit("position", bench.axis)
         column = bench.columns.get("position")
         if column is not None and column.unit != COUNT:
@@ -30,11 +31,11 @@ class WrapLine:
     def of(self, low: float, high: float) -> str:
         """Return the line of a period between two bounds in rad or m."""
         bits = next((one for one in BITS if low <= self._resolution * 2.0**one <= high), None)
-        if self._counted and bits is not None:
+        if self.counted and bits is not None:
             return f"wrap_bits: {bits}"
         digits, value = shortest(low / self._factor, high / self._factor)
         unit = self._unit
-        if self._counted:
+        if self.counted:
             digits, counts = shortest(low / self._resolution, high / self._resolution)
             value = f"{float(counts) * self._resolution / self._factor:.{DIGITS}g}"
         if self._rotary and self._unit not in (ANGLE, WHOLE):
@@ -42,6 +43,14 @@ class WrapLine:
             if fewer < digits:
                 value, unit = turns, WHOLE
         return f"wrap: {{value: {value}, unit: {unit}}}"
+
+    def is_round(self, low: float, high: float) -> bool:
+        """Return whether a number of two digits in the unit of the log lies between two bounds in rad or m."""
+        return low < high and shortest(low / self._factor, high / self._factor)[0] <= ROUND
+
+    def round(self, low: float, high: float) -> float:
+        """Return that number in rad or m."""
+        return float(shortest(low / self._factor, high / self._factor)[1]) * self._factor
 
 
 def shortest(low: float, high: float) -> tuple[int, str]:

@@ -100,11 +100,19 @@ class WrapSearch:
         return not jump.movable and (jump.forward >= SEVERAL or (jump.slow and (jump.forward >= TWICE or jump.centred)))
 
     def _natural_period(self, jump: RepeatedJump) -> float | None:
+        """Return the natural period within the bounds of a jump; None if a round number lies below it and above the range."""
         slack = NATURAL_SLACK * jump.high
-        return next((period for period in self._natural if jump.low - slack <= period <= jump.high + slack), None)
+        natural = next((period for period in self._natural if jump.low - slack <= period <= jump.high + slack), None)
+        if natural is None or natural == TURN or self._line.counted:
+            return natural
+        return None if self._line.is_round(max(jump.low, jump.reach), natural - 2.0 * slack) else natural
 
     def _wrap(self, jump: RepeatedJump) -> Wrap:
         natural = self._natural_period(jump)
-        low, high = (jump.low, jump.high) if natural is None else (natural * (1.0 - ROUNDING), natural * (1.0 + ROUNDING))
+        low, high = jump.low, jump.high
+        if natural is not None:
+            low, high = natural * (1.0 - ROUNDING), natural * (1.0 + ROUNDING)
+        elif not self._line.counted and self._line.is_round(low, high):
+            low = high = self._line.round(low, high)
         time, before, after = jump.first
         return Wrap(0.5 * (low + high), jump.count, time, before, after, self._line.of(low, high), self._unit)
