@@ -102,7 +102,10 @@ def test_a_commissioning_that_tells_nothing_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "run.json"
     path.write_text(json.dumps({"wear": {"value": 1.0, "low": 0.98, "high": 1.02}}))
     assert read_commissioning(path).wear == Range(1.0, 0.98, 1.02)
-    for wrong in ("{}", "[1]", '{"wear": {"value": 1, "low": 2, "high": 3}}', '{"wear": {"value": 1, "low": -1, "high": 3}}'):
+    path.write_text(json.dumps({"wear": {"value": 1.0, "low": 1.0, "high": 1.0}}))
+    assert read_commissioning(path).wear == Range(1.0, 1.0, 1.0)
+    refused = ("{}", "[1]", *(json.dumps({"wear": {"value": 1.0, "low": low, "high": 3.0}}) for low in (2.0, 0.0, -1.0)))
+    for wrong in refused:
         path.write_text(wrong)
         with pytest.raises(InputFileError):
             read_commissioning(path)
