@@ -15,6 +15,10 @@ demo: $(VENV)/.run
 test: lint
 	$(BIN)/python -m pytest -n auto --dist loadfile
 
+# the tests of one package: make test-identify runs tests/identify
+test-%: $(VENV)/.dev
+	$(BIN)/python -m pytest -n auto --dist loadfile tests/$*
+
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .

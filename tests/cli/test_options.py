@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import importlib
 import os
 import sys
@@ -175,16 +174,3 @@ def test_a_name_that_is_no_text_is_read_and_written_all_the_same(tmp_path: Path)
         assert result.code == 0, result.stderr
     assert "gr\\udcf6sse.csv: UTF-8, semicolon between cells" in run("info", tmp_path / f"{name}.mcap").stdout
     assert members([tmp_path])[0].name.file == "gr\\udcf6sse.csv"
-
-
-def test_what_is_wrong_on_a_command_line_ends_as_a_sentence() -> None:
-    """As click's own do. What a message ends with where that is no constant is not looked at."""
-    unended = []
-    for path in sorted((ROOT / "frictool/cli").glob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in ("UsageError", "BadParameter"):
-                text = node.args[0]
-                last = text.values[-1] if isinstance(text, ast.JoinedStr) else text
-                if isinstance(last, ast.Constant) and not str(last.value).endswith((".", "?")):
-                    unended.append(f"{path.name}:{node.lineno}")
-    assert unended == []

@@ -27,7 +27,6 @@ ELSEWHERE = {  # pages with a test of their own, in a folder of their own
 }
 PLAYED = [page for page in PAGES if blocks(page, "sh", "python") and page != README and name_of(page) not in ELSEWHERE]
 LANGUAGES = {"sh", "text", "python", "console", "yaml", "c", "matlab", "json"}
-WORDS_A_MINUTE = 200
 TARGETS = re.compile(r"make(?: -C (\S+))?(?: (\w[\w -]*))?$")
 
 
@@ -74,14 +73,6 @@ def test_every_link_leads_somewhere(page: Path) -> None:
         target = (page.parent / path).resolve() if path else page
         assert target.exists(), f"{name_of(page)} links to {path}"
         assert not anchor or anchor in anchors(target), f"{name_of(page)} links to {path}#{anchor}; there are {sorted(anchors(target))}"
-
-
-def test_what_is_to_be_read_in_an_hour_takes_an_hour() -> None:
-    told = re.findall(r"\]\((docs/\w+\.md)\) \((\d+) min\)", text_of(README).replace("\n", " "))
-    took = {page: len(text_of(ROOT / page).split()) / WORDS_A_MINUTE for page, _ in told}
-    assert len(took) >= 5
-    assert {page: minutes for page, minutes in told if abs(took[page] - int(minutes)) > 1.0} == {}
-    assert sum(took.values()) + len(text_of(README).split()) / WORDS_A_MINUTE <= 60.0
 
 
 def test_every_page_is_reached_from_the_readme() -> None:
