@@ -1,15 +1,55 @@
-"""Property tests draw the same examples every time, the first of them may compile a kernel, and a test has one core.
+"""Settings of all tests, and the processor time of each package at the end of a run.
 
-The matrices here are small: a second thread of the linear algebra waits longer than it works, on the core of the other file of tests.
+Property tests draw the same examples every time, and the first example may compile a kernel. A test has one core: the matrices are
+small, so that a second thread of the linear algebra waits longer than it works, on the core of the other file of tests.
 """
 
 from __future__ import annotations
 
 import os
+from collections import Counter
+from collections.abc import Iterator
 
+import pytest
 from hypothesis import settings
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy and scipy are first imported, here and by each child process
 
 settings.register_profile("frictool", derandomize=True, deadline=None, database=None)
 settings.load_profile("frictool")
+
+COST = "processor seconds"
+LEAST_S = 1.0  # a package that takes less is not listed
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
+    start = _processor_s()
+    item.user_properties.append((COST, start))
+    return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Iterator[None]:
+    report = yield
+    if call.when == "teardown":
+        start = dict(item.user_properties)[COST]
+        report.user_properties = [(COST, _processor_s() - start)]
+    return report
+
+
+def _processor_s() -> float:
+    """Return the processor time of this process and of those that it waited for [s]."""
+    used = os.times()
+    return used.user + used.system + used.children_user + used.children_system
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    costs: Counter[str] = Counter()
+    for reports in terminalreporter.stats.values():
+        for report in reports:
+            if getattr(report, "when", "") == "teardown":
+                costs[report.nodeid.split("/")[1].split("::")[0]] += dict(report.user_properties).get(COST, 0.0)
+    listed = ", ".join(f"{name} {cost:.0f}" for name, cost in costs.most_common() if cost >= LEAST_S)
+    if listed:
+        terminalreporter.write_line(f"processor time [s]: {sum(costs.values()):.0f}: {listed}")

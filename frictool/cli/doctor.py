@@ -26,16 +26,20 @@ ok has the line to try, and so has what takes room to no use. Text for a bug rep
 version are kept; an upgrade cleans up after itself, but for the last eight within a fortnight. It also removes, in the current folder,
 the unfinished outputs (.NAME.xxxxxxxx.part) of processes that were killed; the next command that writes there does the same.
 
+--compile compiles all kernels now, instead of each at its first use: for an image, or before the jobs of a build server, which then
+keep or share the folder that NUMBA_CACHE_DIR names. It takes some minutes; what is compiled already is skipped.
+
 Exit code 1 where something is wrong.
 """
 
 
 @click.command("doctor", help=HELP)
 @click.option("--clean", is_flag=True, help="Remove compiled kernels of former versions and unfinished outputs.")
+@click.option("--compile", "compile_now", is_flag=True, help="Compile all kernels now, and keep them.")
 @output_option(required=False, help="The text, as a file too; - is stdout.", writes=("text", "Markdown"))
 @json_option
 @click.pass_context
-def command(ctx: click.Context, clean: bool, output: Path | None, as_json: bool) -> None:
+def command(ctx: click.Context, clean: bool, compile_now: bool, output: Path | None, as_json: bool) -> None:
     from frictool import __version__
     from frictool.doctor.examination import as_view, examine, lines
 
@@ -44,6 +48,11 @@ def command(ctx: click.Context, clean: bool, output: Path | None, as_json: bool)
     if clean:
         words, facts["clean"] = _cleaned()
         told += words
+    is_failed = False
+    if compile_now:
+        words, facts["compile"] = _compiled()
+        told += words
+        is_failed = bool(facts["compile"]["failures"])
     checks = examine()
     told += [*lines(checks), _verdict(checks)]
     if output is not None:
@@ -52,7 +61,7 @@ def command(ctx: click.Context, clean: bool, output: Path | None, as_json: bool)
         print_json({**facts, "is_in_order": not _wrong(checks), "checks": as_view(checks)}, output)
     elif output != Path("-"):
         say("\n".join(told), output)
-    if _wrong(checks):
+    if _wrong(checks) or is_failed:
         ctx.exit(1)
 
 
@@ -66,6 +75,25 @@ def _verdict(checks: list[Check]) -> str:
         return f"wrong: {', '.join(one.name for one in wrong)}"
     notes = [one.name for one in checks if one.state == "note"]
     return f"in order{'; something less: ' + ', '.join(notes) if notes else ''}"
+
+
+def _compiled() -> tuple[list[str], dict[str, Any]]:
+    """Compile all kernels; return the lines for people and the facts for machines."""
+    from frictool.cli.progress import progress
+
+    try:
+        from frictool import kernels
+        from frictool.doctor.compilation import compile_all
+    except ImportError as error:  # the checks tell what is broken
+        return [f"compiled: no kernels ({error})"], {"kernels": 0, "compiled": 0, "failures": [str(error)]}
+    if kernels.FOLDER is None:
+        reason = "no folder for compiled kernels can be written; set NUMBA_CACHE_DIR"
+        return [f"compiled: no kernels ({reason})"], {"kernels": 0, "compiled": 0, "failures": [reason]}
+    with progress("compiling") as report:
+        done = compile_all(report)
+    told = [f"compiled: {done.compiled} functions, so that {done.prepared} kernels are in {kernels.FOLDER}"]
+    told += [f"not compiled: {failure}" for failure in done.failures]
+    return told, {"kernels": done.prepared, "compiled": done.compiled, "failures": done.failures}
 
 
 def _cleaned() -> tuple[list[str], dict[str, Any]]:

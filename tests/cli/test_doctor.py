@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import inspect
 import json
 import os
 import subprocess
@@ -9,12 +11,13 @@ import sys
 import time
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from frictool import kernels
-from frictool.doctor import compiled, examination, solver, versions
+from frictool.doctor import compilation, compiled, examination, solver, versions
 from frictool.doctor.c_compiler import NAMES, check_c_compiler
 from frictool.doctor.check import Check
 from frictool.kernel_sources import PACKAGE, Sources
@@ -26,6 +29,8 @@ from tests.cli.run import run
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Where kernels are kept, with two former versions' of which one was used just now."""
     monkeypatch.setattr(kernels, "places", lambda: [tmp_path])
+    monkeypatch.setattr(kernels, "FOLDER", tmp_path / "kernels-now")  # the real one may hold former states
+    (tmp_path / "kernels-now").mkdir()
     for name, age in (("kernels-old", 7200.0), ("kernels-young", 60.0)):
         (tmp_path / name).mkdir()
         (tmp_path / name / "in_use").write_bytes(b"")
@@ -159,3 +164,58 @@ def test_clean_removes_former_states_of_a_module_and_leaves_the_present_one(tmp_
     assert sorted(path for path in facts["removed"] if str(tmp_path) in path) == sorted(map(str, (former, removed_module)))
     assert facts["left"] == [str(young)]
     assert present.exists()
+
+
+def test_the_list_of_kernels_is_that_of_the_package() -> None:
+    """Each listed kernel is there, takes as many arguments, and its types are those that its numba classes have now."""
+    rows = json.loads(compilation.LIST.read_bytes())
+    assert len(rows) > 300
+    for module, name, kind, encoded in rows:
+        kernel = getattr(importlib.import_module(module), name, None)
+        assert kernel is not None, f"{module}.{name} is gone: make kernels"
+        arguments = encoded[1] if kind == "pointer" else encoded
+        optional = [one for one in arguments if one[0] == "omitted"]
+        count = len(inspect.signature(kernel.py_func).parameters)
+        assert len(arguments) - len(optional) <= count == len(arguments), f"{module}.{name}: make kernels"
+        for one in arguments:
+            assert compilation.encode(compilation.decode(one)) == one, f"{module}.{name}: make kernels"
+            _has_its_fields(one)
+
+
+def _has_its_fields(encoded: Any) -> None:
+    if encoded[0] == "tuple" and encoded[1] != "builtins:tuple":
+        module, _, name = encoded[1].partition(":")
+        assert len(getattr(importlib.import_module(module), name)._fields) == len(encoded[2]), f"{encoded[1]}: make kernels"
+        for part in encoded[2]:
+            _has_its_fields(part)
+
+
+COMPILE = """
+import json, sys
+from frictool.doctor import compilation
+rows = json.loads(compilation.LIST.read_bytes())
+short = [row for row in rows if row[0] in ("frictool.friction.coulomb", "frictool.friction.stribeck")]
+compilation.LIST = __import__("pathlib").Path(sys.argv[1])
+compilation.LIST.write_text(json.dumps(short + [["frictool.friction.coulomb", "gone", "kernel", []]] * (len(sys.argv) > 2)))
+sys.argv = ["frictool", "doctor", "--compile", "--json"]
+from frictool.cli.main import main
+main()
+"""
+
+
+def test_compile_keeps_the_kernels_of_the_list(tmp_path: Path) -> None:
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "kept")}
+
+    def facts(*words: str, code: int = 0) -> dict[str, Any]:
+        command = [sys.executable, "-c", COMPILE, str(tmp_path / "rows.json"), *words]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == code, done.stderr
+        return dict(json.loads(done.stdout)["compile"])
+
+    first = facts()
+    assert first["kernels"] >= 4
+    assert first["compiled"] > 0
+    assert first["failures"] == []
+    assert facts() == {**first, "compiled": 0}
+    (failure,) = facts("gone", code=1)["failures"]
+    assert "frictool.friction.coulomb.gone" in failure

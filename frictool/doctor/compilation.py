@@ -1,0 +1,145 @@
+"""Compilation of all kernels ahead of their first use, for the types of arguments that `kernels.json` lists.
+
+The list holds what the tests called. `python -m frictool.doctor.compilation` prints the list of the kernels that are kept now.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import pickle
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from numba.core import event, types
+from numba.core.errors import NumbaError
+
+from frictool import kernel_cache, kernels
+from frictool.kernel_sources import PACKAGE, Sources
+from frictool.kernel_store import KernelStore
+
+LIST = Path(__file__).with_name("kernels.json")
+
+
+@dataclass
+class Compilation:
+    """Kernels prepared (each for one tuple of types of arguments), those of them compiled anew, and the failures with their reasons."""
+
+    prepared: int = 0
+    compiled: int = 0
+    failures: list[str] = field(default_factory=list)
+
+
+class _Count(event.Listener):
+    """Count of the kernels that are compiled."""
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    def on_start(self, event: Any) -> None:
+        self.count += isinstance(event.data["dispatcher"]._cache, KernelStore)
+
+    def on_end(self, event: Any) -> None:
+        """Nothing is counted at the end."""
+
+
+def compile_all(progress: Callable[[float], None], rows: list[list[Any]] | None = None) -> Compilation:
+    """Compile and keep every kernel of `rows` (module, name, kind, types); by default those of the list.
+
+    Kernels that call others come first, so that each is compiled once.
+    """
+    rows = json.loads(LIST.read_bytes()) if rows is None else rows
+    done, count = Compilation(), _Count()
+    with event.install_listener("numba:compile", count):
+        for index, row in enumerate(rows):
+            try:
+                _compile(*row)
+                done.prepared += 1
+            except (ImportError, AttributeError, TypeError, NumbaError) as error:
+                done.failures.append(f"{row[0]}.{row[1]}: {' '.join(str(error).split())[:200]}")
+            progress((index + 1) / len(rows))
+    done.compiled = count.count
+    return done
+
+
+def _compile(module: str, name: str, kind: str, encoded: list[Any]) -> None:
+    kernel = getattr(importlib.import_module(module), name)
+    if kind == "pointer":
+        kernels.pointer(kernel, decode(["function", *encoded]))
+    else:
+        kernel.compile(tuple(decode(one) for one in encoded))
+
+
+def encode(kind: Any) -> Any:
+    """Return a numba type as JSON. Raises ValueError for one that only other kernels pass, such as a literal."""
+    if isinstance(kind, types.Array):
+        return ["array", str(kind.dtype), kind.ndim, kind.layout, kind.mutable]
+    if isinstance(kind, types.FunctionType):
+        return ["function", encode(kind.signature.return_type), [encode(one) for one in kind.signature.args]]
+    if isinstance(kind, types.BaseTuple):
+        cls = getattr(kind, "instance_class", tuple)
+        parts = list(getattr(kind, "types", None) or [kind.dtype] * kind.count)  # type: ignore[attr-defined]  # of a uniform tuple
+        return ["tuple", f"{cls.__module__}:{cls.__qualname__}", [encode(one) for one in parts]]
+    if isinstance(kind, types.Omitted):
+        return ["omitted", kind.value]
+    if isinstance(kind, (types.Float, types.Integer, types.Boolean, types.NoneType)) and not isinstance(kind, types.Literal):
+        return str(kind)
+    raise ValueError(str(kind))
+
+
+def decode(encoded: Any) -> Any:
+    """Return the numba type of what `encode` gave."""
+    if isinstance(encoded, str):
+        return getattr(types, encoded)
+    head, *rest = encoded
+    if head == "array":
+        dtype, dimensions, layout, is_mutable = rest
+        return types.Array(getattr(types, {"bool": "boolean"}.get(dtype, dtype)), dimensions, layout, readonly=not is_mutable)
+    if head == "function":
+        return types.FunctionType(decode(rest[0])(*map(decode, rest[1])))
+    if head == "omitted":
+        return types.Omitted(rest[0])  # type: ignore[no-untyped-call]  # numba has no types
+    module, _, name = rest[0].partition(":")
+    cls = getattr(importlib.import_module(module), name)
+    return types.BaseTuple.from_types([decode(one) for one in rest[1]], None if cls is tuple else cls)  # type: ignore[no-untyped-call]  # as above
+
+
+def kept(folder: Path) -> Iterator[list[Any]]:
+    """Yield the rows of the kernels of the package that are kept in the folder of a toolchain, callers first."""
+    sources, found = Sources(PACKAGE.parent, folder), []
+    for state in kernel_cache.states(folder):
+        module = f"frictool.{kernel_cache.module_of(state.path)}"
+        if not sources.holds(module) or not state.path.name.endswith(sources.state([module]).digest):
+            continue  # of a test, or of former sources
+        for index in sorted(state.path.glob("*.nbi")):
+            with open(index, "rb") as stream:
+                pickle.load(stream)
+                _, overloads = pickle.loads(stream.read())
+            found += list(rows_of(module, index.name.rpartition("-")[0], overloads))
+    modules = {row[0] for row in found}
+    sizes = {module: len(sources.state([module]).modules) for module in modules}
+    yield from sorted(found, key=lambda row: (-sizes[row[0]], json.dumps(row)))
+
+
+def rows_of(module: str, name: str, signatures: Any) -> Iterator[list[Any]]:
+    """Yield the rows of one function that Python can call or point to."""
+    kernel: Any = getattr(importlib.import_module(module), name, None)
+    for signature, *_ in signatures if kernel is not None else ():
+        is_pointer = hasattr(signature, "return_type")
+        if not is_pointer and kernel.targetoptions.get("no_cpython_wrapper"):
+            continue
+        try:
+            if is_pointer:
+                yield [module, name, "pointer", [encode(signature.return_type), [encode(one) for one in signature.args]]]
+            else:
+                yield [module, name, "kernel", [encode(one) for one in signature]]
+        except ValueError:
+            continue
+
+
+if __name__ == "__main__":
+    if kernels.FOLDER is None:
+        raise SystemExit("no kernels are kept: see frictool doctor")
+    print("[\n" + ",\n".join(json.dumps(row, separators=(",", ":")) for row in kept(kernels.FOLDER)) + "\n]")
