@@ -20,7 +20,6 @@ from typing import Any
 
 EXIT_DONE = 0
 EXIT_NO = 1
-EXIT_USAGE = 2
 EXIT_INPUT = 3
 EXIT_NO_SOLUTION = 4
 EXIT_INTERRUPTED = 130  # as a shell has it

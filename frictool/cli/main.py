@@ -18,7 +18,7 @@ import click
 from frictool import waiting
 from frictool.cli.lazy_group import LazyGroup, abandon_stdout
 from frictool.cli.printable import printable
-from frictool.documents import examples
+from frictool.documents import bench_values, examples
 from frictool.errors import EXIT_INPUT, FrictoolError
 
 # command -> (module, one line for --help), in the order of the pipeline
@@ -132,6 +132,11 @@ def _warn_of_examples() -> Callable[[str, tuple[str, ...]], None]:
     return warn
 
 
+def _warn_of_bench_values(path: str, reason: str) -> None:
+    """Warn of a model of which nothing was identified."""
+    click.echo(printable(f"warning: {bench_values.bench_values_words(path, reason)}"), err=True)
+
+
 def _prepare() -> None:
     """One thread for linear algebra, since sums in another order give other bytes; somewhere to write where a stream was closed.
 
@@ -141,6 +146,7 @@ def _prepare() -> None:
     waiting.compiling = _tell_of_compiling
     waiting.remark = _remark
     examples.notify = _warn_of_examples()
+    bench_values.notify = _warn_of_bench_values
     os.environ.update(OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1")
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:

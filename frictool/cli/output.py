@@ -178,11 +178,10 @@ def note(text: str) -> None:
 
 def note_changes(path: Path, controller: Controller) -> None:
     """Warn if a block of a controller is not the one that was verified. A document without digests gives no warning."""
-    from frictool.documents.digests import changed_blocks
+    from frictool.documents.digests import changed_words
 
-    changed = changed_blocks(controller) if controller.verified.digests else ()
-    if changed:
-        note(f"warning: {path}: changed after it was verified: {', '.join(changed)}; `frictool verify` says what still holds")
+    if words := changed_words(controller):
+        note(f"warning: {path}: {words}")
 
 
 def print_json(value: dict[str, Any], output: Path | None = None) -> None:

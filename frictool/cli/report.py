@@ -19,7 +19,6 @@ from frictool.cli.output import (
     existing,
     json_option,
     note,
-    note_changes,
     output_option,
     print_json,
     save_text,
@@ -140,7 +139,6 @@ def _load(logs: tuple[Path, ...], spec: Path, controller: Path | None, bench: Pa
     recheck(documents[controller])
     for log in read:
         _of_this_controller(log, controller, documents[controller])
-    note_changes(controller, documents[controller])
     return Documents(spec_document, documents[controller], columns), read
 
 

@@ -28,8 +28,9 @@ proved with whole numbers: no solver, no rounding and no digest takes part. The 
 rounded forms at the corners, and the plants seen inside the box, have to be what `verified` says. Digests show blocks that were changed
 although no figure depends on them (position law, prefilter). Figures of a solver are listed as not computed.
 
-With --model, also whether the model lies within the intervals that the controller was verified for, and whether the loop has the specified
-modulus margin at every corner of the model's intervals; if not, exit code 1.
+With --model, also whether the model lies within the intervals that the controller was verified for, whether its bench has the controller's
+drive limit, winding and encoder, and whether the loop has the specified modulus margin at every corner of the model's intervals, with the
+model's resonances too; if not, exit code 1. Parts of the model that no margin contains are listed.
 
 Exit codes: 0 everything holds; 1 the controller has no certificate, a stored figure is not that of its coefficients, or a block was changed
 after it was verified; 4 a bound is not proved, or a loop is unstable or misses the specified margin.
@@ -74,8 +75,13 @@ def model_json_view(checked: ModelCheck | None) -> dict[str, Any] | None:
     if checked is None:
         return None
     plant = {name: getattr(checked.plant, name) for name in NAMES}
-    figures = {"modulus_margin": checked.margin, "modulus_margin_specified": checked.specified}
-    return {"holds": checked.holds, "outside": list(checked.beyond), **figures, "at": plant, "plants": checked.plants}
+    figures = {
+        "modulus_margin": checked.margin,
+        "modulus_margin_with_resonances": None if checked.resonant is None else checked.resonant.modulus_margin,
+        "modulus_margin_specified": checked.specified,
+    }
+    found = {"holds": checked.holds, "outside": list(checked.beyond), **figures, "at": plant, "plants": checked.plants}
+    return {**found, "outside_margins": list(checked.outside_margins)}
 
 
 def model_lines(controller: Controller, checked: ModelCheck | None) -> list[str]:
@@ -84,10 +90,13 @@ def model_lines(controller: Controller, checked: ModelCheck | None) -> list[str]
 
     if checked is None:
         return []
-    found = [f"model: outside the controller's intervals: {phrase}" for phrase in checked.beyond]
-    found += [] if checked.beyond else ["model: within the controller's intervals"]
+    found = [f"model: not what the controller was verified for: {phrase}" for phrase in checked.beyond]
+    found += [] if checked.beyond else ["model: within the controller's intervals, with its timing, drive limit, winding and encoder"]
     at = f"at {plant_words(checked.plant, controller.bench)}"
     found.append(f"model: smallest modulus margin of {checked.plants} corners {checked.margin:.4f}, specified {checked.specified:g}, {at}")
+    if (worst := checked.resonant) is not None:
+        found.append(f"model: with its resonances {worst.modulus_margin:.4f}, specified {checked.specified:g}, at {worst.where}")
+    found.append(f"model: in no margin, as it is not linear; simulate plays it: {', '.join(checked.outside_margins)}")
     return found
 
 

@@ -60,6 +60,12 @@ def changed_blocks(controller: Controller) -> tuple[str, ...]:
     return tuple(name for name in sorted({*now, *then}) if now.get(name) != then.get(name))
 
 
+def changed_words(controller: Controller) -> str:
+    """Say which blocks were changed; empty if none was, or if the document has no digests."""
+    changed = changed_blocks(controller) if controller.verified.digests else ()
+    return f"changed after it was verified: {', '.join(changed)}; `frictool verify` says what still holds" if changed else ""
+
+
 def _digest(block: Any) -> str:
     return hashlib.sha256(json.dumps(_plain(block), sort_keys=True).encode()).hexdigest()
 

@@ -8,7 +8,7 @@ from typing import Any, TypeVar, cast, overload
 import msgspec
 import yaml
 
-from frictool.documents import examples
+from frictool.documents import bench_values, examples
 from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design
@@ -54,6 +54,8 @@ def load(path: Path | str, kind: type[T] | None = None) -> T | Any:
     document = cast(T, Reader(path).read(node, kind or _kind(node, path), ""))
     if keys := examples.examples_of(document):
         examples.notify(str(path), keys)
+    if isinstance(document, Model) and document.bench_values_only is not None:
+        bench_values.notify(str(path), document.bench_values_only)
     return document
 
 

@@ -19,11 +19,12 @@ from frictool.plant.polytope import PlantPoint
 from frictool.ties import largest, smallest
 from frictool.verify.controller import check_feedback, loop_checks
 from frictool.verify.effective import feedbacks, running, virtual_friction
-from frictool.verify.figures import CLAIM, loops_of, vertex_points
+from frictool.verify.figures import CLAIM, loops_of
 from frictool.verify.observer_loop import check_observer
 from frictool.verify.rounding import held, rounded_linear
 from frictool.verify.speed_loop import performance
 from frictool.verify.stored_forms import limited_radius
+from frictool.verify.vertices import vertex_points
 from frictool.verify.words import delay_words
 
 FINER = {"q15": "--number q31 or float", "q31": "--number float or double", "float": "--number double", "double": "another design"}

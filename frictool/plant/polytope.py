@@ -55,10 +55,19 @@ class Polytope:
 
 
 def intervals(model: Model) -> dict[str, tuple[float, float]]:
-    """For each parameter the hull of the model's intervals, in each direction and regime, and of the bench's range over the product's life.
+    """Return the intervals for which `synth` designs and `verify` compares: `ranges`, and the local Coulomb friction over the travel."""
+    found = ranges(model)
+    if model.laws is not None and model.laws.position is not None:
+        local = _over_position(model.laws.position, model.parameters.coulomb, model.laws.backward)
+        found["coulomb"] = (min(found["coulomb"][0], local[0]), max(found["coulomb"][1], local[1]))
+    return found
 
-    Coulomb friction that varies with position counts with its least and its largest factor. The hull and not the intersection: the log
-    tells what the parameter is on this bench today, the bench tells what it may become.
+
+def ranges(model: Model) -> dict[str, tuple[float, float]]:
+    """Return the hull of the model's intervals, in each direction and regime, and of the bench's range over the product's life.
+
+    `simulate` and `campaign` draw from it; friction that varies with position has its mean there. A bench's value without a range counts as
+    a range of no width. The hull and not the intersection: the log gives the parameter of this bench today, the bench its future range.
     """
     known, today = model.bench.mechanics, model.parameters
     pairs: dict[str, tuple[Quantity, ...]] = {
@@ -73,11 +82,12 @@ def intervals(model: Model) -> dict[str, tuple[float, float]]:
         slopes += [backward.viscous] if backward else []
         pairs["viscous"] += tuple(found for found in slopes if found is not None)
         pairs["coulomb"] += (backward.coulomb,) if backward and backward.coulomb else ()
-    hull = {name: (min(q.interval[0] for q in both), max(q.interval[1] for q in both)) for name, both in pairs.items()}
-    if model.laws is not None and model.laws.position is not None:
-        local = _over_position(model.laws.position, today.coulomb, model.laws.backward)
-        hull["coulomb"] = (min(hull["coulomb"][0], local[0]), max(hull["coulomb"][1], local[1]))
-    return hull
+    return {name: hull(*quantities) for name, quantities in pairs.items()}
+
+
+def hull(*quantities: Quantity) -> tuple[float, float]:
+    """Return the smallest interval that holds the intervals of all quantities."""
+    return min(one.interval[0] for one in quantities), max(one.interval[1] for one in quantities)
 
 
 def _over_position(law: PositionLaw, forward: Quantity, opposite: Backward | None) -> tuple[float, float]:

@@ -39,8 +39,8 @@ class Evidence:
     load: lowest and highest mechanical position behind the backlash (n,); twice the same array where the log has it. drive_limit [A or V].
     nominal: whether it belongs to the nominal plant and not to a variant (`/axis`, or the only stream of its log). simulated: whether its
     log is a simulation, in which each topic is a plant; a measured log may hold several streams of one rig.
-    modulus_margin: of the controller's loop around the stream's plant, None if unknown; margin_gap: the reason. beyond: how the model
-    lies outside the controller's intervals, or empty.
+    modulus_margin: of the controller's loop around the stream's plant, None if unknown; margin_gap: the reason. beyond: how the
+    rig is not what the controller was verified for, or empty.
     """
 
     source: str
@@ -121,9 +121,10 @@ def gather(spec: Spec, logs: list[Log], rig: Rig = UNKNOWN, loop: JudgedLoop | N
         if not log.axes:
             raise LogError(log.source, "has no stream of an axis; nothing to report on")
         beyond = "" if loop is None else loop.beyond(log)
+        played = rig.played(log)
         for stream in log.axes:
             margin, gap = (None, NO_CONTROLLER) if loop is None else loop.margin(log, stream.topic)
-            item = _evidence(spec, log, label, stream, rig)
+            item = _evidence(spec, log, label, stream, played)
             found.append(replace(item, modulus_margin=margin, margin_gap=gap, beyond=beyond))
     return found
 

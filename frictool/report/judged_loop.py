@@ -2,35 +2,62 @@
 
 from __future__ import annotations
 
+from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller
 from frictool.logs.log import Log
-from frictool.verify.certified_box import outside_message, parameters_outside
+from frictool.plant.polytope import PARAMETERS
+from frictool.verify.certified_box import bench_differences, differences, outside_message
 from frictool.verify.plant_margins import PlantMargins
 from frictool.verify.played_plant import INTERVALS, RECORD, PlayedPlant, intervals_of_text
+from frictool.verify.rig_facts import RECORD as FACTS
+from frictool.verify.rig_facts import facts_of_text, missing_facts
 
 NO_PLANT = "the log does not describe its plant as one axis (a mechanism, or an older log); try `frictool reduce` and `verify --model`"
 RECORDED = "the plant of a recorded axis is not known"
 
 
 class JudgedLoop:
-    """Margins of one controller around the plants that logs describe."""
+    """Margins of one controller around the plants that logs describe; bench: that of recorded logs, if it is not the controller's."""
 
-    def __init__(self, controller: Controller) -> None:
+    def __init__(self, controller: Controller, bench: Bench | None = None) -> None:
         self.controller, self._margins = controller, PlantMargins(controller)
+        self._bench = "" if bench is None else self._words(f"the bench {bench.name}", bench_differences(controller, bench))
         self._beyond: dict[tuple[tuple[str, str], ...], str] = {}
 
     def margin(self, log: Log, topic: str) -> tuple[float | None, str]:
         """Return the modulus margin at the plant of a stream, 0 if the loop is unstable; or None and the reason."""
-        if log.metadata.get("log", {}).get("kind") != "simulated":
+        if not _simulated(log):
             return None, RECORDED
         plant = PlayedPlant.of_text(log.metadata.get(RECORD, {}).get(topic, ""))
-        return (None, NO_PLANT) if plant is None else (self._margins(plant), "")
+        if plant is None:
+            return None, NO_PLANT
+        unstated = _unstated(log)
+        return (None, unstated) if unstated else (self._margins(plant), "")
 
     def beyond(self, log: Log) -> str:
-        """Say how the log's model lies outside the intervals for which the controller was verified; empty if it does not."""
-        record = log.metadata.get(INTERVALS, {})
-        key = tuple(record.items())
+        """Say how the rig of a log is not what the controller was verified for; empty if it is, or if nothing is known of it."""
+        if not _simulated(log):
+            return self._bench
+        rig, record = log.metadata.get(FACTS, {}), log.metadata.get(INTERVALS, {})
+        key = (*rig.items(), *record.items())
         if key not in self._beyond:
-            found = parameters_outside(self.controller, intervals_of_text(record))
-            self._beyond[key] = f"the model {outside_message(self.controller.name, found)}" if found else ""
+            found = differences(self.controller, facts_of_text(rig), intervals_of_text(record))
+            self._beyond[key] = self._words("the plant", found)
         return self._beyond[key]
+
+    def _words(self, subject: str, found: tuple[str, ...]) -> str:
+        return f"{subject} {outside_message(self.controller.name, found)}" if found else ""
+
+
+def _simulated(log: Log) -> bool:
+    return log.metadata.get("log", {}).get("kind") == "simulated"
+
+
+def _unstated(log: Log) -> str:
+    """Say which numbers of its rig and its model a simulated log lacks, and what writes them; empty if it has all."""
+    facts, ranges = facts_of_text(log.metadata.get(FACTS, {})), intervals_of_text(log.metadata.get(INTERVALS, {}))
+    lacking = [*missing_facts(facts), *(f"interval of {name}" for name in PARAMETERS if name not in ranges)]
+    if not lacking:
+        return ""
+    command = log.metadata.get("provenance", {}).get("command", "frictool simulate")
+    return f"the log does not state the {', '.join(lacking)}, as an earlier version wrote it; write it again: {command} -o {log.source}"

@@ -16,7 +16,7 @@ def judge_margin(spec: Spec, evidence: Judged, controller: Controller | None) ->
     """Judge the smallest margin of all streams.
 
     The requirement is broken if any plant or any vertex of the controller breaks it. It is undecided if the plant of a simulated stream is
-    unknown, or if the model lies outside the intervals for which the controller was verified.
+    unknown, or if the plant or its rig is not what the controller was verified for.
     """
     assert spec.modulus_margin is not None
     name, limit = "modulus_margin", spec.modulus_margin

@@ -1,10 +1,13 @@
-"""What a log does not say of the rig that it was recorded on."""
+"""Facts of the rig of a log that its judgement needs."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 from frictool.documents.bench import Bench
+from frictool.logs.log import Log
+from frictool.verify.rig_facts import RECORD, facts_of_text
 
 
 @dataclass(frozen=True)
@@ -32,3 +35,9 @@ class Rig:
             low, high = backlash.interval
             width, unsure = backlash.value, max(high - backlash.value, backlash.value - low)
         return Rig(bench.encoder.resolution, bench.actuator.limit.value, width, unsure, True)
+
+    def played(self, log: Log) -> Rig:
+        """Return the rig with the encoder and the limit with which a log was simulated; the lower of two limits acts."""
+        facts = facts_of_text(log.metadata.get(RECORD, {}))
+        limits = [limit for limit in (self.drive_limit, facts.get("drive_limit")) if limit is not None and math.isfinite(limit)]
+        return replace(self, resolution=facts.get("encoder_step", self.resolution), drive_limit=min(limits, default=None))

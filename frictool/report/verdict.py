@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from frictool.documents.bench import Bench
+from frictool.documents.bench_values import KEY, bench_values_words
 from frictool.documents.controller import Controller
+from frictool.documents.digests import changed_words
 from frictool.documents.examples import examples_words
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError
@@ -31,18 +33,19 @@ def judge(spec: Spec, logs: list[Log], controller: Controller | None = None, ben
     """
     if not logs:
         raise FrictoolError("there is no log to judge; give at least one")
-    loop = None if controller is None else _loop(controller)
+    loop = None if controller is None else _loop(controller, bench)
     bench = bench if bench is not None or controller is None else controller.bench
     evidence = _measured(spec, logs, bench, loop, whole=True)
     requirements = tuple(make(spec, evidence, controller) for make in _specified_judges(spec).values())
-    remarks = [*dict.fromkeys(f"{item.source}: {item.beyond}" for item, _ in evidence if item.beyond), *_examples(spec, logs, bench)]
+    beyond = dict.fromkeys(f"{item.source}: {item.beyond}" for item, _ in evidence if item.beyond)
+    remarks = [*_changed(controller), *beyond, *_bench_values(logs), *_examples(spec, logs, bench)]
     return Verdict(spec.name, requirements, evidence, tuple(_meets(spec, one) for one in evidence), tuple(remarks))
 
 
-def _loop(controller: Controller) -> JudgedLoop:
+def _loop(controller: Controller, bench: Bench | None) -> JudgedLoop:
     from frictool.report.judged_loop import JudgedLoop  # imported late: a log without a controller does not need it
 
-    return JudgedLoop(controller)
+    return JudgedLoop(controller, bench)
 
 
 def log_requirements(spec: Spec, log: Log, bench: Bench, loop: JudgedLoop) -> tuple[Requirement, ...]:
@@ -59,6 +62,19 @@ def _examples(spec: Spec, logs: list[Log], bench: Bench | None) -> list[str]:
             found[name] = list(dict.fromkeys([*found.get(name, []), *keys.split(", ")]))
     words = examples_words(found)
     return [words] if words else []
+
+
+def _changed(controller: Controller | None) -> list[str]:
+    """Return a remark on the blocks of the controller that were changed after its verification."""
+    words = "" if controller is None else changed_words(controller)
+    return [f"{controller.name}: {words}"] if controller is not None and words else []
+
+
+def _bench_values(logs: list[Log]) -> list[str]:
+    """Return a remark on each model without identified parameters with which a log was simulated."""
+    records = [log.metadata.get("log", {}) for log in logs]
+    found = [bench_values_words(f"the model {one.get('model', '')}", one[KEY]) for one in records if KEY in one]
+    return list(dict.fromkeys(found))
 
 
 def _measured(spec: Spec, logs: list[Log], bench: Bench | None, loop: JudgedLoop | None, whole: bool) -> Judged:

@@ -96,8 +96,9 @@ class MechanismPlant:
         """Return None: margins are defined for one axis only."""
 
     def intervals(self) -> Mapping[str, tuple[float, float]]:
-        """Return no interval: a controller is synthesised for one axis."""
-        return {}
+        """Return the interval of the drive's constant: the other parameters are those of one axis."""
+        constant = self.document.sources[self.assembled.sources[self.controlled.source]].constant
+        return {} if constant is None else {"constant": constant.interval}
 
     def described(self, variant: MechanismVariant) -> str:
         """See Plant."""

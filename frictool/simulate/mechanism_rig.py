@@ -10,13 +10,14 @@ Its position is brought back to the sensor's coordinate, so that it compares wit
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.documents.mechanism import Mechanism, Sensor, Spring
+from frictool.documents.mechanism import Mechanism, Sensor, Source, Spring
 from frictool.documents.quantity import si_unit
 from frictool.plant.mechanism.assembly import Assembled
 from frictool.plant.mechanism.packed import FRAME
@@ -57,16 +58,27 @@ def rig_of_mechanism(document: Mechanism, assembled: Assembled) -> tuple[Rig, Co
         owner="{}",
         axis=assembled.kinds[sensed],
         drive=drives.drive,
-        sample_period_s=document.sample_period_s,
-        delay_samples=document.delay_samples,
-        loop_time_constant_s=drives.loop_time_constant_s,
         constant=1.0 if drives.constant is None else drives.constant.value,
-        resolution=resolution_of(senses),
         travel=document.travel,
         effort_axis=assembled.kinds[driven],
+        facts=_facts(document, drives, senses),
     )
     load, ratio = _load(document, assembled, sensed)
     return rig, Controlled(source, driven, sensed, load, ratio)
+
+
+def _facts(document: Mechanism, source: Source, sensor: Sensor) -> dict[str, float]:
+    """Return the facts of verify/rig_facts.py, without a spring on the axis: a mechanism has springs of its own."""
+    winding = source.winding
+    return {
+        "sample_period_s": document.sample_period_s,
+        "delay_samples": float(document.delay_samples),
+        "loop_time_constant_s": source.loop_time_constant_s,
+        "drive_limit": math.inf if source.limit is None else source.limit.value,
+        "encoder_step": resolution_of(sensor),
+        "resistance_ohm": 0.0 if winding is None else winding.resistance_ohm,
+        "supply_v": math.inf if winding is None else winding.voltage_v,
+    }
 
 
 class Tied(NamedTuple):

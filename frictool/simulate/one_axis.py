@@ -33,7 +33,7 @@ class OneAxis:
     width = 1.0
 
     def __init__(self, model: Model) -> None:
-        self.model, self.name, self.rig = model, model.name, rig_of(model.bench)
+        self.model, self.name, self.rig = model, model.name, rig_of(model.bench, model)
 
     def check(self, controller: Controller | None, scenario: Scenario, names: Names) -> None:
         """See Plant."""

@@ -119,7 +119,7 @@ class Plant(Protocol[V]):
         """Return the linear plant of a variant under conditions (n, 8); None if no margins are computed for it."""
 
     def intervals(self) -> Mapping[str, tuple[float, float]]:
-        """Return the intervals [SI] of the parameters for which a controller is synthesised; empty for a mechanism."""
+        """Return the known intervals [SI] of the parameters for which a controller is synthesised; of a mechanism the drive's constant."""
 
     def described(self, variant: V) -> str:
         """Its values with their units, for the log."""

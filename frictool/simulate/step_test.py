@@ -21,6 +21,7 @@ from frictool.control.fixed_point import DoesNotFit
 from frictool.control.machine import Machine
 from frictool.control.number_format import machine_in
 from frictool.control.program import Program
+from frictool.documents import bench_values
 from frictool.documents.controller import Controller, Number
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
@@ -38,9 +39,11 @@ from frictool.simulate.streams import Sensors, fault_warning
 from frictool.simulate.target import Target
 from frictool.simulate.timeline import conditions_of, felt
 from frictool.simulate.used_speed import used_speed
-from frictool.verify.certified_box import outside_message, parameters_outside
+from frictool.verify.certified_box import differences, outside_message
 from frictool.verify.played_plant import INTERVALS, intervals_to_text
 from frictool.verify.played_plant import RECORD as PLAYED
+from frictool.verify.rig_facts import RECORD as FACTS
+from frictool.verify.rig_facts import facts_to_text
 
 Vector = NDArray[np.float64]
 Progress = Callable[[int, int], None]
@@ -121,6 +124,8 @@ class StepTest(Generic[V]):
         about = {"kind": "simulated", "scenario": scenario.name, "model": plant.name, "controller": controller.name}
         if controller.velocity.observer is not None:
             about["speed_from"] = f"{controller.velocity.observer.kind} observer"
+        if rig.bench_values_only:
+            about[bench_values.KEY] = rig.bench_values_only
         plants = {variant.topic: plant.described(variant) for variant in variants if variant.values}
         kept = {"bench": self.plant.rig.examples, "scenario": scenario.examples}
         examples = {name: ", ".join(keys) for name, keys in kept.items() if keys}
@@ -142,7 +147,7 @@ class StepTest(Generic[V]):
     def _linear(self, variants: Sequence[V], conditions: Vector) -> dict[str, dict[str, str]]:
         """Return the log records from which `report` computes the margins of the simulated loops."""
         linear = {variant.topic: found.to_text() for variant in variants if (found := self.plant.linear(variant, conditions)) is not None}
-        return {PLAYED: linear, INTERVALS: self._intervals} if linear else {}
+        return {PLAYED: linear, INTERVALS: self._intervals, FACTS: facts_to_text(self.plant.rig.facts)}
 
     @cached_property
     def _intervals(self) -> dict[str, str]:
@@ -150,8 +155,8 @@ class StepTest(Generic[V]):
 
     @cached_property
     def _outside(self) -> list[str]:
-        """Return a warning if the model lies outside the controller's certificate."""
-        found = parameters_outside(self.controller, self.plant.intervals())
+        """Return a warning if the plant or its rig is not what the controller was verified for."""
+        found = differences(self.controller, self.plant.rig.facts, self.plant.intervals())
         return [f"{self.names.model} {outside_message(self.names.controller, found)}"] if found else []
 
     @cached_property

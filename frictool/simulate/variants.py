@@ -1,8 +1,8 @@
 """The plants that a scenario is played to: the model, the vertices of its ranges, plants drawn at random, or a given one.
 
-The range of inertia, viscous and Coulomb friction and constant is the hull of the model's interval and of the bench's range over the
-product's life. A vertex has an end of each range; a random plant is drawn from them independently and uniformly. Plant number i of a seed
-is the same however many there are.
+The ranges of inertia, viscous and Coulomb friction and constant are `ranges` of plant/polytope.py, for which `synth` designs too. A
+vertex has an end of each range; a random plant is drawn from them independently and uniformly. Plant number i of a seed is the same however
+many there are.
 
 A vertex and a drawn plant are four numbers; plant/friction_levels.py applies them to models with further friction parameters.
 """
@@ -17,18 +17,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.documents.model import Model
-from frictool.documents.quantity import Quantity, drive_dimension, si_unit
+from frictool.documents.quantity import drive_dimension, si_unit
 from frictool.documents.scenario import Scenario
 from frictool.errors import FrictoolError
 from frictool.logs.log import MAIN_TOPIC
 from frictool.plant.axis import AxisParameters
 from frictool.plant.axis_model import axis_of
 from frictool.plant.friction_levels import coulomb_level, viscous_level
-from frictool.plant.polytope import PlantPoint, corner_points
+from frictool.plant.polytope import PARAMETERS, PlantPoint, corner_points, hull, ranges
 from frictool.simulate.given import GIVEN, given_values
 from frictool.simulate.plant import Range
 
-PARAMETERS = ("inertia", "viscous", "coulomb", "constant")
 LABELS = {
     "inertia": "inertia",
     "viscous": "viscous friction",
@@ -119,30 +118,11 @@ def parameters_of(model: Model) -> dict[str, Range]:
     level = nominal["coulomb"]  # of which the parameter is a part where the model has a map, or its own friction backward
     least = ("coulomb", model.parameters.coulomb.value / level) if level > 0.0 else None
     found["breakaway"] = Range(breakaway, breakaway, breakaway, effort, LABELS["breakaway"], least)
-    ends = offset.interval if bench.mechanics.offset is None else _range(bench.mechanics.offset, offset.interval)
+    ends = hull(offset) if bench.mechanics.offset is None else hull(offset, bench.mechanics.offset)
     found["offset"] = Range(*ends, offset.value, effort, LABELS["offset"])
     if backlash is not None:
         found["backlash"] = Range(*backlash.interval, backlash.value, position, LABELS["backlash"])
     return found
-
-
-def ranges(model: Model) -> dict[str, tuple[float, float]]:
-    """Return (low, high) of each of PARAMETERS [SI]: the hull of the model's interval and of the bench's range over the product's life."""
-    known = model.bench.mechanics
-    return {
-        "inertia": _range(known.inertia, model.parameters.inertia.interval),
-        "viscous": _range(known.viscous, viscous_level(model)),
-        "coulomb": _range(known.coulomb, coulomb_level(model)),
-        "constant": model.bench.actuator.constant.interval,
-    }
-
-
-def _range(given: Quantity, today: tuple[float, float]) -> tuple[float, float]:
-    """Return the hull of the bench's range, if it has one, and of the model's interval."""
-    if given.low is None and given.high is None:
-        return today
-    low, high = given.interval
-    return min(low, today[0]), max(high, today[1])
 
 
 def _drawn(model: Model, plants: int, seed: int, owner: str) -> dict[str, dict[str, float]]:

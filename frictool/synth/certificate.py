@@ -24,7 +24,7 @@ from frictool.errors import NoSolutionError
 from frictool.lmi.certificate_search import lyapunov_ends
 from frictool.plant.generalised import FirstOrder, Weights, generalised_plant
 from frictool.plant.lti import Lti
-from frictool.plant.polytope import PlantPoint, Polytope
+from frictool.plant.polytope import PlantPoint
 from frictool.ties import largest
 from frictool.verify.certificate import Coordinates, enclosed, failing_inequality, packed, posed
 from frictool.verify.certificate_box import Interval, inverse_inertia, surroundings
@@ -56,13 +56,6 @@ def certify(loop: Loop, box: Box) -> Certificate:
     found = {of: _bound(posed(loop, of), box, of) for of in quantities}
     bounds = tuple(bound for bound in found.values() if isinstance(bound, Bound))
     return Certificate(1, box, loop.weights, bounds, {of: reason for of, reason in found.items() if isinstance(reason, str)})
-
-
-def around(polytope: Polytope) -> Box:
-    """The box around a polytope's vertices."""
-    names = ("inertia", "viscous", "coulomb", "constant")
-    values = {name: [getattr(vertex, name) for vertex in polytope.vertices] for name in names}
-    return Box(**{name: (min(found), max(found)) for name, found in values.items()})
 
 
 def certified_weights(weights: Weights) -> CertifiedWeights:

@@ -10,17 +10,18 @@ from typing import Literal
 import msgspec
 
 from frictool.documents import controller as stored
-from frictool.documents.certificate import Certificate
+from frictool.documents.certificate import Box, Certificate
 from frictool.documents.design import Design
 from frictool.documents.digests import with_digests
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
+from frictool.plant.box import enclosing
 from frictool.plant.polytope import polytope
 from frictool.synth.acceptance import accept, resonant
 from frictool.synth.blocks import Blocks, blocks
-from frictool.synth.certificate import around, certified_weights, certify
+from frictool.synth.certificate import certified_weights, certify
 from frictool.synth.disturbance import disturbance
 from frictool.synth.feasibility import check_feasible
 from frictool.synth.lpv import bound
@@ -134,7 +135,7 @@ def _beyond(posed: Problem, controller: stored.Controller, progress: Callable[[s
 
 def _certificate(posed: Problem, linear: stored.LinearController) -> tuple[Certificate | None, tuple[str, ...]]:
     """What is proved, or why nothing is."""
-    weights, box = certified_weights(posed.weights), around(posed.box)
+    weights, box = certified_weights(posed.weights), Box(**enclosing(posed.box.vertices))
     if not posed.weighs:
         return Certificate(1, box, weights, (), {"sensitivity": NOT_CERTIFIED}), (f"no certificate: {NOT_CERTIFIED}",)
     sections = linear.sos if linear.form == "sos" else ()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from frictool.documents.bench_values import bench_values_words
 from frictool.documents.design import Design
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance, called
@@ -30,10 +31,8 @@ def synthesise(
     identified; InputFileError if the documents are not for one kind of axis.
     """
     if model.bench_values_only is not None:
-        raise NoSolutionError(
-            f"bench_values_only: the model {model.name} holds the bench's values only, since nothing was identified "
-            f"({model.bench_values_only}); identify the axis from a log that gives its inertia or its friction"
-        )
+        words = bench_values_words(f"the model {model.name}", model.bench_values_only)
+        raise NoSolutionError(f"bench_values_only: {words}; identify the axis from a log that gives its inertia or its friction")
     same_axis({Path("model"): model, Path("spec"): spec, Path("design"): design})
     origin = provenance or called("frictool.synth.synthesise", model=model, spec=spec, design=design)
     return designed(model, spec, design, origin, beyond=not vertices_only, progress=progress)

@@ -18,6 +18,7 @@ from frictool.verify.observer_loop import check_observer
 from frictool.verify.resonant_loop import require, resonant_check
 from frictool.verify.speed_loop import LoopCheck, check_loop
 from frictool.verify.stored_forms import check_forms
+from frictool.verify.vertices import vertex_points
 from frictool.verify.words import delay_words
 
 
@@ -84,11 +85,8 @@ def _vertices(controller: Controller, margins: bool) -> None:
     lag, required = controller.bench.actuator.loop_time_constant_s, controller.verified.modulus_margin_specified
     loops, constant = feedbacks_of(controller), controller.bench.actuator.constant.value
     brake = limiter_brake(controller.limiter, controller.velocity, constant, controller.sample_period_s)
-    if not controller.verified.vertices:
-        raise NoSolutionError(f"{controller.name}: not verified: the controller names no vertex; synthesise it anew")
-    for vertex in controller.verified.vertices:
+    for vertex, point in zip(controller.verified.vertices, vertex_points(controller), strict=True):
         where = f"{controller.name}: not verified: at vertex {vertex.name}"
-        point = PlantPoint(vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant)
         found = loop_checks(loops, point, lag, tuple(check.delay_samples for check in vertex.checks))
         for check in found:
             if check.spectral_radius >= 1.0:
@@ -125,7 +123,7 @@ def _resonant(controller: Controller) -> None:
     if resonances is None:
         return
     lag, loops = controller.bench.actuator.loop_time_constant_s, feedbacks_of(controller)
-    points = [PlantPoint(one.name, one.inertia, one.viscous, one.coulomb, one.constant) for one in controller.verified.vertices]
+    points = vertex_points(controller)
     for samples in sorted({check.delay_samples for vertex in controller.verified.vertices for check in vertex.checks}):
         required = controller.verified.modulus_margin_specified if samples == controller.delay_samples else 0.0
         require(resonant_check(loops, points, lag, samples, resonances), resonances, required, controller.name)

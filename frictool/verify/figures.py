@@ -155,11 +155,6 @@ def loops_of(controller: stored.Controller, points: tuple[PlantPoint, ...]) -> L
     )
 
 
-def vertex_points(controller: stored.Controller) -> tuple[PlantPoint, ...]:
-    """Return the plants that a document names as its vertices."""
-    return tuple(PlantPoint(one.name, one.inertia, one.viscous, one.coulomb, one.constant) for one in controller.verified.vertices)
-
-
 def weights_of(document: CertifiedWeights) -> Weights:
     """Return the weights that a document stores, for a generalised plant."""
     error, noise = first_order(document.error), first_order(document.noise)

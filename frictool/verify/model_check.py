@@ -9,15 +9,19 @@ from frictool.documents.model import Model
 from frictool.errors import FrictoolError
 from frictool.plant.polytope import PlantPoint, corner_points, intervals
 from frictool.ties import smallest
-from frictool.verify.certified_box import parameters_outside
+from frictool.verify.certified_box import model_differences
+from frictool.verify.effective import feedbacks_of
 from frictool.verify.plant_margins import PlantMargins
+from frictool.verify.resonant_loop import ResonantCheck, resonant_check
 
 
 @dataclass(frozen=True)
 class ModelCheck:
     """Result of the check of a controller at the corners of a model.
 
-    beyond: a phrase for each parameter outside the controller's intervals. margin: the smallest modulus margin, at `plant`.
+    beyond: a phrase for each parameter and each fact of the rig for which the controller was not verified. margin: the smallest modulus
+    margin, at `plant`. resonant: the margin with the model's resonances, None if it has none. outside_margins: parts of the model that no
+    margin contains.
     """
 
     beyond: tuple[str, ...]
@@ -25,11 +29,14 @@ class ModelCheck:
     specified: float
     plant: PlantPoint
     plants: int
+    resonant: ResonantCheck | None
+    outside_margins: tuple[str, ...]
 
     @property
     def holds(self) -> bool:
-        """Return whether the model lies within the controller's intervals, and its corners have the specified margin."""
-        return not self.beyond and self.margin >= self.specified
+        """Return whether the controller was verified for the model and its rig, and its corners have the specified margin."""
+        margins = [self.margin, *([] if self.resonant is None else [self.resonant.modulus_margin])]
+        return not self.beyond and min(margins) >= self.specified
 
 
 def check_model(controller: Controller, model: Model) -> ModelCheck:
@@ -55,4 +62,25 @@ def check_model(controller: Controller, model: Model) -> ModelCheck:
     points = corner_points(ranges)
     margin, index = smallest(margins.at(point) for point in points)
     specified = controller.verified.modulus_margin_specified
-    return ModelCheck(parameters_outside(controller, ranges), margin, specified, points[index], len(points))
+    resonant, lag = None, ours.actuator.loop_time_constant_s
+    if model.resonances is not None:
+        resonant = resonant_check(feedbacks_of(controller), points, lag, controller.delay_samples, model.resonances)
+    beyond = model_differences(controller, model)
+    return ModelCheck(beyond, margin, specified, points[index], len(points), resonant, outside_margins(model))
+
+
+def outside_margins(model: Model) -> tuple[str, ...]:
+    """Return the names of the parts of a model that `simulate` plays and no margin contains, since they are not linear."""
+    mechanics, laws = model.bench.mechanics, model.laws
+    load = None if laws is None else laws.load
+    parts = {
+        "backlash": mechanics.backlash is not None and mechanics.backlash.value > 0.0,
+        "end stops": mechanics.travel is not None,
+        "winding": model.bench.actuator.winding is not None,
+        "Stribeck curve": model.law == "stribeck",
+        "friction over position": laws is not None and laws.position is not None,
+        "dwell": laws is not None and laws.dwell is not None,
+        "gravity": load is not None and load.gravity is not None,
+        "ripple": load is not None and load.ripple is not None,
+    }
+    return ("dry friction", "drive limit", *(name for name, present in parts.items() if present))

@@ -22,8 +22,9 @@ from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.polytope import PlantPoint
 from frictool.ties import smallest
 from frictool.verify.controller import check_feedback, limiter_brake
-from frictool.verify.figures import LinearLoops, loops_of, vertex_points
+from frictool.verify.figures import LinearLoops, loops_of
 from frictool.verify.observer_loop import check_observer
+from frictool.verify.vertices import vertex_points
 from frictool.verify.words import delay_words
 
 NOT_CERTIFIED = "what is proved is a loop around eta, and this one is fed by an observer's speed; `verify` finds its margins again"
@@ -75,8 +76,6 @@ def with_observer(controller: Controller, observer: Observer, margin: float | No
         return Observed(_digested(merged, controller))
     loops = loops_of(merged, vertex_points(merged))
     vertices = tuple(_vertex(merged, loops, point) for point in loops.points)
-    if not vertices:
-        raise NoSolutionError(f"{controller.name}: the controller names no vertex at which its loop could be verified; synthesise it anew")
     margin_with_it, at = smallest(vertex.modulus_margin for vertex in vertices)
     verified = msgspec.structs.replace(
         merged.verified,

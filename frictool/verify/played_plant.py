@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -51,7 +52,9 @@ class PlayedPlant:
             slopes, constants = (tuple(float(value) for value in found[name]) for name in ("slopes", "constants"))
         except (ValueError, KeyError, TypeError):
             return None
-        return PlayedPlant(**levels, slopes=slopes, constants=constants) if levels["inertia"] > 0.0 and slopes and constants else None
+        finite = all(map(math.isfinite, (*levels.values(), *slopes, *constants)))
+        known = finite and levels["inertia"] > 0.0 and slopes and constants
+        return PlayedPlant(**levels, slopes=slopes, constants=constants) if known else None
 
 
 def intervals_to_text(intervals: Mapping[str, tuple[float, float]]) -> dict[str, str]:
@@ -60,12 +63,13 @@ def intervals_to_text(intervals: Mapping[str, tuple[float, float]]) -> dict[str,
 
 
 def intervals_of_text(record: Mapping[str, str]) -> dict[str, tuple[float, float]]:
-    """Return the intervals of a log's metadata; those that are not two numbers are left out."""
+    """Return the intervals of a log's metadata; those that are not two finite numbers are left out."""
     found = {}
     for name, text in record.items():
         try:
-            low, high = json.loads(text)
-            found[name] = (float(low), float(high))
+            low, high = (float(end) for end in json.loads(text))
         except (ValueError, TypeError):
             continue
+        if math.isfinite(low) and math.isfinite(high):
+            found[name] = (low, high)
     return found

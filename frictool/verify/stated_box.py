@@ -6,7 +6,7 @@ from frictool.documents.controller import Controller
 from frictool.errors import NoSolutionError
 from frictool.plant.box import enclosing
 from frictool.plant.polytope import PARAMETERS, PlantPoint, bench_intervals, corner_points
-from frictool.verify.figures import vertex_points
+from frictool.verify.vertices import vertex_points
 from frictool.verify.words import plant_words
 
 
@@ -26,11 +26,10 @@ def check_box(controller: Controller) -> None:
     NoSolutionError
         If it does not, or if the document has no vertex.
     """
-    if not controller.verified.vertices:
-        raise NoSolutionError(f"{controller.name}: not verified: the controller names no vertex; synthesise it anew")
+    vertices = vertex_points(controller)
     holder = "the vertices" if controller.certificate is None else "the certificate's box"
     for name, (low, high) in box_of(controller).items():
-        for point in vertex_points(controller):
+        for point in vertices:
             if not low <= (value := getattr(point, name)) <= high:
                 raise NoSolutionError(
                     f"{controller.name}: not proved: vertex {point.name} has {name} {value:.6g}, {holder} {low:.6g} to {high:.6g}; "

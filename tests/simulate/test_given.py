@@ -17,10 +17,11 @@ from frictool.errors import DocumentError, FrictoolError
 from frictool.logs.log import Log
 from frictool.plant.axis_model import axis_of
 from frictool.plant.mechanism.assembly import assemble
+from frictool.plant.polytope import PARAMETERS
 from frictool.simulate.agreement import Names
 from frictool.simulate.mechanism_plant import MechanismPlant
 from frictool.simulate.step_test import step_test
-from frictool.simulate.variants import PARAMETERS, Variant, known, parameters_of, variants_of
+from frictool.simulate.variants import Variant, known, parameters_of, variants_of
 from tests.cli.run import refused, run
 from tests.simulate.example import controller, scenario, write_rig
 from tests.simulate.mechanism_example import GEARED

@@ -6,12 +6,14 @@ import msgspec
 import numpy as np
 import pytest
 
+from frictool.documents.laws import Backward, Laws
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.engine.axis_friction import breakaway_at, coulomb_at
 from frictool.errors import FrictoolError
-from frictool.simulate.variants import PARAMETERS, Variant, ranges, variants_of
+from frictool.plant.polytope import PARAMETERS, intervals, polytope, ranges
+from frictool.simulate.variants import Variant, parameters_of, variants_of
 from tests.simulate.example import scenario
 from tests.synth.example import ROOT, clutch_model
 
@@ -63,21 +65,37 @@ def test_a_plant_has_what_was_drawn_and_the_map_scaled_to_it() -> None:
         assert breakaway_at(array, 1.0, 31.0, 0.0) == pytest.approx(1.1 * coulomb_at(array, 1.0, 31.0), rel=1e-4)
 
 
-def test_what_the_bench_does_not_say_is_the_models() -> None:
-    """In each direction and on average where there is a direction of its own."""
+def test_a_value_of_the_bench_without_a_range_widens_what_is_drawn_as_it_widens_what_is_certified() -> None:
+    """Each direction's friction is in the range, which is that of the controller's vertices."""
     model = nonlinear()
     mechanics = msgspec.structs.replace(
         model.bench.mechanics, coulomb=Quantity(value=0.1, unit="N m"), inertia=Quantity(value=2e-5, unit="kg m^2")
     )
     bare = msgspec.structs.replace(model, bench=msgspec.structs.replace(model.bench, mechanics=mechanics))
-    found = ranges(bare)
-    assert found["inertia"] == (1.11e-5, 1.53e-5)
-    assert found["coulomb"] == pytest.approx((0.128725, 0.128725))
+    found = parameters_of(bare)
+    assert found["inertia"][:2] == (1.11e-5, 2e-5)
+    assert {name: found[name][:2] for name in PARAMETERS} == ranges(bare)
+    assert found["coulomb"].low == 0.1
+    assert found["coulomb"].low < found["coulomb"].nominal < found["coulomb"].high
+    for name, (low, high) in intervals(bare).items():
+        assert low <= found[name].low <= found[name].high <= high
+
+
+def test_vertices_of_a_model_with_friction_by_direction_are_those_of_its_controller() -> None:
+    model = clutch_model()
+    weak = msgspec.structs.replace(model.parameters.coulomb, value=0.25, low=0.24, high=0.27)
+    two = msgspec.structs.replace(model, laws=Laws(backward=Backward(coulomb=weak)))
+    vertices = variants_of(two, scenario(variants="vertices"))[1:]
+    assert [one.values for one in vertices] == [{name: getattr(v, name) for name in PARAMETERS} for v in polytope(two).vertices]
+    assert max(one.values["coulomb"] for one in vertices) == 0.27
 
 
 def test_no_range_to_draw_from_is_refused() -> None:
     model = clutch_model(coulomb=(0.1, 0.1, 0.1), constant=(0.0134, 0.0134, 0.0134))
-    one = {name: msgspec.structs.replace(getattr(model.bench.mechanics, name), low=None, high=None) for name in PARAMETERS[:3]}
+    one = {
+        name: Quantity(value=getattr(model.parameters, name).value, unit=getattr(model.bench.mechanics, name).unit)
+        for name in PARAMETERS[:3]
+    }
     bench = msgspec.structs.replace(model.bench, mechanics=msgspec.structs.replace(model.bench.mechanics, **one))
     fixed = {
         name: msgspec.structs.replace(getattr(model.parameters, name), low=None, high=None) for name in ("inertia", "viscous", "coulomb")

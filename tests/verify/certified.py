@@ -7,18 +7,21 @@ from typing import Literal
 
 import msgspec
 
+from frictool.documents.certificate import Box
 from frictool.documents.controller import Controller, Robustness
 from frictool.documents.design import Design
 from frictool.documents.digests import with_digests
 from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
+from frictool.plant.box import enclosing
 from frictool.plant.polytope import polytope
-from frictool.synth.certificate import around, certify
+from frictool.synth.certificate import certify
 from frictool.synth.design import design_controller
 from frictool.verify.certificate_document import certified_loop
-from frictool.verify.figures import loops_of, vertex_points
+from frictool.verify.figures import loops_of
 from frictool.verify.interior import POINTS
+from frictool.verify.vertices import vertex_points
 from tests.synth.example import ROOT, clutch_model
 
 RIG = ROOT / "configs/clutch"
@@ -31,7 +34,7 @@ def certified(name: Named) -> Controller:
     spec, design = load(RIG / "spec.yaml", Spec), load(RIG / f"designs/{name}.yaml", Design)
     found = design_controller(clutch_model(), spec, design, Provenance("a test", "0"))
     assert found.weights is not None
-    certificate = certify(certified_loop(found, found.weights), around(polytope(clutch_model())))
+    certificate = certify(certified_loop(found, found.weights), Box(**enclosing(polytope(clutch_model()).vertices)))
     bound = certificate.bounds[0].below
     inside = loops_of(found, vertex_points(found)).seen_inside()
     verified = msgspec.structs.replace(found.verified, robustness=Robustness(POINTS, inside, bound, bound, bound))

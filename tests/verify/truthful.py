@@ -13,7 +13,7 @@ from frictool.plant.lti import Lti, inverse_tustin
 from frictool.plant.polytope import PlantPoint
 from frictool.verify.controller import loop_checks
 from frictool.verify.effective import feedbacks_of
-from frictool.verify.figures import vertex_points
+from frictool.verify.vertices import vertex_points
 
 
 def truthful(controller: Controller) -> Controller:

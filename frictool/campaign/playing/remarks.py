@@ -6,31 +6,40 @@ from collections.abc import Mapping
 
 from frictool.campaign.drawing.space import Space
 from frictool.campaign.playing.playing import Setting, plant_of
+from frictool.documents.bench_values import bench_values_words
 from frictool.documents.conditions import DriftPoint, Drifts
+from frictool.documents.digests import changed_words
 from frictool.documents.examples import examples_words
+from frictool.documents.mechanism import Mechanism
 from frictool.documents.scenario import Scenario
 from frictool.documents.spread import Spread
 from frictool.simulate.plant import Range
-from frictool.verify.certified_box import MARGIN_PARAMETERS, outside_message, parameters_outside
+from frictool.verify.certified_box import MARGIN_PARAMETERS, differences, outside_message, parameters_outside
 
 Interval = tuple[float, float]
 
 
 def remarks_of(setting: Setting, space: Space) -> tuple[str, ...]:
-    """Return the warnings of a campaign: plants outside the controller's intervals, and example values left in place."""
-    bench = plant_of(setting.plant).rig.examples or setting.controller.bench.examples
-    words = examples_words({"spec": setting.spec.examples, "bench": bench, "scenario": setting.scenario.examples})
-    return (*_uncertified(setting, space), *([words] if words else []))
+    """Return the warnings of a campaign: plants that the controller was not verified for, a model without
+    identified parameters, and example values left in place.
+    """
+    plant, controller = plant_of(setting.plant), setting.controller
+    bench, reason, changed = plant.rig.examples or controller.bench.examples, plant.rig.bench_values_only, changed_words(controller)
+    words = (
+        f"{controller.name}: {changed}" if changed else "",
+        bench_values_words(f"the model {plant.name}", reason) if reason else "",
+        examples_words({"spec": setting.spec.examples, "bench": bench, "scenario": setting.scenario.examples}),
+    )
+    return (*_uncertified(setting, space), *filter(None, words))
 
 
 def _uncertified(setting: Setting, space: Space) -> tuple[str, ...]:
-    """Return a warning if the model lies outside the controller's intervals, else one if the draws reach beyond them."""
+    """Return a warning if the plant or its rig is not what the controller was verified for, else one if the draws reach beyond them."""
     plant, controller = plant_of(setting.plant), setting.controller
-    intervals = plant.intervals()
-    if not intervals:
+    if found := differences(controller, plant.rig.facts, plant.intervals()):
+        return (f"the plant {outside_message(controller.name, found)}",)
+    if isinstance(setting.plant, Mechanism):
         return ()
-    if found := parameters_outside(controller, intervals):
-        return (f"the model {outside_message(controller.name, found)}",)
     if found := parameters_outside(controller, _drawn(plant.ranges(), space, setting.scenario)):
         return (f"draws reach beyond the intervals of {controller.name}, where only their own margins hold: {'; '.join(found)}",)
     return ()

@@ -1,0 +1,99 @@
+"""Facts of a rig, beside the parameters of its plant, that a controller was verified with: timing, limits, encoder, springs.
+
+A rig is described by a mapping from the names of FACTS to numbers in SI, so that a bench, a model, a mechanism and a log can be compared.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from frictool.documents.bench import Bench
+from frictool.documents.model import Model
+from frictool.documents.quantity import si_unit
+
+RECORD = "played_rig"  # of a log's metadata: fact -> number as JSON
+ROUNDING = 1e-9  # relative: facts and the ends of intervals are sums and products of a document's numbers
+
+
+class Fact(NamedTuple):
+    """Label of a fact in messages, and its unit; a dimension of the axis stands for its SI unit, `drive` for the drive's."""
+
+    label: str
+    unit: str
+
+
+FACTS = {
+    "sample_period_s": Fact("sample period", "s"),
+    "delay_samples": Fact("computational delay", "samples"),
+    "loop_time_constant_s": Fact("time constant of the drive", "s"),
+    "drive_limit": Fact("drive limit", "drive"),
+    "encoder_step": Fact("encoder step", "position"),
+    "resistance_ohm": Fact("winding resistance", "ohm"),
+    "supply_v": Fact("winding voltage", "V"),
+    "stiffness": Fact("stiffness of a spring on the axis", "stiffness"),
+}
+
+
+def facts_of(bench: Bench, model: Model | None = None) -> dict[str, float]:
+    """Return the facts of a bench; of its model too, whose load may hold a spring. The drive has no winding: 0 ohm and infinite V."""
+    actuator, load = bench.actuator, None if model is None or model.laws is None else model.laws.load
+    winding, spring = actuator.winding, None if load is None else load.stiffness
+    return {
+        "sample_period_s": bench.sample_period_s,
+        "delay_samples": float(bench.delay_samples),
+        "loop_time_constant_s": actuator.loop_time_constant_s,
+        "drive_limit": actuator.limit.value,
+        "encoder_step": bench.encoder.resolution,
+        "resistance_ohm": 0.0 if winding is None else winding.resistance_ohm,
+        "supply_v": math.inf if winding is None else winding.voltage_v,
+        "stiffness": 0.0 if spring is None else spring.value,
+    }
+
+
+def different_facts(verified: Bench, facts: Mapping[str, float]) -> tuple[str, ...]:
+    """Return a phrase for each fact that is not that of the bench for which a controller was verified.
+
+    An example is `drive limit 5 A, verified 10 A`. A fact that is missing has no phrase.
+    """
+    known = facts_of(verified)
+    others = {name: facts[name] for name, value in known.items() if not math.isclose(facts.get(name, value), value, rel_tol=ROUNDING)}
+    return tuple(_phrase(name, value, known[name], verified) for name, value in others.items())
+
+
+def missing_facts(facts: Mapping[str, float]) -> tuple[str, ...]:
+    """Return the labels of the facts that a log does not state."""
+    return tuple(fact.label for name, fact in FACTS.items() if name not in facts)
+
+
+def facts_to_text(facts: Mapping[str, float]) -> dict[str, str]:
+    """Return the record RECORD of a log's metadata."""
+    return {name: json.dumps(value) for name, value in facts.items()}
+
+
+def facts_of_text(record: Mapping[str, str]) -> dict[str, float]:
+    """Return the facts of a log's metadata; those that are no number are left out."""
+    found = {}
+    for name, text in record.items():
+        try:
+            value = float(json.loads(text))
+        except (ValueError, TypeError):
+            continue
+        if not math.isnan(value):
+            found[name] = value
+    return found
+
+
+def _phrase(name: str, found: float, known: float, bench: Bench) -> str:
+    label, unit = FACTS[name]
+    if unit in ("position", "stiffness"):
+        unit = si_unit(unit, bench.axis)
+    elif unit == "drive":
+        unit = bench.actuator.limit.unit
+    return f"{label} {_shown(found, unit)}, verified {_shown(known, unit)}"
+
+
+def _shown(value: float, unit: str) -> str:
+    return f"{value:.6g} {unit}" if math.isfinite(value) else "none"
