@@ -16,7 +16,7 @@ A message is one line: what was found, what is allowed, what to try.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 EXIT_DONE = 0
 EXIT_NO = 1
@@ -26,12 +26,21 @@ EXIT_INTERRUPTED = 130  # as a shell has it
 
 
 class FrictoolError(Exception):
-    """Root of every error that a user is meant to read. `exit_code` is the process's exit code."""
+    """Root of every error that a user is meant to read.
+
+    exit_code: the process's exit code. document_key: the name of a document, as `design`, and its wrong key; a command adds file and line.
+    """
 
     exit_code = EXIT_INPUT
+    document_key: tuple[str, str] | None = None
 
     def __init__(self, message: str) -> None:
         super().__init__(" ".join(message.split()))
+
+    def at(self, document: str, key: str) -> Self:
+        """Return the error, now of this key of a document."""
+        self.document_key = document, key
+        return self
 
     def __reduce__(self) -> tuple[Any, ...]:
         """From another process it comes back as it was, whatever its constructor takes."""

@@ -43,11 +43,13 @@ verify` proves it again. Where one of these fails nothing is written and the exi
 @json_option
 def command(model: Path, spec: Path, design: Path, vertices_only: bool, plot: Path | None, output: Path | None, as_json: bool) -> None:
     from frictool.documents.design import Design
+    from frictool.documents.lines import in_file
     from frictool.documents.model import Model
     from frictool.documents.provenance import record
     from frictool.documents.registry import load, same_axis
     from frictool.documents.spec import Spec
     from frictool.documents.writing import to_yaml
+    from frictool.errors import FrictoolError
 
     model_document, spec_document, design_document = load(model, Model), load(spec, Spec), load(design, Design)
     same_axis({model: model_document, spec: spec_document, design: design_document})
@@ -59,13 +61,16 @@ def command(model: Path, spec: Path, design: Path, vertices_only: bool, plot: Pa
     from frictool.synth.synthesis import synthesise
     from frictool.synth.text import text
 
-    found = disturbance(model_document)
     inputs = [model, spec, design]
     words = {"model": model, "--spec": spec, "--design": design, "--vertices-only": vertices_only}
     provenance = record(command_line("synth", words), inputs)
-    result = synthesise(
-        model_document, spec_document, design_document, vertices_only=vertices_only, provenance=provenance, progress=_progress
-    )
+    try:
+        found = disturbance(model_document)
+        result = synthesise(
+            model_document, spec_document, design_document, vertices_only=vertices_only, provenance=provenance, progress=_progress
+        )
+    except FrictoolError as error:
+        raise in_file(error, {"model": model, "spec": spec, "design": design}) from None
     if output is not None:
         save_text(output, to_yaml(result.controller), inputs)
     if plot is not None and result.trade is not None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
 import yaml
 
 from frictool.documents.reading import compose, read_text
-from frictool.errors import DocumentError, InputFileError
+from frictool.errors import DocumentError, FrictoolError, InputFileError
 
 
 def line_of(path: Path, key: str) -> int | None:
@@ -33,6 +34,16 @@ def complaint(name: Path | str, key: str, message: str) -> DocumentError:
     """What is wrong with `key` of the document called `name`, with its line where that is a file."""
     line = line_of(Path(name), key) if Path(name).is_file() else None
     return DocumentError(name, message, line=line, key=key)
+
+
+def in_file(error: FrictoolError, paths: Mapping[str, Path]) -> FrictoolError:
+    """Return the error with the file and the line of its key before its message; paths: of the documents, by their names."""
+    if error.document_key is None or error.document_key[0] not in paths:
+        return error
+    document, key = error.document_key
+    line = line_of(paths[document], key)
+    error.args = (f"{paths[document]}{'' if line is None else f':{line}'}: {error}",)
+    return error
 
 
 def _within(node: yaml.Node, name: str, index: str) -> tuple[int, yaml.Node] | None:

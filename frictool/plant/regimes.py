@@ -51,7 +51,7 @@ def regime_levels(model: Model, coulomb: Ends) -> RegimeLevels:
         raise FrictoolError(
             "regime: found a model without laws.regimes; allowed: to schedule regimes that the model has; "
             "schedule viscous and coulomb instead, or identify from a log that goes beyond the knee"
-        )
+        ).at("design", "schedule")
     own = model.laws.backward
     slow = (model.parameters.viscous, *((own.viscous,) if own and own.viscous else ()))
     fast = [(regime.viscous, *((regime.backward,) if regime.backward else ())) for regime in model.laws.regimes]

@@ -94,7 +94,7 @@ class _Making:
                 raise FrictoolError(
                     "velocity: nothing in this design reads a speed; allowed: with action brake, a limiter of the energy or with virtual "
                     "friction, friction_compensation, a pid of the speed, or actuator.winding in the bench; leave it out"
-                )
+                ).at("design", "velocity")
             return stored.Velocity()
         if asked is not None and asked.source == "measured":
             return stored.Velocity(source="measured")
@@ -103,7 +103,7 @@ class _Making:
             raise FrictoolError(
                 "velocity.filter_rad_s: missing in the design, and a prefilter to take 10 times its frequency (5.70); give one of them, "
                 "or 0 for the encoder's difference itself"
-            )
+            ).at("design", "velocity.filter_rad_s")
         if bandwidth is None and prefilter is not None:
             value = FILTER * prefilter.natural_frequency_rad_s
             bandwidth = self.tell("velocity.filter_rad_s", value, "rad/s", f"{FILTER:g} times the prefilter's frequency (5.70)")
@@ -112,7 +112,7 @@ class _Making:
             raise FrictoolError(
                 f"velocity.filter_rad_s: found {bandwidth:g}; allowed: below {2.0 / self.period:g} rad/s, two per sample period, from "
                 "where on the filter alternates from sample to sample; 0 leaves it out"
-            )
+            ).at("design", "velocity.filter_rad_s")
         order = (asked.order if asked is not None else None) or 2
         return stored.Velocity(order=order, bandwidth_rad_s=bandwidth) if bandwidth else stored.Velocity()
 
@@ -125,12 +125,13 @@ class _Making:
         )
         if band < step:
             unit = self.unit("position")
-            raise FrictoolError(f"limiter.band: found {band:g} {unit}; allowed: at least the encoder's step, {step:g} {unit} (5.2.2)")
+            found = f"found {band:g} {unit}; allowed: at least the encoder's step, {step:g} {unit}"
+            raise FrictoolError(f"limiter.band: {found}").at("design", "limiter.band")
         if energy and today.coulomb.value + virtual == 0.0:
             raise FrictoolError(
                 "limiter: condition energy needs friction to stop with, and the model's coulomb is 0; give virtual_coulomb, or condition "
                 "error"
-            )
+            ).at("design", "limiter.condition")
         self.notes.append(
             f"limiter: {NOT_LINEAR}; it is known to be bounded and to come to rest, not to decrease a Lyapunov function (5.2.1)"
         )
@@ -160,7 +161,8 @@ class _Making:
                 source="observer", observer_rad_s=asked.observer_rad_s or 0.0, inertia=today.inertia.value, gain=asked.gain
             )
         if today.coulomb.value == 0.0 and today.viscous.value == 0.0:
-            raise FrictoolError("friction_compensation: the model has no friction to compensate; leave it out")
+            message = "friction_compensation: the model has no friction to compensate; leave it out"
+            raise FrictoolError(message).at("design", "friction_compensation")
         return stored.FrictionCompensation(
             source="model",
             velocity=asked.velocity or "measured",
@@ -177,7 +179,7 @@ class _Making:
             raise FrictoolError(
                 "friction_compensation.smoothing_speed: missing; with a measured speed nothing tells it, give the speed below which the "
                 "modelled friction fades"
-            )
+            ).at("design", "friction_compensation.smoothing_speed")
         block = Feedback("velocity", low_pass(self.velocity, self.period), (DIFFERENCE,))
         value = count_current(from_position(block), self.model.bench.encoder.resolution)
         return self.tell("friction_compensation.smoothing_speed", value, self.unit("velocity"), "what one encoder count shows of the speed")

@@ -158,7 +158,7 @@ def _posed(model: Model, spec: Spec, design: Design) -> tuple[Problem, Chosen]:
         raise FrictoolError(
             f"prewarp_rad_s: found {design.prewarp_rad_s:g}; allowed: below half the sampling frequency of the bench, "
             f"{math.pi / bench.sample_period_s:.6g} rad/s; take weights.bandwidth_rad_s, or leave it out"
-        )
+        ).at("design", "prewarp_rad_s")
     posed = Problem(polytope(model), lag, bench.sample_period_s, bench.delay_samples, chosen.weights, design, model, spec)
     return posed, chosen
 

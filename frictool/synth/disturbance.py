@@ -45,7 +45,7 @@ def disturbance(model: Model) -> Disturbance:
             raise NoSolutionError(
                 f"laws.load.stiffness is {spring.value:.4g} {unit}: a spring changes the plant, and the speed loop is designed for an axis "
                 "without one; take the spring off the axis, or laws.load.stiffness out of the model where it may be neglected"
-            )
+            ).at("model", "laws.load.stiffness")
         gravity = 0.0 if load.gravity is None else amplitude(load.gravity.sine, load.gravity.cosine)
         ripple = 0.0 if load.ripple is None else amplitude(load.ripple.sine, load.ripple.cosine)
     offset, available = largest(today.offset), actuator.constant.interval[0] * actuator.limit.value
@@ -56,7 +56,7 @@ def disturbance(model: Model) -> Disturbance:
             f"the load of up to {found.total:.4g} and a Coulomb friction of up to {friction:.4g} {today.offset.unit} are more than the "
             f"{available:.4g} {today.offset.unit} that the actuator gives at its limit; narrow the intervals of coulomb and of "
             "actuator.constant, or take a drive with a higher actuator.limit"
-        )
+        ).at("model", "parameters.coulomb")
     return found
 
 

@@ -59,7 +59,7 @@ def _check_bands(model: Model, spec: Spec, design: Design) -> None:
         raise FrictoolError(
             f"position_law.band: found {law.band.value:.6g} {unit}; allowed: at least the encoder's step, {step:.6g} {unit}, below which "
             "no error is measured; write a larger band, or leave the key out for one step"
-        )
+        ).at("design", "position_law.band")
     bands: dict[str, PositiveLength | None] = {} if limiter is None else {"limiter": limiter.band}
     bands |= {} if law is None or law.action == "none" else {"position_law": law.band}
     for name, given in bands.items():
@@ -69,7 +69,7 @@ def _check_bands(model: Model, spec: Spec, design: Design) -> None:
             raise FrictoolError(
                 f"{name}.band: {found}; allowed: at most static_error of the specification, {spec.static_error.value:.6g} {unit}: the "
                 "drive is released anywhere in the band; narrow the band, or widen static_error"
-            )
+            ).at("design", f"{name}.band")
 
 
 def shortest_step(model: Model, spec: Spec) -> float:
@@ -119,7 +119,7 @@ def _check_time(requirement: tuple[str, float, float], model: Model, shortest: f
             f"{key} of the specification is {asked:.4g} s; the drive needs at least {least:.4g} s for a step of {shortest:.4g} {unit}, the "
             f"shortest that it can mean ({plant}); raise {key}, take a drive with a higher actuator.limit, or narrow the "
             "intervals of inertia and coulomb"
-        )
+        ).at("spec", key)
     longest, travel = ((asked - delay) / slowest.per_root) ** 2, bench.mechanics.travel
     if travel is None or longest >= travel.high - travel.low:
         return []

@@ -82,15 +82,19 @@ def _refuse(problem: Problem) -> None:
     if design.scheduled and problem.sampled:
         raise FrictoolError(
             "method lpv_grid: found scheduled controllers with domain discrete; allowed: domain continuous, or a frozen one"
-        )
+        ).at("design", "method")
     if design.schedule is not None and "regime" in design.schedule:
         raise FrictoolError(
             "method lpv_grid: found schedule regime; allowed: inertia, viscous, coulomb, constant; take lpv or lft_lpv for regimes"
-        )
+        ).at("design", "schedule")
     if design.poles is not None:
-        raise FrictoolError("method lpv_grid: found poles; allowed: no pole region with this method; take lpv, or weigh the command more")
+        raise FrictoolError(
+            "method lpv_grid: found poles; allowed: no pole region with this method; take lpv, or weigh the command more"
+        ).at("design", "poles")
     if design.vertices != "exact":
-        raise FrictoolError(f"method lpv_grid: found vertices {design.vertices}; allowed: exact, the grid needs no linearisation")
+        raise FrictoolError(f"method lpv_grid: found vertices {design.vertices}; allowed: exact, the grid needs no linearisation").at(
+            "design", "vertices"
+        )
 
 
 def _at(box: Box, others: PlantPoint, names: tuple[str, ...], values: Values) -> PlantPoint:

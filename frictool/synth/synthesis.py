@@ -32,7 +32,9 @@ def synthesise(
     """
     if model.bench_values_only is not None:
         words = bench_values_words(f"the model {model.name}", model.bench_values_only)
-        raise NoSolutionError(f"bench_values_only: {words}; identify the axis from a log that gives its inertia or its friction")
+        raise NoSolutionError(f"bench_values_only: {words}; identify the axis from a log that gives its inertia or its friction").at(
+            "model", "bench_values_only"
+        )
     same_axis({Path("model"): model, Path("spec"): spec, Path("design"): design})
     origin = provenance or called("frictool.synth.synthesise", model=model, spec=spec, design=design)
     return designed(model, spec, design, origin, beyond=not vertices_only, progress=progress)

@@ -112,7 +112,7 @@ class _Choice:
         if margin is None:
             raise FrictoolError(
                 "modulus_margin: missing in the specification, and weights.modulus_margin in the design; the weight W2 needs one of them"
-            )
+            ).at("spec", "modulus_margin")
         if error is None and spec.static_error is not None and travel is not None:
             relative = min(0.5, spec.static_error.value / (travel.high - travel.low))
             error = self._tell("static_error", relative, "", "static_error of the specification over mechanics.travel")
@@ -120,7 +120,7 @@ class _Choice:
             raise FrictoolError(
                 "weights.static_error: missing in the design, and static_error in the specification with mechanics.travel in the bench; "
                 "the weight W2 needs one or the other"
-            )
+            ).at("design", "weights.static_error")
         if bandwidth is None and spec.response_time_95_s is not None:
             value = SETTLING / (margin * spec.response_time_95_s) * (INNER if self.speed else 1.0)
             rule = f"{INNER:g} times 3" if self.speed else "3"
@@ -128,7 +128,7 @@ class _Choice:
         if bandwidth is None:
             raise FrictoolError(
                 "weights.bandwidth_rad_s: missing in the design, and response_time_95_s in the specification; the weight W2 needs one"
-            )
+            ).at("design", "weights.bandwidth_rad_s")
         return template(bandwidth, margin, error)
 
     def _amplitude(self, wanted: str) -> tuple[float, str]:
@@ -139,7 +139,9 @@ class _Choice:
         if not self.speed and mechanics.travel is not None:
             return mechanics.travel.high - mechanics.travel.low, "mechanics.travel"
         missing = "mechanics.top_speed" if self.speed else "mechanics.travel"
-        raise FrictoolError(f"weights.{wanted}: missing in the design, and {missing} in the bench; give one of them")
+        raise FrictoolError(f"weights.{wanted}: missing in the design, and {missing} in the bench; give one of them").at(
+            "design", f"weights.{wanted}"
+        )
 
     def _disturbance(self) -> float:
         if self.given.disturbance is not None:
@@ -167,7 +169,7 @@ class _Choice:
         if noise <= 0.0:
             raise FrictoolError(
                 "weights.command: missing in the design, and weights.noise is 0; give command (0 for none), or a noise to derive it from"
-            )
+            ).at("design", "weights.command")
         step, share = self.model.bench.encoder.resolution, self.given.count_share
         product = step / (share * self.limit)
         self._tell("command", product / noise, "", f"one encoder count may ask for {share:g} times the drive's limit {self.limit:g}")

@@ -102,3 +102,25 @@ def test_what_encoder_and_drive_cannot_give_is_refused(folder: Path, file: str, 
     (folder / f"{file}.yaml").write_text(text.replace(old, new))
     refused(run(*_arguments(folder), "-o", folder / "controller.yaml"), code, *words)
     assert not (folder / "controller.yaml").exists()
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "place"),
+    [
+        ("design", "band: {value: 2, unit: rad}", "band: {value: 0.1, unit: rad}", ("design", "band: {value")),
+        ("spec", "static_error: {value: 2,", "static_error: {value: 1,", ("design", "band: {value")),
+        ("spec", "_95_s: 0.22", "_95_s: 0.04", ("spec", "response_time_95_s:")),
+        ("design", "recentring: 1.05", "recentring: 1.05\nvelocity: {filter_rad_s: 1.0e+5}", ("design", "velocity:")),
+    ],
+)
+def test_a_key_that_another_document_excludes_is_named_with_file_and_line(
+    folder: Path, file: str, old: str, new: str, place: tuple[str, str]
+) -> None:
+    changed = folder / f"{file}.yaml"
+    assert old in changed.read_text()
+    changed.write_text(changed.read_text().replace(old, new))
+    document = folder / f"{place[0]}.yaml"
+    (line,) = [number for number, text in enumerate(document.read_text().splitlines(), start=1) if place[1] in text]
+    done = run(*_arguments(folder), "-o", folder / "controller.yaml")
+    assert done.code in (3, 4)
+    assert done.stderr.startswith(f"error: {document}:{line}: ")
