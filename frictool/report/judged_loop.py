@@ -5,8 +5,9 @@ from __future__ import annotations
 from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller
 from frictool.logs.log import Log
+from frictool.plant.box import enclosing
 from frictool.plant.polytope import PARAMETERS
-from frictool.verify.certified_box import bench_differences, differences, outside_message
+from frictool.verify.certified_box import bench_differences, differences, outside_message, parameters_outside
 from frictool.verify.plant_margins import PlantMargins
 from frictool.verify.played_plant import INTERVALS, RECORD, PlayedPlant, intervals_of_text
 from frictool.verify.rig_facts import RECORD as FACTS
@@ -44,6 +45,15 @@ class JudgedLoop:
             found = differences(self.controller, facts_of_text(rig), intervals_of_text(record))
             self._beyond[key] = self._words("the plant", found)
         return self._beyond[key]
+
+    def played_beyond(self, log: Log) -> str:
+        """Name the parameters of played plants that the controller was not verified for, as `given` or a drift has them; empty if none."""
+        texts = log.metadata.get(RECORD, {}).values() if _simulated(log) else ()
+        plants = [plant for plant in map(PlayedPlant.of_text, texts) if plant is not None]
+        points = [point for plant in plants for point in plant.points()]
+        found = parameters_outside(self.controller, enclosing(points)) if points else ()
+        words = f"plants were played beyond the intervals of {self.controller.name}, where only their own margins hold"
+        return f"{words}: {'; '.join(found)}" if found else ""
 
     def _words(self, subject: str, found: tuple[str, ...]) -> str:
         return f"{subject} {outside_message(self.controller.name, found)}" if found else ""

@@ -13,7 +13,7 @@ from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError
 from frictool.logs.log import Log
 from frictool.report.drive_judges import judge_energy, judge_peak, judge_rest, judge_rms, judge_saturation
-from frictool.report.evidence import Evidence, gather
+from frictool.report.evidence import Evidence, gather, labels
 from frictool.report.load_judge import judge_load
 from frictool.report.margin_judge import judge_margin
 from frictool.report.measure import Measured, measure
@@ -38,7 +38,7 @@ def judge(spec: Spec, logs: list[Log], controller: Controller | None = None, ben
     evidence = _measured(spec, logs, bench, loop, whole=True)
     requirements = tuple(make(spec, evidence, controller) for make in _specified_judges(spec).values())
     beyond = dict.fromkeys(f"{item.source}: {item.beyond}" for item, _ in evidence if item.beyond)
-    remarks = [*_changed(controller), *beyond, *_bench_values(logs), *_examples(spec, logs, bench)]
+    remarks = [*_changed(controller), *(beyond or _played_beyond(logs, loop)), *_bench_values(logs), *_examples(spec, logs, bench)]
     return Verdict(spec.name, requirements, evidence, tuple(_meets(spec, one) for one in evidence), tuple(remarks))
 
 
@@ -52,6 +52,12 @@ def log_requirements(spec: Spec, log: Log, bench: Bench, loop: JudgedLoop) -> tu
     """Judge one simulated log by itself; its modulus margin is that of its plant, and the controller's vertices do not count."""
     evidence = _measured(spec, [log], bench, loop, whole=False)
     return tuple(make(spec, evidence, None) for make in _specified_judges(spec).values())
+
+
+def _played_beyond(logs: list[Log], loop: JudgedLoop | None) -> list[str]:
+    """Return a remark on each log with plants for which the controller was not verified."""
+    found = [] if loop is None else zip(labels(logs), map(loop.played_beyond, logs), strict=True)
+    return [f"{label}: {words}" for label, words in found if words]
 
 
 def _examples(spec: Spec, logs: list[Log], bench: Bench | None) -> list[str]:

@@ -12,7 +12,7 @@ import pytest
 from frictool.documents.bench import Encoder, Winding
 from frictool.documents.laws import Laws, Load
 from frictool.documents.model import Model
-from frictool.documents.quantity import Estimate
+from frictool.documents.quantity import Estimate, Quantity
 from frictool.documents.resonances import Oscillation, Resonances
 from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import read_mcap, write_mcap
@@ -145,3 +145,13 @@ def test_verify_computes_the_margin_with_the_resonances_of_the_model(rig: Rig) -
     answer = run("verify", rig.folder / "controller.yaml", "--model", rig.folder / "model.yaml", "--json")
     told = json.loads(answer.stdout)["model"]
     assert (answer.code, told["holds"], told["modulus_margin_with_resonances"]) == (1, False, 0.0)
+
+
+def test_a_plant_beyond_the_certificate_is_named_though_its_own_margin_holds(rig: Rig) -> None:
+    """`given` makes one plant stronger than the controller was verified for, within a model that it was verified for."""
+    rig.write(clutch_model(), played(variants="given", given={"constant": Quantity(value=0.0145, unit="N m/A")}), 0.1)
+    assert rig.simulate().stderr == ""
+    shown = rig.report("--json")
+    assert (shown.code, margin_of(shown.stdout)["met"]) == (0, True)
+    named = "run.mcap: plants were played beyond the intervals of speed, where only their own margins hold: constant 0.0145 N m/A, verified"
+    assert any(line.startswith(named) for line in json.loads(shown.stdout)["warnings"])
