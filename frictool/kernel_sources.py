@@ -69,6 +69,8 @@ class Sources:
     _paths: dict[str, Path | None] = field(default_factory=dict)
     _sources: dict[str, Source] = field(default_factory=dict)
     _edges: dict[str, frozenset[str]] = field(default_factory=dict)
+    _states: dict[frozenset[str], State] = field(default_factory=dict)
+    _stamps: dict[str, tuple[int, ...]] = field(default_factory=dict)
     _declared: dict[Path, tuple[int, ...]] = field(default_factory=dict)
     _known: dict[str, Source] | None = None
     _is_new: bool = False
@@ -76,11 +78,25 @@ class Sources:
     def declare(self, path: Path) -> None:
         """Note that the module at `path` is being imported now."""
         if path not in self._declared:
-            with suppress(OSError):
+            with suppress(UnknownSourcesError):
                 self._declared[path] = _stamp(path)
 
     def state(self, modules: Iterable[str]) -> State:
-        """Return the state of the sources that `modules` import, directly or not. Raises UnknownSourcesError."""
+        """Return the state of the sources that `modules` import, directly or not.
+
+        Raises UnknownSourcesError if a source cannot be read, or was changed after this process imported it.
+        """
+        key = frozenset(modules)
+        if key not in self._states:
+            if missing := sorted(name for name in key if self._path(name) is None):
+                raise UnknownSourcesError(f"the source of {missing[0]} is not there")
+            self._states[key] = self._follow(key)
+        for name in self._states[key].modules:
+            if (path := self._path(name)) is not None and self._stamps[name] != _stamp(path):
+                raise UnknownSourcesError(f"{path} was changed after it was read")
+        return self._states[key]
+
+    def _follow(self, modules: Iterable[str]) -> State:
         waiting, reached = list(modules), set()
         while waiting:
             name = waiting.pop()
@@ -169,13 +185,15 @@ class Sources:
         if name not in self._sources:
             path = self._path(name)
             assert path is not None
+            stamp = _stamp(path)
             try:
-                stamp, content = _stamp(path), path.read_bytes()
+                content = path.read_bytes()
             except OSError as error:
                 raise UnknownSourcesError(str(error)) from None
             if not self._is_as_imported(name, path, stamp):
                 raise UnknownSourcesError(f"{path} was changed after it was imported")
             self._sources[name] = self._analysed(content)
+            self._stamps[name] = stamp
         return self._sources[name]
 
     def _is_as_imported(self, name: str, path: Path, stamp: tuple[int, ...]) -> bool:
@@ -224,7 +242,10 @@ class Sources:
 
 
 def _stamp(path: Path) -> tuple[int, ...]:
-    status = path.stat()
+    try:
+        status = os.stat(path)
+    except OSError as error:
+        raise UnknownSourcesError(str(error)) from None
     return status.st_mtime_ns, status.st_ctime_ns, status.st_size, status.st_ino
 
 

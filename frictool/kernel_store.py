@@ -135,12 +135,12 @@ class KernelStore(FunctionCache):
         """Return the state of the sources: of the function's module, and of the classes among the types of its arguments."""
         sources = sources_of(self._folder, self._module, self._source)
         classes = {one.instance_class.__module__ for one in _parts(signature) if hasattr(one, "instance_class")}
-        return _state(sources, frozenset({self._module, *filter(sources.holds, classes)}))
+        return sources.state({self._module, *filter(sources.holds, classes)})
 
     def _reaches_known_sources(self) -> bool:
         """Return whether all functions that the kernel calls stand in modules that its own module imports."""
         sources = sources_of(self._folder, self._module, self._source)
-        return reached(self._py_func, sources.holds) <= _state(sources, frozenset({self._module})).modules
+        return reached(self._py_func, sources.holds) <= sources.state({self._module}).modules
 
     def _claim(self, signature: Any) -> bool:
         """Wait until no other process compiles this function for these types; False if nothing can be locked."""
@@ -190,11 +190,6 @@ def sources_of(folder: Path, module: str, source: str) -> Sources:
 @functools.cache
 def _sources(folder: Path, root: Path, only: str) -> Sources:
     return Sources(root, folder, only=only)
-
-
-@functools.cache
-def _state(sources: Sources, modules: frozenset[str]) -> State:
-    return sources.state(modules)
 
 
 def _digest(function: Any) -> str:

@@ -184,6 +184,22 @@ def test_a_source_that_changed_after_its_import_gives_no_state(tmp_path: Path, m
     monkeypatch.delitem(sys.modules, "changing")
 
 
+def test_a_source_that_changes_after_it_was_read_gives_no_state(tmp_path: Path) -> None:
+    """A module that is loaded again in the same process, as in a notebook, has machine code that no state names."""
+    (tmp_path / "limits.py").write_text("C = 1\n")
+    (tmp_path / "kernel.py").write_text("from limits import C\n")
+    sources = Sources(tmp_path)
+    assert sources.state(["kernel"]).modules == {"kernel", "limits"}
+    (tmp_path / "limits.py").write_text("C = 2\n")
+    with pytest.raises(UnknownSourcesError, match=r"limits\.py was changed after it was read"):
+        sources.state(["kernel"])
+
+
+def test_a_module_without_its_source_gives_no_state(tmp_path: Path) -> None:
+    with pytest.raises(UnknownSourcesError, match="the source of kernel is not there"):
+        Sources(tmp_path).state(["kernel"])
+
+
 def all_kernels() -> list[Any]:
     """Every kernel of the package."""
     files = [path for path in PACKAGE.rglob("*.py") if "kernel\ndef " in path.read_text()]
