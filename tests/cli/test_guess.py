@@ -123,3 +123,19 @@ def test_info_of_a_file_that_tells_too_little_asks_for_the_bench(name: str, tmp_
     log = tmp_path / "log.csv"
     log.write_text(LOGGERS[name])
     refused(run("info", log), 3, "log.csv: ", "give --bench bench.yaml")
+
+
+def test_info_counts_the_rows_without_a_number_and_says_where_they_are(tmp_path: Path) -> None:
+    missing = {7: "nan", 8: "nan", 40: "inf"}
+    rows = [f"{k / 1000},{missing.get(k, k % 9)},{'nan' if k == 60 else 0.5}" for k in range(80)]
+    log = tmp_path / "log.csv"
+    log.write_text("\n".join(["time [s],position [rad],current [A]", *rows]) + "\n")
+    result = run("info", log)
+    assert result.code == 0, result.stderr
+    for line in (
+        "lost: 2 samples from 0.006 to 0.009 s: column 'position': no finite number\n",
+        "lost: 1 sample from 0.039 to 0.041 s: column 'position': no finite number\n",
+        "lost: 1 sample from 0.059 to 0.061 s: column 'current': no finite number\n",
+    ):
+        assert line in result.stdout, result.stdout
+    assert sum(loss["samples"] for loss in json.loads(run("info", log, "--json").stdout)["lost"]) == 4

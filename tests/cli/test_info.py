@@ -166,3 +166,25 @@ def test_a_refusal_to_unpack_is_the_reason_that_is_given(tmp_path: Path):
         for name in ("time", "encoder"):
             file.create_dataset(name, shape=(250_000_000,), dtype="f8", chunks=(1 << 16,), fillvalue=1.0)
     refused(run("info", path), 3, "filled.h5: announces 250000000 rows")
+
+
+@pytest.mark.parametrize("tail", [b"\0" * 100_000, b"\xff" * 30])
+def test_a_recording_without_a_readable_sample_is_not_sent_to_a_salvage_in_vain(tail: bytes, tmp_path: Path) -> None:
+    log, target = tmp_path / "log.mcap", tmp_path / "out.mcap"
+    log.write_bytes(b"\x89MCAP0\r\n" + tail)
+    for command in (["info", log], ["info", log, "--bench", CLUTCH], ["ingest", log, "--bench", CLUTCH, "-o", target]):
+        result = run(*command)
+        refused(result, 3, "log.mcap: is damaged or cut off at byte 8", "no sample in it can be read: copy it again")
+        assert "--salvage" not in result.stderr
+    refused(run("ingest", log, "--bench", CLUTCH, "--salvage", "-o", target), 3, "log.mcap: no sample in it can be read")
+    assert not target.exists()
+
+
+def test_a_recording_with_samples_behind_the_damage_is_sent_to_a_salvage_that_works(tmp_path: Path) -> None:
+    path, target = saved(tmp_path, position=np.arange(20_000.0), current=np.arange(20_000.0) % 7), tmp_path / "out.mcap"
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2 : len(data) // 2 + 100] = bytes(100)
+    path.write_bytes(data)
+    refused(run("ingest", path, "--bench", CLUTCH, "-o", target), 3, "`frictool ingest --salvage` keeps what is whole")
+    assert run("ingest", path, "--bench", CLUTCH, "--salvage", "-o", target).code == 3  # data are lost
+    assert sum(channel["samples"] for channel in facts(target)["channels"]) == 2 * 16_000

@@ -25,7 +25,7 @@ def heads(path: Path, metadata: Metadata, channels: Iterable[Declared]) -> list[
             raise LogError(path, f"is no canonical log: metadata {UNITS!r} has no {message_path(one.topic, missing[0])!r}")
         found.append(Head(one.topic, one.fields, tuple(units[message_path(one.topic, name)] for name in one.fields)))
     if not found:
-        raise LogError(path, "is no canonical log: it has no channel")
+        raise LogError(path, "no sample in it can be read, since it declares no channel")
     return found
 
 

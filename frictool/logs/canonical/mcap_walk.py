@@ -92,7 +92,18 @@ class Walk:
             self._missing.unread(part, last, self.size)
             return
         after = "before any sample" if last is None else f"after {last / NS:.6g} s of log"
-        self.fail(f"is damaged or cut off at byte {part.at} of {self.size}, {after}: {part.reason}; {SALVAGE}")
+        advice = (
+            SALVAGE if last is not None or self._has_more() else "no sample in it can be read: copy it again from where it was recorded"
+        )
+        self.fail(f"is damaged or cut off at byte {part.at} of {self.size}, {after}: {part.reason}; {advice}")
+
+    def _has_more(self) -> bool:
+        """Return whether a salvage of the file would find samples."""
+        with self.path.open("rb") as stream:
+            try:
+                return any(piece.samples.time.size for piece in Walk(self.path, stream, []).pieces())
+            except (LogError, OSError):
+                return False
 
     def _declaration(self, opcode: int, body: bytes) -> None:
         channel = self._declarations.take(opcode, body)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from frictool.documents.bench import OPEN
 from frictool.documents.quantity import Axis, factor_to_si
@@ -16,7 +17,9 @@ from frictool.logs.channels.guess import Guess, guess, kind_of_axis, read_start
 from frictool.logs.channels.mapping import TIME
 from frictool.logs.formats import opened
 from frictool.logs.log import MAIN_TOPIC, Log, Stream, Vector
+from frictool.logs.losses import LOST, Losses, record_of
 from frictool.logs.recordings.parts import sources
+from frictool.logs.table import Loss
 
 GIVE = "give --bench bench.yaml (`frictool ingest --guess` proposes one)"
 
@@ -45,14 +48,28 @@ def unmapped(path: Path) -> GuessedLog:
     table = next(one for one in tables if home in one.columns)
     chosen = {channel: column for channel, column in named.items() if column in table.columns}
     time = _time(table, found, chosen.pop(TIME, None), axis)
-    rows = np.logical_and.reduce([np.isfinite(table.columns[column]) for column in chosen.values()]) & np.isfinite(time)
+    finite = {channel: np.isfinite(table.columns[column]) for channel, column in chosen.items()}
+    rows = np.logical_and.reduce(list(finite.values())) & np.isfinite(time)
+    lost = _lost(time, rows, {f"column {chosen[channel]!r}": mask for channel, mask in finite.items()} | {"its time": np.isfinite(time)})
     time = time[rows]
     if time.size < 2 or (np.diff(time) <= 0.0).any():
         raise LogError(path, f"has no times that increase from row to row; {GIVE}")
     units = {channel: found.columns[channel][1] for channel in chosen}
     stream = Stream(MAIN_TOPIC, time, {channel: table.columns[column][rows] for channel, column in chosen.items()}, units)
     columns = {message_path(MAIN_TOPIC, channel): f"{column} [{units[channel]}]" for channel, column in chosen.items()}
-    return GuessedLog(Log((stream,), {COLUMNS: columns}, str(path)), found)
+    return GuessedLog(Log((stream,), {COLUMNS: columns} | ({LOST: record_of(lost)} if lost else {}), str(path)), found)
+
+
+def _lost(time: Vector, rows: NDArray[np.bool_], finite: dict[str, NDArray[np.bool_]]) -> list[Loss]:
+    """Return the runs of rows (n,) that are left out, each with the columns that hold no number there and the times beside it."""
+    lost = Losses()
+    edges = np.flatnonzero(np.diff(rows.astype(np.int8), prepend=1, append=1))
+    for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        names = [name for name, mask in finite.items() if not mask[first:end].all()]
+        before, after = time[:first][rows[:first]][-1:], time[end:][rows[end:]][:1]
+        start, stop = (float(one[0]) if one.size else None for one in (before, after))
+        lost.append(Loss((), f"{' and '.join(names)}: no finite number", start, stop, end - first))
+    return lost
 
 
 def _time(table: MemoryTable, found: Guess, column: str | None, axis: Axis) -> Vector:
