@@ -14,10 +14,14 @@ from frictool.documents.quantity import Quantity
 from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION
 from frictool.identify import methods
 from frictool.identify.breakaway.breakaway import Breakaway, breakaway, is_ramp
+from frictool.identify.clipped_effort import refuse_clipped_effort
 from frictool.identify.constant_effort import without_constant_effort
 from frictool.identify.estimators.auto import inertia_over_position
+from frictool.identify.fit_warnings import contradiction_warnings, doubt_warnings, replacement_warnings
 from frictool.identify.force_error import SlipRows, force_error, motion_rows
-from frictool.identify.informative import NEVER_NEGATIVE, below_coulomb, why_uninformative
+from frictool.identify.held_effort import slow_effort_warnings
+from frictool.identify.informative import NEVER_NEGATIVE, below_coulomb, why_uninformative, without_negative
+from frictool.identify.method_check import method_warnings
 from frictool.identify.orientation import negative_effort, opposite_signs, reversed_sign
 from frictool.identify.outcome import CURVE, PARAMETERS, SLIDING, Fit, Interval, NothingUsable
 from frictool.identify.plausible import implausible
@@ -31,7 +35,6 @@ from frictool.plant.axis_model import load_law
 SLIDING_LOG, RAMP_LOG = "sliding", "ramp"
 PHYSICAL = frozenset(NEVER_NEGATIVE)  # at least one of them is in every model that `identify` writes
 LARGEST_FORCE_ERROR = 0.5  # above it the model leaves more than a quarter of the effort's mean square unexplained
-DOUBTFUL_FORCE_ERROR = 0.2  # above it the effort is noisy, or something in it is not in the model, of which no interval knows
 POSITION_HIDES_INERTIA = (
     "friction varies with the position, which goes with the acceleration along a stroke: what one does is taken for the other; "
     "the bench's value is kept. The weak form (auto, weak) gives friction over the position columns of its own where it shows in slip"
@@ -83,19 +86,18 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
     kinds = {**{r.name: SLIDING_LOG for r in sliding}, **{r.name: RAMP_LOG for r in ramps}}
     found: dict[str, Interval] = {}
     refused: dict[str, str] = {}
-    fit, onsets = None, None
+    free, fit, onsets = None, None, None
     unmeasured: str | None = None
     try:
-        refuse_unmeasured(sliding, bench)
-        sliding, left_out = without_constant_effort(sliding, bench)
-        odd += left_out
+        sliding, doubts = _measured(sliding, bench, settings)
+        odd += doubts
     except NothingUsable as error:
         sliding, unmeasured = [], str(error)
     rows = motion_rows(sliding, bench)
     try:
-        fit = _slide(sliding, rows, bench, method, settings)
-        _accept(fit.parameters, fit.refused, bench, found, refused)
-        fit = _settled(sliding, bench, settings, replace(fit, method=fit.method or method), found, refused)
+        free = _slide(sliding, rows, bench, method, settings)
+        _accept(free.parameters, free.refused, bench, found, refused)
+        fit = _settled(sliding, bench, settings, replace(free, method=free.method or method), found, refused)
     except NothingUsable as error:
         refused.update(dict.fromkeys(SLIDING, unmeasured or str(error)))
     if not {"viscous", "coulomb"} <= found.keys() or _any_negative(fit):
@@ -129,9 +131,14 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
             refused["breakaway"] = impossible
             del found["breakaway"]
     ordered = {name: found[name] for name in (*PARAMETERS, *CURVE) if name in found}
-    pooled = [] if fit is None else pooling_warnings(sliding, bench, settings, fit, ordered)
-    warnings = (*odd, *_surprises(ordered, bench), *_doubts(fit, method), *pooled)
-    result = Identification((fit and fit.method) or method, settings.confidence, kinds, ordered, refused, fit, onsets, warnings, laws)
+    warnings = [*odd, *contradiction_warnings(ordered, bench)]
+    if fit is not None and free is not None:
+        warnings += [*replacement_warnings(free, fit, found), *doubt_warnings(fit, method)]
+        warnings += pooling_warnings(sliding, bench, settings, fit)
+        if method != methods.DEFAULT:
+            warnings += method_warnings(sliding, rows, bench, settings, fit)
+    used = (fit and fit.method) or method
+    result = Identification(used, settings.confidence, kinds, ordered, refused, fit, onsets, tuple(warnings), laws)
     if not PHYSICAL & found.keys():
         reason = negative_effort([*sliding, *ramps], bench, settings.confidence)
         if reason is not None:
@@ -141,6 +148,15 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
         result = replace(result, identified={})
         raise NothingIdentified(result, EXIT_NO if fit is None else EXIT_NO_SOLUTION)
     return result
+
+
+def _measured(records: list[Record], bench: Bench, settings: methods.Settings) -> tuple[list[Record], list[str]]:
+    """Return the records without samples whose effort was not measured, and warnings. Raises NothingUsable if a record tells nothing."""
+    refuse_unmeasured(records, bench)
+    slow = slow_effort_warnings(records, bench, settings)
+    kept, left_out = without_constant_effort(records, bench)
+    refuse_clipped_effort(kept, bench, settings)
+    return kept, [*slow, *left_out]
 
 
 def _any_negative(fit: Fit | None) -> bool:
@@ -153,35 +169,6 @@ def _reversed(reason: str, method: str, settings: methods.Settings, kinds: dict[
     refused = dict.fromkeys(PARAMETERS, reason)
     result = Identification(method, settings.confidence, kinds, {}, refused, None, None, tuple(warnings))
     return NothingIdentified(result, EXIT_NO_SOLUTION)
-
-
-def _surprises(found: Mapping[str, Interval], bench: Bench) -> list[str]:
-    """A warning for each parameter whose interval has nothing in common with the bench's."""
-    out = []
-    for name, interval in found.items():
-        known: Quantity | None = getattr(bench.mechanics, name, None)
-        if known is None or known.low is None or known.high is None:
-            continue
-        if interval.low > known.high or interval.high < known.low:
-            shown = f"[{interval.low:.4g}, {interval.high:.4g}] lies wholly outside the bench's [{known.low:.4g}, {known.high:.4g}]"
-            out.append(f"{name}: {shown}; is this log of this rig?")
-    return out
-
-
-def _doubts(fit: Fit | None, method: str) -> list[str]:
-    """Return a warning if the model, or the method in its own equations, leaves a large part of the effort unexplained."""
-    if fit is None:
-        return []
-    shown, left = "force error", fit.force_error or 0.0
-    if left <= DOUBTFUL_FORCE_ERROR:
-        shown, left = "residual of the method's own equations", fit.residual
-    if left <= DOUBTFUL_FORCE_ERROR:
-        return []
-    advice = "look at frictool validate" if method == "auto" else "look at frictool validate, or use --method auto"
-    return [
-        f"{shown} {100 * left:.3g} %, above {100 * DOUBTFUL_FORCE_ERROR:g} %: the effort is noisy, or something acts that is not in the "
-        f"model, and the intervals do not hold that; {advice}"
-    ]
 
 
 def _slide(records: list[Record], rows: Sequence[SlipRows], bench: Bench, method: str, settings: methods.Settings) -> Fit:
@@ -327,8 +314,10 @@ def _accept(
 ) -> None:
     """Sorts what a method offers into what is identified and what is not."""
     refused.update(reasons)
-    for name, interval in offered.items():
-        reason = why_uninformative(name, interval, getattr(bench.mechanics, name, None))
+    for name, given in offered.items():
+        known: Quantity | None = getattr(bench.mechanics, name, None)
+        interval = without_negative(name, given, known)
+        reason = why_uninformative(name, interval, known)
         if reason is None:
             low = max(interval.low, 0.0) if name in NEVER_NEGATIVE else interval.low
             found[name] = Interval(interval.value, low, interval.high)

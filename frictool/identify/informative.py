@@ -24,7 +24,10 @@ def too_vague(name: str, interval: Interval) -> str | None:
 
 
 def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> str | None:
-    """Return why an interval is of no use: impossible, too wide, or no narrower than that of the bench (4.2.1); None if it is of use."""
+    """Return why an interval is of no use: impossible, too wide, or no narrower than that of the bench (4.2.1); None if it is of use.
+
+    An interval that contradicts the bench's is of use however narrow the bench's is: the bench's value would not explain the log.
+    """
     shown = f"[{interval.low:.4g}, {interval.high:.4g}]"
     if not interval.half_width < float("inf"):
         return "the motion does not repeat often enough to compute its uncertainty"
@@ -38,12 +41,22 @@ def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> 
         if name in NEVER_NEGATIVE and interval.low <= 0.0 and interval.high > LARGEST_FACTOR * known.value:
             return f"the log's interval {shown} reaches zero and {LARGEST_FACTOR:g} times the bench's value, {known.value:.4g}"
         return None
-    if interval.high - interval.low >= known.high - known.low:
-        bounds = f"the bench's [{known.low:.4g}, {known.high:.4g}]"
-        if interval.low > known.high or interval.high < known.low:
-            return f"the log's interval {shown} lies wholly outside {bounds} and is no narrower; correct one of them: the bench's is used"
-        return f"the log's interval {shown} is no narrower than {bounds}"
+    if interval.high - interval.low >= known.high - known.low and not contradicts(interval, known):
+        return f"the log's interval {shown} is no narrower than the bench's [{known.low:.4g}, {known.high:.4g}]"
     return None
+
+
+def without_negative(name: str, interval: Interval, known: Quantity | None) -> Interval:
+    """Return a friction of 0 instead of a negative one if its interval holds 0 and contradicts the bench's; else the interval."""
+    nearly_none = name in NEVER_NEGATIVE and name not in POSITIVE and interval.value < 0.0 <= interval.high < float("inf")
+    return Interval(0.0, 0.0, interval.high) if nearly_none and contradicts(interval, known) else interval
+
+
+def contradicts(interval: Interval, known: Quantity | None) -> bool:
+    """Return whether the interval has no value in common with that of the bench."""
+    if known is None or known.low is None or known.high is None:
+        return False
+    return interval.low > known.high or interval.high < known.low
 
 
 def below_coulomb(breakaway: Interval, coulomb: Interval) -> str | None:

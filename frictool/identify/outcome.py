@@ -41,7 +41,8 @@ class Fit:
     the right-hand side in the method's own equations, on the fitted and on unseen strokes; two methods cannot be compared by them.
     force_error: that of `force_error.py`, by which methods can be compared; `identify` fills it in. details: figures of the method.
     laws: what the method found of friction beyond the parameters. method, why: which method it is and why, where it was chosen.
-    dropped: parameters taken to be 0, since strokes that the fit did not see are predicted no worse without them.
+    dropped: parameters taken to be 0, since strokes that the fit did not see are predicted no worse without them. fixed: parameters that
+    were held at the interval of the bench.
     """
 
     parameters: dict[str, Interval]
@@ -55,4 +56,5 @@ class Fit:
     method: str | None = None
     why: str | None = None
     dropped: tuple[str, ...] = ()
+    fixed: dict[str, Interval] = field(default_factory=dict)
     force_error: float | None = None

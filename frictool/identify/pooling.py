@@ -2,42 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from frictool.documents.bench import Bench
 from frictool.identify.methods import METHODS, Settings
-from frictool.identify.outcome import SLIDING, Fit, Interval, NothingUsable
+from frictool.identify.outcome import SLIDING, Fit, NothingUsable
 from frictool.identify.record import Record
-from frictool.identify.refit import refit_same_structure
+from frictool.identify.refit import refit
 
 WIDER = 4.0  # largest width from all logs, relative to that of one log alone
-OTHERS_DIFFER = "although the logs agree on it: the method, a parameter on which they differ, or one of the bench widens it"
+OTHERS_DIFFER = "although the logs agree on it: they differ in another parameter, or the method widens it"
 MOST_LOGS = 20  # most logs that are compared; the first ones are taken
 
 
-def pooling_warnings(records: list[Record], bench: Bench, settings: Settings, fit: Fit, found: Mapping[str, Interval]) -> list[str]:
+def pooling_warnings(records: list[Record], bench: Bench, settings: Settings, fit: Fit) -> list[str]:
     """Return a warning for each parameter whose interval from all logs is more than WIDER times that of one log alone.
 
-    Each log is fitted by the method and the structure of the fit. Least squares replace output error, which needs a search for each log.
+    Each log is fitted by the method and the structure of the fit, with the same parameters fixed. Least squares replace output error,
+    which needs a search for each log, and a method that is not in METHODS; all logs together are then fitted by least squares, too.
     """
     if len(records) < 2:
         return []
-    method = "least-squares" if fit.method == "output-error" or fit.method not in METHODS else fit.method
+    known = fit.method != "output-error" and fit.method in METHODS
+    alike = fit if known else replace(fit, method="least-squares")
+    try:
+        pooled = fit if known and not fit.dropped else refit(records, bench, settings, alike, fit.fixed)
+    except NothingUsable:
+        return []
     alone = {}
     for record in records[:MOST_LOGS]:
         try:
-            alone[Path(record.name).name] = refit_same_structure([record], bench, settings, replace(fit, method=method)).parameters
+            alone[Path(record.name).name] = refit([record], bench, settings, alike, fit.fixed).parameters
         except NothingUsable:
             continue
     out = []
     for name in SLIDING:
         told = {log: one[name] for log, one in alone.items() if name in one and one[name].half_width > 0.0}
-        if name not in found or not told:
+        if name not in pooled.parameters or name in fit.fixed or not told:
             continue
         best = min(told, key=lambda log: told[log].half_width)
-        ratio = found[name].half_width / told[best].half_width
+        ratio = pooled.parameters[name].half_width / told[best].half_width
         if ratio > WIDER:
             values = ", ".join(f"{log} {one.value:.4g} [{one.low:.4g}, {one.high:.4g}]" for log, one in told.items())
             apart = max(one.low for one in told.values()) > min(one.high for one in told.values())

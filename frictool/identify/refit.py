@@ -43,17 +43,22 @@ def refit(records: list[Record], bench: Bench, settings: methods.Settings, fit: 
     A parameter that `auto` set to 0 stays 0, and an inertia that it took from another method stays.
     """
     assert fit.method is not None
-    dropped = {name: fit.parameters[name] for name in fit.dropped if name in fit.parameters and name not in fixed}
-    held = replace(settings, fixed={**fixed, **dropped})
+    held = with_held(settings, fit, fixed)
     inertia = fit.parameters.get("inertia")
     if fit.method == "sines" and inertia is not None and "inertia" not in fixed:
         known = Quantity(inertia.value, inertia.low, inertia.high, bench.mechanics.inertia.unit)
         bench = msgspec.structs.replace(bench, mechanics=msgspec.structs.replace(bench.mechanics, inertia=known))
     again = refit_same_structure(records, bench, held, fit)
     kept = {"inertia": inertia} if inertia is not None and "inertia" not in fixed else {}
-    parameters = {**kept, **dropped, **again.parameters}
+    parameters = {**kept, **{name: one for name, one in held.fixed.items() if name not in fixed}, **again.parameters}
     details = {**fit.details, **again.details, **{f"fixed_{name}": interval.value for name, interval in fixed.items()}}
-    return replace(again, parameters=parameters, details=details, method=fit.method, why=fit.why, dropped=fit.dropped)
+    return replace(again, parameters=parameters, details=details, method=fit.method, why=fit.why, dropped=fit.dropped, fixed=dict(fixed))
+
+
+def with_held(settings: methods.Settings, fit: Fit, fixed: Mapping[str, Interval]) -> methods.Settings:
+    """Return the settings in which these parameters are fixed, and those that the fit dropped stay 0."""
+    dropped = {name: fit.parameters[name] for name in fit.dropped if name in fit.parameters}
+    return replace(settings, fixed={**dropped, **fixed})
 
 
 def refit_same_structure(records: list[Record], bench: Bench, settings: methods.Settings, fit: Fit) -> Fit:

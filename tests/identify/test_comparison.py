@@ -22,12 +22,16 @@ from frictool.identify.methods import Settings, run
 from frictool.identify.outcome import Interval
 from frictool.identify.pooling import pooling_warnings
 from frictool.identify.record import record_of
+from frictool.identify.refit import refit
 from frictool.logs.reading import read_log
 from tests.cli.run import run as command
+from tests.identify.arm import PERIOD, Arm, play, write_bench, write_log
 from tests.identify.benches import EMPS, data
 from tests.identify.linear_axis import linear_axis, linear_bench
 from tests.identify.loaded_axis import estimates, loaded_axis
 from tests.identify.two_days import DAYS, day, written
+
+TIME = np.arange(12_000) * PERIOD
 
 
 @pytest.fixture(scope="module")
@@ -104,19 +108,20 @@ METHODS = ["least-squares", "power-balance", "weighted", "recursive", "total-lea
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_refused_parameter_is_fixed_and_the_others_fitted_beside_it(method: str) -> None:
-    """The bench knows viscous friction better, and wrongly: the dry friction makes up for it as far as the log's speeds allow."""
+    """Viscous friction is fixed at a wrong value: the dry friction makes up for it as far as the log's speeds allow."""
     axis, log = linear_axis(3)
     value = 1.3 * axis.viscous
     unit = linear_bench().mechanics.viscous.unit
     bench = narrow(linear_bench(), viscous=Quantity(value, 0.999 * value, 1.001 * value, unit))
-    result = identify([log], [], bench, method, Settings())
-    assert "lies wholly outside the bench's" in result.refused["viscous"]
-    assert result.fit is not None
-    assert result.fit.details["fixed_viscous"] == value
-    joint = run(method, [log], bench, Settings()).parameters
+    fit = replace(run(method, [log], bench, Settings()), method=method)
+    again = refit([log], bench, Settings(), fit, {"viscous": Interval(value, 0.999 * value, 1.001 * value)})
+    assert again.details["fixed_viscous"] == value
     rows = motion_rows([log], bench)
-    beside = {"inertia": bench.mechanics.inertia.value} | {name: one.value for name, one in joint.items()} | {"viscous": value}
-    before, after = force_error(rows, beside, None), result.fit.force_error
+    beside = {"inertia": bench.mechanics.inertia.value}, {"viscous": value}
+    before, after = (
+        force_error(rows, beside[0] | {name: one.value for name, one in found.parameters.items()} | beside[1], None)
+        for found in (fit, again)
+    )
     assert before is not None
     assert after is not None
     assert after < 0.8 * before
@@ -141,6 +146,20 @@ def test_the_power_balance_is_not_taken_where_its_model_simulates_worse() -> Non
     record = record_of(read_log(data("emps", "DATA_EMPS.mat"), bench), bench)
     fits = [replace(run(method, [record], bench, Settings()), method=method, why="asked") for method in ("power-balance", "least-squares")]
     assert best_by_prediction(ComparedData([record], bench, Settings(), fits)).method != "power-balance"
+
+
+@pytest.mark.parametrize("method", ["power-balance", "conditioned"])
+def test_a_requested_method_that_simulates_far_worse_is_told(method: str) -> None:
+    """EMPS: the offset of the power balance sends the simulated carriage tens of millimetres away; least squares do not."""
+    log = data("emps", "DATA_EMPS.mat")
+    requested, plain = (command("identify", log, "--bench", EMPS, "--method", name, "--json") for name in (method, "least-squares"))
+    assert (requested.code, plain.code) == (0, 0)
+    told = re.search(
+        rf"warning: {method} predicts strokes that were not seen worse .* off by (\S+) m \(rms\), not by (\S+) m", requested.stderr
+    )
+    assert told is not None, requested.stderr
+    assert float(told[1]) > 3.0 * float(told[2]) > 0.0
+    assert "worse" not in plain.stderr
 
 
 def test_logs_too_short_for_halves_compare_the_regressions_on_themselves() -> None:
@@ -170,14 +189,50 @@ def test_a_parameter_is_fixed_beside_declared_loads(kind: str, name: str) -> Non
             assert told[other].value == pytest.approx(axis.truth[other], rel=0.05)
 
 
-def test_an_interval_that_contradicts_the_bench_is_not_called_wide_only(folder: Path) -> None:
-    """Viscous friction is 165 N s/m forward; the bench claims 49.9 to 50.1."""
+CONTRADICTED = ("auto", "least-squares", "power-balance", "weighted", "weak", "instrumental", "recursive", "ordinary", "output-error")
+
+
+@pytest.mark.parametrize("method", CONTRADICTED)
+def test_the_value_of_the_log_is_used_where_it_contradicts_the_bench(folder: Path, method: str) -> None:
+    """Viscous friction is 165 N s/m forward; the bench claims 49.9 to 50.1, narrower than any log tells."""
     bench = folder / "narrow.yaml"
     bench.write_text(re.sub(r"viscous: .*", "viscous: {value: 50, low: 49.9, high: 50.1, unit: N s/m}", EMPS.read_text()))
-    result = command("identify", folder / "monday.csv", "--bench", bench, "--method", "least-squares", "--json")
+    found = [command("identify", folder / "monday.csv", "--bench", path, "--method", method, "--json") for path in (bench, EMPS)]
+    assert [result.code for result in found] == [0, 0], found[0].stderr
+    told = r"warning: viscous: the log's interval .* lies wholly outside the bench's \[49.9, 50.1\]; the log's value is used"
+    assert re.search(told, found[0].stderr)
+    contradicted, plain = (json.loads(result.stdout) for result in found)
+    assert contradicted["parameters"]["viscous"] == pytest.approx(plain["parameters"]["viscous"])
+    assert contradicted["force_error"] == pytest.approx(plain["force_error"])
+
+
+def nearly_frictionless(folder: Path, seed: int) -> tuple[Path, Path]:
+    """Return a log of an arm without viscous friction, whose fitted one is negative, and a bench whose range holds 0."""
+    position, effort = play(Arm(viscous=0.0, counts=65536), 0.5 * np.sin(4.0 * TIME), (60.0, 100.0, 3.0))
+    noise = 0.02 * np.random.default_rng(seed).standard_normal(effort.size)
+    return write_log(folder / "log.csv", position, effort + noise), write_bench(folder, Arm(counts=65536))
+
+
+def test_values_of_the_bench_that_explain_less_are_told_with_both_force_errors(tmp_path: Path) -> None:
+    log, bench = nearly_frictionless(tmp_path, 1)
+    result = command("identify", log, "--bench", bench, "--method", "least-squares", "--json")
     assert result.code == 0, result.stderr
-    told = json.loads(result.stdout)["not_identified"]["viscous"]
-    assert "lies wholly outside the bench's [49.9, 50.1] and is no narrower; correct one of them: the bench's is used" in told
+    found = json.loads(result.stdout)
+    assert "which is negative" in found["not_identified"]["viscous"]
+    told = re.search(r"the bench's values replace viscous .* raise the force error from (\S+) % to (\S+) %", result.stderr)
+    assert told is not None, result.stderr
+    assert float(told[2]) == pytest.approx(100.0 * found["force_error"], rel=0.01)
+    assert float(told[2]) > 2.0 * float(told[1])
+
+
+def test_a_negative_friction_that_may_be_0_is_0_where_the_bench_excludes_it(tmp_path: Path) -> None:
+    log, bench = nearly_frictionless(tmp_path, 1)
+    bench.write_text(re.sub(r"(viscous: .*)low: 0,", r"\1low: 0.04,", bench.read_text()))
+    result = command("identify", log, "--bench", bench, "--method", "least-squares", "--json")
+    assert result.code == 0, result.stderr
+    viscous = json.loads(result.stdout)["parameters"]["viscous"]
+    assert viscous["value"] == viscous["low"] == 0.0 < viscous["high"] < 0.01
+    assert "lies wholly outside the bench's [0.04, 0.25]" in result.stderr
 
 
 def test_pooled_logs_that_agree_are_not_said_to_disagree(folder: Path) -> None:
@@ -187,7 +242,7 @@ def test_pooled_logs_that_agree_are_not_said_to_disagree(folder: Path) -> None:
     bench, fit = load(EMPS, Bench), run("least-squares", [alone, record], load(EMPS, Bench), Settings())
     wide = {name: 9.0 * one.half_width for name, one in fit.parameters.items()}
     found = {name: Interval(one.value, one.value - wide[name], one.value + wide[name]) for name, one in fit.parameters.items()}
-    told = pooling_warnings([alone, record], bench, Settings(), fit, found)
+    told = pooling_warnings([alone, record], bench, Settings(), replace(fit, parameters=found, method="least-squares"))
     assert told
     assert not any("because the logs disagree" in line for line in told)
     assert all("although the logs agree on it" in line for line in told)

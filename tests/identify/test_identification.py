@@ -121,8 +121,8 @@ def test_an_interval_outside_the_benchs_is_a_warning() -> None:
     result = identify([record(sines(1))], [], msgspec.structs.replace(bench, mechanics=known), DEFAULT, Settings())
     assert "coulomb" in result.identified
     (warning,) = result.warnings
-    assert warning.startswith("coulomb: [0.09")
-    assert "lies wholly outside the bench's [0.15, 0.25]" in warning
+    assert warning.startswith("coulomb: the log's interval [0.09")
+    assert "lies wholly outside the bench's [0.15, 0.25]; the log's value is used" in warning
 
 
 def test_a_fit_that_leaves_much_of_the_effort_says_so() -> None:
@@ -130,7 +130,8 @@ def test_a_fit_that_leaves_much_of_the_effort_says_so() -> None:
     found = identify([record(sines(1))], [], clutch(), "ordinary", Settings(time_constant=1.5e-3))
     assert found.fit is not None
     assert 0.2 < found.fit.residual < 0.5
-    (warning,) = found.warnings
+    (warning, other) = found.warnings
+    assert other.startswith("ordinary predicts strokes that were not seen worse than least-squares: the force error is ")
     assert warning.startswith(f"residual of the method's own equations {100 * found.fit.residual:.3g} %, above 20 %: ")
 
 
@@ -150,6 +151,9 @@ def test_a_log_given_twice_is_refused() -> None:
         ("inertia", Interval(1.0, -0.5, 2.5), None, "reaches zero"),
         ("coulomb", Interval(1.0, -math.inf, math.inf), None, "repeat"),
         ("offset", Interval(1.0, 0.0, 2.0), Quantity(1.0, 0.5, 1.5), "no narrower"),
+        ("offset", Interval(1.0, 0.0, 2.0), Quantity(2.1, 2.0, 2.2), "no narrower"),
+        ("offset", Interval(1.0, 0.0, 2.0), Quantity(2.2, 2.1, 2.3), None),
+        ("viscous", Interval(1.0, 0.1, 2.0), Quantity(2.2, 2.1, 2.3), "spans a factor of 20"),
         ("offset", Interval(-1.0, -1.5, -0.5), Quantity(0.0, -6.0, 6.0), None),
         ("viscous", Interval(0.1, -0.1, 0.3), Quantity(0.5), None),
     ],

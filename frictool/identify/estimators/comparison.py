@@ -81,10 +81,10 @@ def best_by_prediction(given: ComparedData) -> Fit:
         return first
     sides = halves(records)
     rows = [motion_rows(side, bench) for side in sides or (records, records)]
-    scores = _regressions(sides or (records, records), rows, given)
+    scores = regression_scores(sides or (records, records), rows, given)
     complete = all(name in first.parameters and (name == "offset" or first.parameters[name].value >= 0.0) for name in SLIDING)
     if sides is not None and first.laws is None and complete:
-        scores += _regressions(sides, rows, given, (DIRECTION,)) if DIRECTION in possible(bench) else []
+        scores += regression_scores(sides, rows, given, (DIRECTION,)) if DIRECTION in possible(bench) else []
         scores += _simulations(sides, rows, given)
     if not scores:
         return first
@@ -138,8 +138,8 @@ def _why(first: Fit, winner: PredictionScore, scores: Sequence[PredictionScore],
     return f"{told}; {winner.name} is the first within a tenth of the best allowed one{barred}"
 
 
-def _regressions(sides: Sides, rows: Rows, given: ComparedData, terms: tuple[str, ...] = ()) -> list[PredictionScore]:
-    """Return the scores of the methods of the fits, with the load terms `terms`."""
+def regression_scores(sides: Sides, rows: Rows, given: ComparedData, terms: tuple[str, ...] = ()) -> list[PredictionScore]:
+    """Return the scores of the methods of the fits, with the load terms `terms`; a method that a half does not suit has none."""
     scores, declared = [], bench_with_terms(given.bench, terms) if terms else given.bench
     for fit in given.fits:
         method = fit.method or ""
@@ -164,7 +164,7 @@ def _simulations(sides: Sides, rows: Rows, given: ComparedData) -> list[Predicti
         found = choose_structure(sides, given.bench, known, given.settings.confidence)
     except NothingUsable:
         return []
-    regressions = _regressions(sides, rows, given, found.terms) if found.terms not in ((), (DIRECTION,)) else []
+    regressions = regression_scores(sides, rows, given, found.terms) if found.terms not in ((), (DIRECTION,)) else []
     force = _force(rows, found.values, [_laws(values, given.bench) for values in found.values])
 
     def make() -> Fit:

@@ -1,0 +1,163 @@
+"""Find a logged effort that is a slow sample: it changes far less often than the position is logged, and acted differently in between.
+
+A current that is read at 20 Hz, or a set point that is held, repeats its value in many rows of a log at 1 kHz. On average it is late by
+half of the time between two updates, so that inertia and viscous friction come out wrong by tens of per cent, in narrow intervals.
+
+A drive may really hold its effort between two updates of a slow controller. Both look alike in the effort, and differ in the motion: with
+y(t) for the effort that the motion needs, y_held(t) for its value at the last update, and the residual share b,
+
+    logged effort = (inertia a + viscous v + coulomb sign(v) + offset + declared loads) + b (y_held - y)
+
+b is 1 for a slow sample and 0 for an effort that acted as it was logged.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.documents.bench import Bench
+from frictool.documents.quantity import si_unit
+from frictool.identify.methods import Settings
+from frictool.identify.outcome import NothingUsable
+from frictool.identify.record import Record, Vector
+from frictool.identify.regression.clusters import clusters
+from frictool.identify.regression.regression import Singular, solve
+from frictool.identify.rows.load_columns import load_columns
+from frictool.identify.rows.samples import Samples, parameters_of
+from frictool.identify.rows.slipping import SMALLEST_SHARE, slipping
+from frictool.identify.rows.smoothing import smoothed
+from frictool.identify.rows.strokes import find_strokes
+
+FEWEST_UPDATES = 20
+SHORTEST_HOLD = 3  # samples between two updates; shorter ones change little
+EARLY = 0.1  # share of the updates that may follow each other faster than the hold
+COARSE = 3.0  # median change of the effort, in its smallest ones, of a signal that is held and not only coarsely quantised
+LEAST_EFFECT = 0.02  # of the parameters: smaller ones do not matter
+MIXED = 1e-9  # weight of rows of another stroke in a smoothed row
+SLOW = 0.5  # share b above which the effort is a slow sample
+MOST_SAMPLES = 200_000  # of a record that are looked at
+
+
+@dataclass(frozen=True)
+class HeldEffort:
+    """Time between two updates in samples, interval of the share b, and inertia as logged and as interpolated between the updates.
+
+    effect: how much the parameters differ between the two: the inertia relative to itself, the others in effort relative to the whole
+    effort (rms).
+    """
+
+    hold: int
+    low: float
+    high: float
+    logged: float
+    interpolated: float
+    effect: float
+
+
+def slow_effort_warnings(records: list[Record], bench: Bench, settings: Settings) -> list[str]:
+    """Return a warning for each record whose effort may be a slow sample.
+
+    Raises
+    ------
+    NothingUsable
+        If the effort of a record is a slow sample.
+    """
+    warnings = []
+    for record in records:
+        found = held_effort(record, bench, settings)
+        if found is None or found.high < SLOW or found.effect < LEAST_EFFECT:
+            continue
+        rates = f"changes every {1e3 * found.hold * record.period:.3g} ms only, the position every {1e3 * record.period:.3g} ms"
+        unit = si_unit("inertia", bench.axis)
+        advice = "log the current as often as the position, and not a set point"
+        if found.low > SLOW:
+            raise NothingUsable(
+                f"{Path(record.name).name}: the effort {rates}, and is not what acted in between: the inertia would be "
+                f"{found.logged:.4g} {unit} instead of {found.interpolated:.4g} {unit} or so; {advice}"
+            )
+        warnings.append(
+            f"{Path(record.name).name}: the effort {rates}; the log does not tell whether it acted as logged (inertia "
+            f"{found.logged:.4g} {unit}) or not (inertia {found.interpolated:.4g} {unit}); {advice}"
+        )
+    return warnings
+
+
+def hold_of(effort: Vector) -> tuple[int, NDArray[np.int64]] | None:
+    """Return the time between two updates of an effort (n,) in samples, and the indices of the updates; None if it is not held."""
+    change = np.diff(effort)
+    updates = np.flatnonzero(change) + 1
+    if updates.size < FEWEST_UPDATES:
+        return None
+    hold = int(np.quantile(np.diff(updates), EARLY))
+    sizes = np.abs(change[updates - 1])
+    if hold < SHORTEST_HOLD or float(np.median(sizes)) < COARSE * float(np.quantile(sizes, 0.01)):
+        return None
+    return hold, updates
+
+
+def held_effort(record: Record, bench: Bench, settings: Settings) -> HeldEffort | None:
+    """Return what the motion tells of an effort that is held; None if it is not, or if the motion tells nothing."""
+    record = record.part(slice(0, MOST_SAMPLES))
+    held = hold_of(record.effort)
+    if held is None:
+        return None
+    try:
+        logged, window = slipping([record], bench, SMALLEST_SHARE, settings.window)
+        parameters_of(logged)
+        smooth = replace(record, effort=interpolated(record.effort, *held))
+        start = slipping([smooth], bench, SMALLEST_SHARE, settings.window)[0]
+        cluster = clusters(logged.stroke, logged.sign, logged.counts, 3 * max(window, held[0]))
+        values = solve(columns_of(start), start.effort, np.ones(start.sign.size), cluster).value
+        needed = needed_effort(record, bench, window, values, logged.one_direction)
+        last = np.maximum.accumulate(np.where(_updated(record.effort.size, *held), np.arange(record.effort.size), 0))
+        number = find_strokes(record).number
+        before = (number[last] != number).astype(np.float64)  # the last update was in another stroke, maybe at rest
+        late, mixed = (
+            slipping([replace(record, effort=signal)], bench, SMALLEST_SHARE, settings.window)[0].effort
+            for signal in (needed[last] - needed, before)
+        )
+        kept = np.abs(mixed) < MIXED
+        columns, effort, weight = columns_of(logged)[kept], logged.effort[kept], np.ones(np.count_nonzero(kept))
+        plain = solve(columns, effort, weight, cluster[kept]).value
+        both = solve(np.column_stack((columns, late[kept])), effort, weight, cluster[kept])
+    except (NothingUsable, Singular):
+        return None
+    share, half = float(both.value[-1]), float(both.half_width(settings.confidence)[-1])
+    change = np.abs(plain - values) * np.sqrt(np.mean(columns**2, axis=0) / np.mean(effort**2))
+    effect = max(abs(float(plain[0] / values[0] - 1.0)), float(np.max(change[1:])))
+    return HeldEffort(held[0], share - half, share + half, float(plain[0]), float(values[0]), effect)
+
+
+def interpolated(effort: Vector, hold: int, updates: NDArray[np.int64]) -> Vector:
+    """Return the effort (n,) on straight lines between its updates, as if each value had been read at the first row that shows it."""
+    at = np.flatnonzero(_updated(effort.size, hold, updates))
+    return np.asarray(np.interp(np.arange(effort.size), at, effort[at]))
+
+
+def _updated(size: int, hold: int, updates: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return which rows (n,) are updates; a value that stays for longer was read again a hold before it changes."""
+    out = np.zeros(size, dtype=np.bool_)
+    out[[0, *updates.tolist()]] = True
+    before = updates - hold
+    out[before[before > 0]] = True
+    return out
+
+
+def columns_of(rows: Samples) -> Vector:
+    """Return the regressors (n, p); the offset is left out if the motion is in one direction."""
+    constant = () if rows.one_direction else (np.ones(rows.sign.size),)
+    return np.column_stack((rows.acceleration, rows.velocity, rows.sign, *constant, *rows.loads.values()))
+
+
+def needed_effort(record: Record, bench: Bench, window: int, values: Vector, one_direction: bool) -> Vector:
+    """Return the effort (n,) that the motion needs, by the values of `columns_of`."""
+    acceleration, velocity, _ = smoothed(record, window)
+    sign = find_strokes(record).sign
+    constant = () if one_direction else (np.ones(sign.size),)
+    loads = load_columns(record, bench, window, velocity, sign)
+    columns = np.column_stack((acceleration, velocity, sign, *constant, *loads.values()))
+    return np.asarray(np.where(np.isfinite(columns @ values), columns @ values, 0.0))
