@@ -22,7 +22,8 @@ def contradiction_warnings(found: Mapping[str, Interval], bench: Bench) -> list[
             shown = f"the log's interval [{interval.low:.4g}, {interval.high:.4g}] lies wholly outside the bench's"
             out.append(
                 f"{name}: {shown} [{known.low:.4g}, {known.high:.4g}]; the log's value is used, since the bench's does not explain the "
-                f"log: correct mechanics.{name} of the bench, or leave out a log of another rig"
+                f"log: correct mechanics.{name} of the bench, or, if that is certain, leave out the log: it is of another rig, or of a "
+                "motion that the model does not describe"
             )
     return out
 

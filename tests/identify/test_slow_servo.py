@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from frictool.engine.axis import advance
+from frictool.identify.estimators.least_squares import least_squares
+from frictool.identify.methods import Settings
 from frictool.identify.orientation import negative_effort, stroke_efforts, stroke_friction
 from frictool.identify.record import Record, make_record
 from frictool.logs.quality.sign import CLEAR, net_work
@@ -28,8 +30,8 @@ encoder: {{counts_per_revolution: {counts}}}
 actuator: {{drive: current, constant: {{value: 1, unit: N m/A}}, limit: {{value: 10, unit: A}}}}
 mechanics:
   inertia: {{value: 2e-5, low: 1.9e-5, high: 2.1e-5, unit: kg m^2}}
-  viscous: {{value: 1e-4, low: 9.9e-5, high: 1.01e-4, unit: N m s/rad}}
-  coulomb: {{value: {coulomb}, low: {low}, high: {high}, unit: N m}}
+  viscous: {viscous}
+  coulomb: {coulomb}
 columns:
   time: {{column: time, unit: s}}
   position: {{column: encoder, unit: count}}
@@ -74,11 +76,16 @@ def test_the_mean_effort_of_strokes_tells_the_sign_where_the_sampled_work_does_n
 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_the_command_blames_the_sign_of_a_reversed_slow_run_only(tmp_path: Path, sign: int) -> None:
-    """The bench knows each parameter better than the log tells it, so that nothing is identified."""
-    record, coulomb = slow_servo(1)
+    """The bench knows each parameter better than the log tells it, and agrees with the log, so that nothing is identified."""
+    record, _ = slow_servo(1)
     count = record.resolution
     bench, log, target = tmp_path / "bench.yaml", tmp_path / "log.csv", tmp_path / "model.yaml"
-    known = {"coulomb": coulomb, "low": 0.9999 * coulomb, "high": 1.0001 * coulomb}
+    found = least_squares([record], rotary_bench(None), Settings()).parameters
+    units = {"viscous": "N m s/rad", "coulomb": "N m"}
+    known = {
+        name: f"{{value: {(value := found[name].value):.9g}, low: {0.9999 * value:.9g}, high: {1.0001 * value:.9g}, unit: {unit}}}"
+        for name, unit in units.items()
+    }
     bench.write_text(BENCH.format(counts=round(2.0 * math.pi / count), **known))
     rows = np.column_stack((record.time, np.rint(record.position / count), sign * record.effort))
     np.savetxt(log, rows, delimiter=",", header="time,encoder,torque", comments="", fmt="%.10g")
