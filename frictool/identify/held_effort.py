@@ -107,7 +107,7 @@ def held_effort(record: Record, bench: Bench, settings: Settings) -> HeldEffort 
         return None
     try:
         logged, window = slipping([record], bench, SMALLEST_SHARE, settings.window)
-        parameters_of(logged)
+        parameters_of(logged)  # raises NothingUsable if there are too few rows
         smooth = replace(record, effort=interpolated(record.effort, *held))
         start = slipping([smooth], bench, SMALLEST_SHARE, settings.window)[0]
         cluster = clusters(logged.stroke, logged.sign, logged.counts, 3 * max(window, held[0]))
@@ -121,9 +121,9 @@ def held_effort(record: Record, bench: Bench, settings: Settings) -> HeldEffort 
             for signal in (needed[last] - needed, before)
         )
         kept = np.abs(mixed) < MIXED
-        columns, effort, weight = columns_of(logged)[kept], logged.effort[kept], np.ones(np.count_nonzero(kept))
-        plain = solve(columns, effort, weight, cluster[kept]).value
-        both = solve(np.column_stack((columns, late[kept])), effort, weight, cluster[kept])
+        columns, effort, weight = columns_of(logged), logged.effort, np.ones(logged.effort.size)
+        plain = solve(columns, effort, weight, cluster).value
+        both = solve(np.column_stack((columns, late))[kept], effort[kept], weight[kept], cluster[kept])
     except (NothingUsable, Singular):
         return None
     share, half = float(both.value[-1]), float(both.half_width(settings.confidence)[-1])
