@@ -74,22 +74,40 @@ def test_the_mean_effort_of_strokes_tells_the_sign_where_the_sampled_work_does_n
     assert misled >= RIGS // 2
 
 
-@pytest.mark.parametrize("sign", [1, -1])
-def test_the_command_blames_the_sign_of_a_reversed_slow_run_only(tmp_path: Path, sign: int) -> None:
-    """The bench knows each parameter better than the log tells it, and agrees with the log, so that nothing is identified."""
-    record, _ = slow_servo(1)
+def written(folder: Path, seed: int, sign: int) -> list[Path | str]:
+    """Write bench and log of a slow servo whose effort has this sign; return both as arguments of a command.
+
+    The bench knows each parameter better than the log tells it, and agrees with the log, so that nothing is identified.
+    """
+    record, _ = slow_servo(seed)
     count = record.resolution
-    bench, log, target = tmp_path / "bench.yaml", tmp_path / "log.csv", tmp_path / "model.yaml"
+    bench, log = folder / "bench.yaml", folder / "log.csv"
     found = least_squares([record], rotary_bench(None), Settings()).parameters
     units = {"viscous": "N m s/rad", "coulomb": "N m"}
     known = {
-        name: f"{{value: {(value := found[name].value):.9g}, low: {0.9999 * value:.9g}, high: {1.0001 * value:.9g}, unit: {unit}}}"
+        name: f"{{value: {(value := max(found[name].value, 1e-9)):.9g}, low: {0.9999 * value:.9g}, high: {1.0001 * value:.9g}, unit: {unit}}}"
         for name, unit in units.items()
     }
     bench.write_text(BENCH.format(counts=round(2.0 * math.pi / count), **known))
     rows = np.column_stack((record.time, np.rint(record.position / count), sign * record.effort))
     np.savetxt(log, rows, delimiter=",", header="time,encoder,torque", comments="", fmt="%.10g")
-    result = run("identify", log, "--bench", bench, "--method", "least-squares", "-o", target)
+    return [log, "--bench", bench]
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_command_blames_the_sign_of_a_reversed_slow_run_only(tmp_path: Path, sign: int) -> None:
+    target = tmp_path / "model.yaml"
+    result = run("identify", *written(tmp_path, 1, sign), "--method", "least-squares", "-o", target)
     assert result.code != 0
     assert ("position and drive have opposite signs" in result.stderr) == (sign < 0), result.stderr
     assert not target.exists()
+
+
+@pytest.mark.parametrize(
+    ("seed", "sign", "blamed"), [(0, 1, False), (1, 1, False), (2, -1, False), (3, 1, False), (3, -1, True), (6, -1, True)]
+)
+def test_info_names_a_reversed_sign_only_where_the_log_decides_it(seed: int, sign: int, blamed: bool, tmp_path: Path) -> None:
+    """Work of the samples and mean effort of the strokes have to agree; seeds 0 to 2 are logs in which they do not."""
+    result = run("info", *written(tmp_path, seed, sign))
+    assert result.code == 0, result.stderr
+    assert ("the effort takes energy from the axis" in result.stdout + result.stderr) == blamed
