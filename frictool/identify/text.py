@@ -8,6 +8,7 @@ from pathlib import Path
 from frictool.documents.laws import Load
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate, si_unit
+from frictool.identify.bounded_lines import bounded
 from frictool.identify.breakaway.fall import Fall
 from frictool.identify.identification import Identification
 from frictool.identify.methods import METHODS
@@ -135,4 +136,4 @@ def table(result: Identification, model: Model) -> str:
     lines += law_lines(model) + presliding_lines(model) + measurement_lines(model)
     ordered = dict.fromkeys((*PARAMETERS, *result.refused))
     lines += [f"not identified: {name}: {result.refused[name]}" for name in ordered if name in result.refused]
-    return "\n".join(lines)
+    return bounded(lines)

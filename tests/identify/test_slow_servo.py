@@ -84,9 +84,10 @@ def written(folder: Path, seed: int, sign: int) -> list[Path | str]:
     bench, log = folder / "bench.yaml", folder / "log.csv"
     found = least_squares([record], rotary_bench(None), Settings()).parameters
     units = {"viscous": "N m s/rad", "coulomb": "N m"}
+    values = {name: max(found[name].value, 1e-9) for name in units}
     known = {
-        name: f"{{value: {(value := max(found[name].value, 1e-9)):.9g}, low: {0.9999 * value:.9g}, high: {1.0001 * value:.9g}, unit: {unit}}}"
-        for name, unit in units.items()
+        name: f"{{value: {value:.9g}, low: {0.9999 * value:.9g}, high: {1.0001 * value:.9g}, unit: {units[name]}}}"
+        for name, value in values.items()
     }
     bench.write_text(BENCH.format(counts=round(2.0 * math.pi / count), **known))
     rows = np.column_stack((record.time, np.rint(record.position / count), sign * record.effort))

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from frictool.identify.bounded_lines import bounded
 from frictool.identify.info.information import Information
 from frictool.logs.losses import shown
 from frictool.logs.provenance import PROVENANCE
@@ -31,7 +32,7 @@ def table(found: Information) -> str:
     lines += _fed(facts["methods"])
     lines += [f"layout: {name}: {told}" for name, told in facts["layout"].items() if told != PLAIN]
     lines += [f"{key}: {text}" for key, text in made.notes.get(PROVENANCE, {}).items()]
-    return "\n".join(lines)
+    return bounded(lines)
 
 
 def _fed(methods: dict[str, str | None]) -> list[str]:

@@ -1,0 +1,21 @@
+"""Text for people in lines of bounded length."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable
+
+LONGEST = 240  # characters of a line
+INDENT = 4  # characters, of the lines that continue one, beyond its own indent
+
+
+def bounded(lines: Iterable[str]) -> str:
+    """Join lines; break each one that is longer than LONGEST between two words."""
+    broken = list[str]()
+    for line in lines:
+        if len(line) <= LONGEST:
+            broken.append(line)
+            continue
+        indent = " " * (len(line) - len(line.lstrip()) + INDENT)
+        broken += textwrap.wrap(line, LONGEST, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+    return "\n".join(broken)
