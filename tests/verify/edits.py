@@ -43,10 +43,15 @@ def edits(document: dict[str, Any]) -> tuple[Edit, ...]:
     return tuple(edit for edit in _all(document) if edit.document != document)
 
 
-def _all(document: dict[str, Any]) -> Iterator[Edit]:
+def edits_of_keys(document: dict[str, Any]) -> Iterator[Edit]:
+    """Yield the edits of numbers and lists of any document."""
     for name in document:
         if name not in TITLES:
             yield from _of(document, (name,))
+
+
+def _all(document: dict[str, Any]) -> Iterator[Edit]:
+    yield from edits_of_keys(document)
     for name, keys in GAINS.items():
         path = tuple(name.split("."))
         if _has(document, path):
