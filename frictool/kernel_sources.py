@@ -8,7 +8,6 @@ the toolchain.
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import json
 import os
@@ -18,17 +17,18 @@ from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+
+from frictool.module_source import ANALYSIS, Source, analyse
 
 PACKAGE = Path(__file__).resolve().parent
 LAZY = "frictool.exports"  # imports by computed name, from tables of literals that are read here
-STORAGE = frozenset(f"frictool.{name}" for name in ("kernel_cache", "kernel_sources", "kernel_store", "waiting"))  # keep code, make none
-BY_NAME = {"import_module", "__import__", "exec", "eval"}
+STORAGE = frozenset(  # modules that keep code and make none
+    f"frictool.{name}" for name in ("kernel_cache", "kernel_sources", "kernel_store", "module_source", "waiting")
+)
 INSTALLED = {"site-packages", "dist-packages"}
-MEMO = f"sources-{hashlib.sha256(Path(__file__).read_bytes()).hexdigest()[:8] if Path(__file__).is_file() else 'none'}.json"
+MEMO = f"sources-{ANALYSIS}.json"
 MOST = 2000  # sources in the memo; beyond, those that this process does not use are dropped
 _START = time.time()
-Import = tuple[int, str, str]  # (level, module, name): "" is the module itself, "*" all that it holds
 
 
 class UnknownSourcesError(Exception):
@@ -41,17 +41,6 @@ class State:
 
     modules: frozenset[str]
     digest: str
-
-
-@dataclass(frozen=True)
-class Source:
-    """One module: digest of its syntax tree, imports, the names that it binds, its tables of lazy exports, use of computed imports."""
-
-    digest: str
-    imports: tuple[Import, ...]
-    names: frozenset[str]
-    table: dict[str, str]
-    is_open: bool
 
 
 @dataclass(eq=False)
@@ -247,73 +236,3 @@ def _stamp(path: Path) -> tuple[int, ...]:
     except OSError as error:
         raise UnknownSourcesError(str(error)) from None
     return status.st_mtime_ns, status.st_ctime_ns, status.st_size, status.st_ino
-
-
-def analyse(content: bytes) -> Source:
-    """Return what is told of one module by its syntax tree."""
-    tree = ast.parse(content)
-    names, table = frozenset(_bound(tree)), _table(tree)
-    imports: set[Import] = set()
-    is_open = False
-    skipped = {
-        id(child)
-        for node in ast.walk(tree)
-        if isinstance(node, ast.If) and _is_for_checkers(node)
-        for top in node.body
-        for child in ast.walk(top)
-    }
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Call):
-            called = node.func
-            is_open |= (called.id if isinstance(called, ast.Name) else getattr(called, "attr", "")) in BY_NAME
-        if isinstance(node, (ast.Import, ast.ImportFrom)) and id(node) not in skipped:
-            imports.update(_imports(node))
-    _strip(tree)
-    return Source(hashlib.sha256(ast.dump(tree).encode()).hexdigest()[:32], tuple(sorted(imports)), names, table, is_open)
-
-
-def _is_for_checkers(node: ast.If) -> bool:
-    return (getattr(node.test, "id", "") or getattr(node.test, "attr", "")) == "TYPE_CHECKING"
-
-
-def _imports(node: ast.Import | ast.ImportFrom) -> list[Import]:
-    if isinstance(node, ast.ImportFrom):
-        return [(node.level, node.module or "", alias.name) for alias in node.names]
-    return [(0, alias.name if alias.asname else alias.name.split(".")[0], "") for alias in node.names]
-
-
-def _bound(tree: ast.Module) -> set[str]:
-    """Return the names that a module binds on its first level."""
-    found = set()
-    for node in tree.body:
-        if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
-            found.add(node.name)
-        elif isinstance(node, (ast.Import, ast.ImportFrom)):
-            found |= {alias.asname or alias.name for alias in node.names}
-        elif isinstance(node, (ast.Assign, ast.AnnAssign)):
-            found |= {one.id for one in ast.walk(node) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)}
-    return found
-
-
-def _table(tree: ast.Module) -> dict[str, str]:
-    """Return the literal dictionaries from names to modules that `lazily` gets."""
-    calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "lazily"]
-    found = {}
-    for node in (argument for call in calls for argument in call.args if isinstance(argument, ast.Dict)):
-        for key, value in zip(node.keys, node.values, strict=True):
-            if isinstance(key, ast.Constant) and isinstance(value, ast.Constant):
-                found[str(key.value)] = str(value.value)
-    return found
-
-
-def _strip(tree: ast.Module) -> None:
-    """Remove docstrings, and other strings that are statements."""
-    node: Any
-    for node in ast.walk(tree):
-        body = getattr(node, "body", None)
-        if isinstance(body, list):
-            node.body = [one for one in body if not _is_text(one)]
-
-
-def _is_text(statement: ast.stmt) -> bool:
-    return isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant) and isinstance(statement.value.value, str)

@@ -216,6 +216,7 @@ def test_compile_keeps_the_kernels_of_the_list(tmp_path: Path) -> None:
     assert first["kernels"] >= 4
     assert first["compiled"] > 0
     assert first["failures"] == []
-    assert facts() == {**first, "compiled": 0}
-    (failure,) = facts("gone", code=1)["failures"]
+    again = facts("gone", code=1)
+    (failure,) = again.pop("failures")
+    assert again == {"kernels": first["kernels"], "compiled": 0}
     assert "frictool.friction.coulomb.gone" in failure
