@@ -10,6 +10,7 @@ import msgspec
 import pytest
 
 from frictool.documents.bench import Encoder, Winding
+from frictool.documents.digests import with_digests
 from frictool.documents.laws import Laws, Load
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate, Quantity
@@ -18,7 +19,7 @@ from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import read_mcap, write_mcap
 from tests.campaign.rig import played
 from tests.cli.run import run
-from tests.cli.test_stale_controller import Rig, margin_of
+from tests.cli.test_stale_controller import CONTROLLER, Rig, margin_of
 from tests.synth.example import clutch_model
 
 
@@ -117,8 +118,6 @@ def test_the_bench_of_a_recorded_log_is_compared_with_the_controller_s(rig: Rig)
     with (rig.folder / "run.mcap").open("wb") as stream:
         write_mcap(log, stream)
     own, other = rig.folder / "own.yaml", rig.folder / "other.yaml"
-    from tests.cli.test_stale_controller import CONTROLLER
-
     own.write_text(to_yaml(CONTROLLER.bench))
     actuator = msgspec.structs.replace(CONTROLLER.bench.actuator, loop_time_constant_s=0.02)
     other.write_text(to_yaml(msgspec.structs.replace(CONTROLLER.bench, actuator=actuator)))
@@ -155,3 +154,16 @@ def test_a_plant_beyond_the_certificate_is_named_though_its_own_margin_holds(rig
     assert (shown.code, margin_of(shown.stdout)["met"]) == (0, True)
     named = "run.mcap: plants were played beyond the intervals of speed, where only their own margins hold: constant 0.0145 N m/A, verified"
     assert any(line.startswith(named) for line in json.loads(shown.stdout)["warnings"])
+
+
+def test_the_verdict_names_a_block_that_was_changed_after_the_verification(rig: Rig) -> None:
+    rig.write(clutch_model(), played(), 0.1)
+    verified = with_digests(CONTROLLER)
+    assert verified.position_law is not None
+    law = msgspec.structs.replace(verified.position_law, gain=0.9 * verified.position_law.gain)
+    (rig.folder / "controller.yaml").write_text(to_yaml(msgspec.structs.replace(verified, position_law=law)))
+    rig.simulate()
+    named = "speed: changed after it was verified: position_law; `frictool verify` says what still holds"
+    shown = rig.report("--json")
+    assert named in json.loads(shown.stdout)["warnings"]
+    assert named in json.loads(rig.campaign("--json").stdout)["warnings"]
