@@ -134,7 +134,7 @@ def identify(records: list[Record], ramps: list[Record], bench: Bench, method: s
     warnings = [*odd, *contradiction_warnings(ordered, bench)]
     if fit is not None and free is not None:
         warnings += [*replacement_warnings(free, fit, found), *doubt_warnings(fit, method)]
-        warnings += pooling_warnings(sliding, bench, settings, fit)
+        warnings += pooling_warnings(sliding, bench, settings, replace(free, method=free.method or method))
         if method != methods.DEFAULT:
             warnings += method_warnings(sliding, rows, bench, settings, fit)
     used = (fit and fit.method) or method

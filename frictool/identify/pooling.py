@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from frictool.documents.bench import Bench
-from frictool.identify.methods import METHODS, Settings
+from frictool.identify.methods import Settings
 from frictool.identify.outcome import SLIDING, Fit, NothingUsable
 from frictool.identify.record import Record
 from frictool.identify.refit import refit
@@ -19,27 +19,27 @@ MOST_LOGS = 20  # most logs that are compared; the first ones are taken
 def pooling_warnings(records: list[Record], bench: Bench, settings: Settings, fit: Fit) -> list[str]:
     """Return a warning for each parameter whose interval from all logs is more than WIDER times that of one log alone.
 
-    Each log is fitted by the method and the structure of the fit, with the same parameters fixed. Least squares replace output error,
-    which needs a search for each log, and a method that is not in METHODS; all logs together are then fitted by least squares, too.
+    fit: the fit of all logs in which no parameter is fixed at a value of the bench; neither is one in the fit of a single log, which has
+    the same method and structure. Least squares replace output error, which needs a search for each log, for all logs together, too.
     """
     if len(records) < 2:
         return []
-    known = fit.method != "output-error" and fit.method in METHODS
-    alike = fit if known else replace(fit, method="least-squares")
+    searched = fit.method == "output-error"
+    alike = replace(fit, method="least-squares") if searched else fit
     try:
-        pooled = fit if known and not fit.dropped else refit(records, bench, settings, alike, fit.fixed)
+        pooled = refit(records, bench, settings, alike, {}) if searched or fit.dropped else fit
     except NothingUsable:
         return []
     alone = {}
     for record in records[:MOST_LOGS]:
         try:
-            alone[Path(record.name).name] = refit([record], bench, settings, alike, fit.fixed).parameters
+            alone[Path(record.name).name] = refit([record], bench, settings, alike, {}).parameters
         except NothingUsable:
             continue
     out = []
     for name in SLIDING:
         told = {log: one[name] for log, one in alone.items() if name in one and one[name].half_width > 0.0}
-        if name not in pooled.parameters or name in fit.fixed or not told:
+        if name not in pooled.parameters or not told:
             continue
         best = min(told, key=lambda log: told[log].half_width)
         ratio = pooled.parameters[name].half_width / told[best].half_width

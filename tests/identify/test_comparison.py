@@ -235,6 +235,19 @@ def test_a_negative_friction_that_may_be_0_is_0_where_the_bench_excludes_it(tmp_
     assert "lies wholly outside the bench's [0.04, 0.25]" in result.stderr
 
 
+def test_logs_that_disagree_are_told_where_the_parameter_is_refused(folder: Path) -> None:
+    """The interval from both days is too wide to be of use; each day gives a narrow one."""
+    both = identified(folder, "monday", "tuesday")[0]["parameters"]["viscous"]["value"]
+    bench = folder / "middle.yaml"
+    line = f"viscous: {{value: {both:.6g}, low: {0.99 * both:.6g}, high: {1.01 * both:.6g}, unit: N s/m}}"
+    bench.write_text(re.sub(r"viscous: .*", line, EMPS.read_text()))
+    logs = [folder / "monday.csv", folder / "tuesday.csv"]
+    result = command("identify", *logs, "--bench", bench, "--json")
+    assert result.code == 0, result.stderr
+    assert "no narrower" in json.loads(result.stdout)["not_identified"]["viscous"]
+    assert "warning: viscous: the interval from all logs is" in result.stderr
+
+
 def test_pooled_logs_that_agree_are_not_said_to_disagree(folder: Path) -> None:
     """The day twice, with other noise, and intervals that something else has widened."""
     record = replace(day("monday", seed=2), name="again.csv")
