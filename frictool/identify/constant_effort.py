@@ -83,7 +83,7 @@ def constant_stretches(record: Record, bench: Bench) -> tuple[list[ConstantStret
     """Return the stretches of constant effort, and the number of samples in motion."""
     strokes = find_strokes(record)
     edges = np.flatnonzero(np.diff(strokes.number, prepend=-1, append=-1) != 0)
-    noise, inertia = NOISE_BAND * effort_noise(record.effort), bench.mechanics.inertia.interval[0]
+    noise, inertia = NOISE_BAND * _noise(record.effort), bench.mechanics.inertia.interval[0]
     found, moving = list[ConstantStretch](), 0
     for start, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
         travel = float(strokes.advance[end - 1])
@@ -100,7 +100,7 @@ def constant_stretches(record: Record, bench: Bench) -> tuple[list[ConstantStret
     return [one for side in (1.0, -1.0) for one in _of_one_level([s for s in found if s.direction == side])], moving
 
 
-def effort_noise(effort: Vector) -> float:
+def _noise(effort: Vector) -> float:
     """Return the standard deviation of the noise of an effort (n,), from its second differences; a few large ones do not count."""
     return float(np.median(np.abs(np.diff(effort, 2)))) / (0.6745 * np.sqrt(6.0)) if effort.size > 2 else 0.0
 
@@ -109,7 +109,7 @@ def _stretch(record: Record, part: slice, noise: float, inertia: float, directio
     """Return the part of a stroke whose effort is within one band, if that is most of its motion."""
     effort = record.effort[part]
     band = max(noise, LEAST_BAND * abs(float(np.median(effort))))
-    level = densest(effort, band)
+    level = _densest(effort, band)
     inside = np.flatnonzero(np.abs(effort - level) <= 0.5 * band)
     if inside.size < max(IN_BAND * effort.size, SHORTEST):
         return None
@@ -121,7 +121,7 @@ def _stretch(record: Record, part: slice, noise: float, inertia: float, directio
     return ConstantStretch(first, last, level, band, direction, inertia * change > DEMAND * band)
 
 
-def densest(values: Vector, band: float) -> float:
+def _densest(values: Vector, band: float) -> float:
     """Return the middle of the band of this width that holds the most values."""
     ordered = np.sort(values)
     held = np.searchsorted(ordered, ordered + band, side="right") - np.arange(ordered.size)

@@ -111,8 +111,8 @@ def held_effort(record: Record, bench: Bench, settings: Settings) -> HeldEffort 
         smooth = replace(record, effort=interpolated(record.effort, *held))
         start = slipping([smooth], bench, SMALLEST_SHARE, settings.window)[0]
         cluster = clusters(logged.stroke, logged.sign, logged.counts, 3 * max(window, held[0]))
-        values = solve(columns_of(start), start.effort, np.ones(start.sign.size), cluster).value
-        needed = needed_effort(record, bench, window, values, logged.one_direction)
+        values = solve(_columns(start), start.effort, np.ones(start.sign.size), cluster).value
+        needed = _needed(record, bench, window, values, logged.one_direction)
         last = np.maximum.accumulate(np.where(_updated(record.effort.size, *held), np.arange(record.effort.size), 0))
         number = find_strokes(record).number
         before = (number[last] != number).astype(np.float64)  # the last update was in another stroke, maybe at rest
@@ -121,7 +121,7 @@ def held_effort(record: Record, bench: Bench, settings: Settings) -> HeldEffort 
             for signal in (needed[last] - needed, before)
         )
         kept = np.abs(mixed) < MIXED
-        columns, effort, weight = columns_of(logged), logged.effort, np.ones(logged.effort.size)
+        columns, effort, weight = _columns(logged), logged.effort, np.ones(logged.effort.size)
         plain = solve(columns, effort, weight, cluster).value
         both = solve(np.column_stack((columns, late))[kept], effort[kept], weight[kept], cluster[kept])
     except (NothingUsable, Singular):
@@ -147,14 +147,14 @@ def _updated(size: int, hold: int, updates: NDArray[np.int64]) -> NDArray[np.boo
     return out
 
 
-def columns_of(rows: Samples) -> Vector:
+def _columns(rows: Samples) -> Vector:
     """Return the regressors (n, p); the offset is left out if the motion is in one direction."""
     constant = () if rows.one_direction else (np.ones(rows.sign.size),)
     return np.column_stack((rows.acceleration, rows.velocity, rows.sign, *constant, *rows.loads.values()))
 
 
-def needed_effort(record: Record, bench: Bench, window: int, values: Vector, one_direction: bool) -> Vector:
-    """Return the effort (n,) that the motion needs, by the values of `columns_of`."""
+def _needed(record: Record, bench: Bench, window: int, values: Vector, one_direction: bool) -> Vector:
+    """Return the effort (n,) that the motion needs, by the values of `_columns`."""
     acceleration, velocity, _ = smoothed(record, window)
     sign = find_strokes(record).sign
     constant = () if one_direction else (np.ones(sign.size),)

@@ -14,7 +14,6 @@ from frictool.documents.quantity import Quantity
 from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION
 from frictool.identify import methods
 from frictool.identify.breakaway.breakaway import Breakaway, breakaway, is_ramp
-from frictool.identify.clipped_effort import refuse_clipped_effort
 from frictool.identify.constant_effort import without_constant_effort
 from frictool.identify.estimators.auto import inertia_over_position
 from frictool.identify.fit_warnings import contradiction_warnings, doubt_warnings, replacement_warnings
@@ -155,7 +154,6 @@ def _measured(records: list[Record], bench: Bench, settings: methods.Settings) -
     refuse_unmeasured(records, bench)
     slow = slow_effort_warnings(records, bench, settings)
     kept, left_out = without_constant_effort(records, bench)
-    refuse_clipped_effort(kept, bench, settings)
     return kept, [*slow, *left_out]
 
 
