@@ -90,6 +90,7 @@ schemas: $(VENV)/.run
 
 # the types of arguments that `frictool doctor --compile` compiles for: those of the kernels that are kept, after `make test`
 kernels: $(VENV)/.run
+	@mkdir -p build
 	$(BIN)/python -m frictool.doctor.compilation > build/kernels.json
 	mv build/kernels.json frictool/doctor/kernels.json
 

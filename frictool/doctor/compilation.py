@@ -117,7 +117,7 @@ def kept(folder: Path) -> Iterator[list[Any]]:
             with open(index, "rb") as stream:
                 pickle.load(stream)
                 _, overloads = pickle.loads(stream.read())
-            found += list(rows_of(module, index.name.rpartition("-")[0], overloads))
+            found += list(rows_of(module, index.name.partition("-")[0], overloads))
     modules = {row[0] for row in found}
     sizes = {module: len(sources.state([module]).modules) for module in modules}
     yield from sorted(found, key=lambda row: (-sizes[row[0]], json.dumps(row)))

@@ -220,3 +220,7 @@ def test_compile_keeps_the_kernels_of_the_list(tmp_path: Path) -> None:
     (failure,) = again.pop("failures")
     assert again == {"kernels": first["kernels"], "compiled": 0}
     assert "frictool.friction.coulomb.gone" in failure
+    (folder,) = (tmp_path / "kept").iterdir()
+    rows = [row for row in json.loads((tmp_path / "rows.json").read_bytes()) if row[1] != "gone"]
+    listed = list(compilation.kept(folder))
+    assert [row for row in rows if row not in listed] == []
