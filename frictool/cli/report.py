@@ -44,7 +44,7 @@ server, Markdown for a merge request, JSON for programs.
 
 Each requirement is judged by its worst value over all steps of all streams (/axis and every variant /axis/NAME) and is MET, NOT MET or
 UNDECIDED with the reason: a smooth reference has no step, and a log alone has no modulus margin (give --controller). The margin is that of
-the plants that were played; a model outside the intervals that the controller was verified for leaves it undecided. The verdict is FAIL if
+the plants that were played; a model or a rig that the controller was not verified for leaves it undecided. The verdict is FAIL if
 a requirement is not met, else UNDECIDED if one is undecided, else PASS.
 Raw CSV and MAT logs are read by the columns of --bench, or else of the controller's own bench, which tells the drive's limit and the
 backlash too. Several logs are laid over each other, aligned at the steps that they have in common.

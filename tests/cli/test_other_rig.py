@@ -20,6 +20,7 @@ from frictool.logs.canonical.mcap_format import read_mcap, write_mcap
 from tests.campaign.rig import played
 from tests.cli.run import run
 from tests.cli.test_stale_controller import CONTROLLER, Rig, margin_of
+from tests.simulate.mechanism_example import ONE_BLOCK
 from tests.synth.example import clutch_model
 
 
@@ -167,3 +168,14 @@ def test_the_verdict_names_a_block_that_was_changed_after_the_verification(rig: 
     shown = rig.report("--json")
     assert named in json.loads(shown.stdout)["warnings"]
     assert named in json.loads(rig.campaign("--json").stdout)["warnings"]
+
+
+def test_a_mechanism_with_another_drive_is_named_in_every_verdict(rig: Rig) -> None:
+    """Its margin is undecided anyway; the drive's limit and constant are compared."""
+    rig.write(clutch_model(), played(), 0.1)
+    changed = ONE_BLOCK.replace("value: 50, unit: A", "value: 5, unit: A")
+    assert changed != ONE_BLOCK
+    (rig.folder / "model.yaml").write_text(changed)
+    named = "drive limit 5 A, verified 50 A"
+    assert named in rig.simulate().stderr
+    assert named in str(json.loads(rig.report("--json").stdout)["warnings"])
