@@ -127,7 +127,7 @@ def test_parts_of_a_recording_are_told_and_info_says_what_dates_it(tmp_path: Pat
     bench.write_text(bench.read_text().replace("clutch]", "arm]").replace("effort[arm]", "velocity[arm]"))
     for part in range(2):
         start = START + part * 50 * PERIOD
-        (tmp_path / f"run_{part}.mcap").write_bytes(ros2_mcap(joint_states(np.arange(50.0).tolist(), start=start)))
+        (tmp_path / f"run_{part}.mcap").write_bytes(ros2_mcap(joint_states((50.0 * part + np.arange(50.0)).tolist(), start=start)))
     target = tmp_path / "log.mcap"
     result = run("ingest", tmp_path / "run_1.mcap", tmp_path / "run_0.mcap", "--bench", bench, "-o", target)
     assert (result.code, result.stderr) == (0, "run_0.mcap, run_1.mcap: taken as parts of one recording\n")

@@ -34,6 +34,7 @@ WINDOW = SCALES[-1]
 TO_AND_FRO = 32  # samples between long steps of opposite signs that belong together
 CLEAR = 4.0  # times the mean difference of neighbouring steps: what a motion has to exceed
 COUNTS = 3.0  # times the smallest step: the same
+FEWEST = 8.0  # encoder steps: nothing is decided in a narrower range
 LONG = 0.5  # of the range: a longer step may be a wrap
 BACK = 0.25  # of a step: a sample is out of range if the step after it undoes this step but for less
 MOST = 5_000  # long steps kept
@@ -80,6 +81,7 @@ class RepeatedJumps:
         self._acceleration = FORCE_SLACK * actuator.limit.value * actuator.constant.value / lightest
         self._speed = math.inf if mechanics.top_speed is None else SPEED_SLACK * mechanics.top_speed.value
         self._noise = 2.0 * bench.encoder.resolution
+        self._narrow = FEWEST * bench.encoder.resolution
         self._low, self._high = math.inf, -math.inf
         self._time: Vector = np.empty(0)
         self._position: Vector = np.empty(0)
@@ -106,7 +108,7 @@ class RepeatedJumps:
         beside = around[:, WINDOW - NEIGHBOURS : WINDOW + NEIGHBOURS].copy()
         beside[np.abs(beside) > self._long] = np.nan  # long steps themselves
         usable = np.isfinite(beside).sum(axis=1) >= NEIGHBOURS
-        if not usable.any():
+        if not usable.any() or self._high - self._low < self._narrow:
             return None
         least, most = np.nanmin(beside[usable], axis=1), np.nanmax(beside[usable], axis=1)
         slack = CURVED * (most - least) + self._noise
